@@ -1,0 +1,214 @@
+//! The messages of wire version 1.
+//!
+//! The order of enum variants and struct fields *is* the wire format (postcard writes them in order, without
+//! names): append only, and bump [`WIRE_VERSION`] for anything else. `protocol/tests/wire/` holds the bytes.
+//!
+//! | message | from → to | when |
+//! |---|---|---|
+//! | [`Hello`] | module → host | from boot until the host is heard, then once a second |
+//! | [`TimeRequest`], [`TimeReply`] | module → host → module | clock exchange, four timestamps |
+//! | [`Cycle`] | host → module | ahead of its start, again until acknowledged |
+//! | [`Acknowledge`] | module → host | for every cycle received, accepted or not |
+//! | [`Telemetry`] | module → host | at a fixed rate |
+//! | `Hold` | host → module | finish the running cycle, drop the next, hold the pose |
+//! | `EmergencyStop` | host → module | freeze at once |
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use crate::units::{Amperes, Micros, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+
+/// First byte of every datagram.
+pub const WIRE_VERSION: u8 = 1;
+
+/// Most thrusters one ROV cycle commands.
+pub const MAX_THRUSTERS: usize = 8;
+
+/// A module's number in its fleet, from 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct ModuleId(pub u16);
+
+impl core::fmt::Display for ModuleId {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
+/// One datagram's content.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Message {
+    /// A module announces itself.
+    Hello(Hello),
+    /// A module asks for the fleet time.
+    TimeRequest(TimeRequest),
+    /// The host answers with it.
+    TimeReply(TimeReply),
+    /// What to execute, and when.
+    Cycle(Cycle),
+    /// What became of a cycle.
+    Acknowledge(Acknowledge),
+    /// What a module does and measures.
+    Telemetry(Telemetry),
+    /// Finish the running cycle, drop what follows, hold the pose.
+    Hold,
+    /// Freeze at once.
+    EmergencyStop,
+}
+
+/// What kind of robot a module is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ModuleKind {
+    /// One motor, one tail.
+    Modboat,
+    /// Thrusters.
+    Rov,
+}
+
+/// A module announces itself. The host needs no address list: it answers to where this came from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hello {
+    /// What it is.
+    pub kind: ModuleKind,
+    /// Firmware version (major, minor, patch).
+    pub firmware: (u8, u8, u8),
+}
+
+/// First half of a clock exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimeRequest {
+    /// t₁: when the module sent this, on its own clock.
+    pub sent: Micros,
+}
+
+/// Second half of a clock exchange.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimeReply {
+    /// t₁, as received: which request this answers.
+    pub request_sent: Micros,
+    /// t₂: when the host received the request, fleet time.
+    pub received: Micros,
+    /// t₃: when the host sent this, fleet time.
+    pub sent: Micros,
+}
+
+/// One cycle of one module. Idempotent: the same cycle may arrive any number of times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cycle {
+    /// Cycle number, counted by the host, growing.
+    pub number: u32,
+    /// When it starts, fleet time.
+    pub start: Micros,
+    /// What to do.
+    pub motion: Motion,
+}
+
+/// What to do in a cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Motion {
+    /// For a Modboat.
+    Modboat(ModboatCycle),
+    /// For an ROV.
+    Rov(RovCycle),
+}
+
+/// A transition, then one period of waveform (1), φ(t) = φ₀ + A·cos(2πt/T).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModboatCycle {
+    /// Rotation to take during the transition, signed: positive is counter-clockwise. It ends at φ₀ + A (mod 2π).
+    pub rotation: Radians,
+    /// Centerline φ₀, counter-clockwise from the sway axis.
+    pub centerline: Radians,
+    /// Amplitude A; the sign chooses the end at which the waveform starts, zero rests.
+    pub amplitude: Radians,
+    /// t_trans. Zero where no module of the fleet needs a transition.
+    pub transition: MicrosSpan,
+    /// T.
+    pub period: MicrosSpan,
+}
+
+/// Thrusts to hold until the lease ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RovCycle {
+    /// Thrust of each thruster, along its own axis.
+    pub thrusts: Vec<Newtons, MAX_THRUSTERS>,
+    /// After this long without another cycle the thrusters go to neutral.
+    pub lease: MicrosSpan,
+}
+
+/// What became of a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Acknowledge {
+    /// Which cycle.
+    pub cycle: u32,
+    /// What the module decided.
+    pub verdict: Verdict,
+}
+
+/// A module's decision about a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// It will run, or runs.
+    Accepted,
+    /// It had been accepted before; nothing changes.
+    Duplicate,
+    /// It will not run.
+    Refused(Refusal),
+}
+
+/// Why a cycle was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// Its start has passed.
+    Late,
+    /// Its start lies further ahead than anybody plans.
+    TooFarAhead,
+    /// Its number is not after the last one run.
+    AlreadyRun,
+    /// Another cycle with this number, or one that overlaps it, was accepted before.
+    Conflict,
+    /// The tail is not where the cycle begins, or the rotation does not lead to φ₀ + A.
+    PoseMismatch,
+    /// Amplitude, speed or a duration is beyond the module's own limits, or not a number.
+    BeyondLimits,
+    /// The module does not know the fleet time.
+    NotSynchronised,
+    /// It is a cycle for another kind of robot.
+    WrongKind,
+    /// The module is stopped.
+    Stopped,
+}
+
+/// What a module is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ModuleState {
+    /// It does not know the fleet time yet.
+    Unsynchronised,
+    /// It waits for its first cycle.
+    Ready,
+    /// It executes a cycle.
+    Executing,
+    /// It finished its last cycle and holds the end pose.
+    Holding,
+    /// Emergency stop.
+    Stopped,
+}
+
+/// What a module does and measures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Telemetry {
+    /// When it was measured, fleet time (0 while unsynchronised).
+    pub at: Micros,
+    /// What it is doing.
+    pub state: ModuleState,
+    /// The cycle that runs, or ran last; 0 before the first.
+    pub cycle: u32,
+    /// Tail angle, unwrapped.
+    pub tail: Radians,
+    /// Tail speed.
+    pub rate: RadiansPerSecond,
+    /// Motor current.
+    pub current: Amperes,
+    /// Battery voltage.
+    pub battery: Volts,
+}
