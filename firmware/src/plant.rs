@@ -1,0 +1,140 @@
+//! A simulated motor with encoder and bridge outputs, for the tests of this crate.
+//!
+//! φ̈ = clamp((ω₀·d − φ̇)/τ_m, ±600 rad/s²), integrated in double precision in steps of 0.1 ms.
+
+use std::cell::RefCell;
+use std::convert::Infallible;
+use std::f64::consts::TAU;
+use std::rc::Rc;
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+
+use crate::encoder::{Encoder, Mounting};
+use crate::motor::Bridge;
+use crate::servo::{NoSense, ServoParameters};
+use crate::tail::Tail;
+
+const NO_LOAD_RAD_S: f64 = 18.0;
+const TIME_CONSTANT_S: f64 = 0.02;
+const ACCELERATION_MAX_RAD_S2: f64 = 600.0;
+const ZERO_COUNTS: u32 = 1234;
+const DUTY_MAX: u16 = 2000;
+
+#[derive(Default)]
+struct State {
+    angle_rad: f64,
+    rate_rad_s: f64,
+    duty: u16,
+    in1: bool,
+    in2: bool,
+    encoder_fails: bool,
+}
+
+impl State {
+    fn drive(&self) -> f64 {
+        (f64::from(u8::from(self.in1)) - f64::from(u8::from(self.in2))) * f64::from(self.duty)
+            / f64::from(DUTY_MAX)
+    }
+}
+
+/// The bench with one motor on it.
+#[derive(Clone, Default)]
+pub struct Rig(Rc<RefCell<State>>);
+
+/// A tail wired to the rig.
+pub type RigTail = Tail<RigEncoder, NoSense, RigPwm, RigPin, RigPin>;
+
+impl Rig {
+    pub fn new(angle_rad: f64) -> Self {
+        Self(Rc::new(RefCell::new(State { angle_rad, ..State::default() })))
+    }
+
+    pub fn tail(&self) -> RigTail {
+        let bridge =
+            Bridge::new(RigPwm(self.clone()), RigPin(self.clone(), true), RigPin(self.clone(), false));
+        let mounting = Mounting { zero_counts: ZERO_COUNTS, reversed: false };
+        Tail::new(RigEncoder(self.clone()), mounting, NoSense, bridge, &ServoParameters::default()).unwrap()
+    }
+
+    pub fn angle_rad(&self) -> f64 {
+        self.0.borrow().angle_rad
+    }
+
+    pub fn drive(&self) -> f64 {
+        self.0.borrow().drive()
+    }
+
+    pub fn fail_encoder(&self, fails: bool) {
+        self.0.borrow_mut().encoder_fails = fails;
+    }
+
+    pub fn step_ms(&self) {
+        const STEP_S: f64 = 1e-4;
+        let mut state = self.0.borrow_mut();
+        let drive = state.drive();
+        for _ in 0..10 {
+            let free_rad_s2 = (NO_LOAD_RAD_S * drive - state.rate_rad_s) / TIME_CONSTANT_S;
+            let rate_rad_s = state.rate_rad_s
+                + free_rad_s2.clamp(-ACCELERATION_MAX_RAD_S2, ACCELERATION_MAX_RAD_S2) * STEP_S;
+            state.angle_rad += 0.5 * (state.rate_rad_s + rate_rad_s) * STEP_S;
+            state.rate_rad_s = rate_rad_s;
+        }
+    }
+}
+
+pub struct RigEncoder(Rig);
+
+impl Encoder for RigEncoder {
+    type Error = ();
+    const COUNTS_PER_TURN: u32 = 4096;
+
+    fn counts(&mut self) -> Result<u32, ()> {
+        let state = self.0.0.borrow();
+        let counts = (state.angle_rad / TAU * 4096.0).floor() as i64 + i64::from(ZERO_COUNTS);
+        if state.encoder_fails { Err(()) } else { u32::try_from(counts.rem_euclid(4096)).map_err(|_| ()) }
+    }
+}
+
+pub struct RigPwm(Rig);
+
+impl embedded_hal::pwm::ErrorType for RigPwm {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for RigPwm {
+    fn max_duty_cycle(&self) -> u16 {
+        DUTY_MAX
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        self.0.0.borrow_mut().duty = duty;
+        Ok(())
+    }
+}
+
+/// in1 if true, else in2.
+pub struct RigPin(Rig, bool);
+
+impl embedded_hal::digital::ErrorType for RigPin {
+    type Error = Infallible;
+}
+
+impl RigPin {
+    fn set(&mut self, level: bool) {
+        let mut state = self.0.0.borrow_mut();
+        if self.1 { state.in1 = level } else { state.in2 = level }
+    }
+}
+
+impl OutputPin for RigPin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.set(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.set(true);
+        Ok(())
+    }
+}
