@@ -1,0 +1,4 @@
+//! The host of a fleet: plans for everybody, sends each module its cycle, simulates the tank, shows what happened.
+
+pub mod modboat;
+pub mod quantity;

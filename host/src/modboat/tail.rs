@@ -1,0 +1,251 @@
+//! One Modboat's tail as a capsule, and the exact collision test of two of them.
+//!
+//! A tail's centre line runs from the motor axis at the module's centre, `length` far, in the direction φ
+//! (counter-clockwise from x_S); every point within half a `width` of it belongs to the tail. Two tails overlap
+//! exactly when their centre lines come closer than one width:
+//!
+//! clearance(φᵢ, φⱼ) = dist(centre line i, centre line j) − width
+//!
+//! | symbol | unit | meaning |
+//! |---|---|---|
+//! | φᵢ, φⱼ | rad | tail angles of module i (at the origin) and module j (at offset·pitch) |
+//! | o | m | vector from module i to module j, offset·pitch |
+//! | e(φ) | – | (cos φ, sin φ) |
+//! | L, w, D | m | length, width, length of o |
+//!
+//! Assumptions: rigid tails in one horizontal plane; a tail meets tails only, never a hull. The paper leaves tail
+//! geometry to its reference \[9\]; the capsule and its measures are *assumed*.
+
+use super::parameters::Parameters;
+
+/// How exact [`Tail::clearance_along_m`] is, m.
+pub const CLEARANCE_TOLERANCE_M: f64 = 1e-5;
+/// The longest turn that is looked at, rad; a longer one counts as colliding, with a clearance of −∞.
+pub const TURN_MAX_RAD: f64 = 1e3;
+/// Intervals that the search along a segment may hold at once: one more at every halving, and 60 halvings exhaust an
+/// f64.
+const STACK: usize = 64;
+
+/// The capsule that every module of a fleet swings about its centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tail {
+    /// Lattice pitch d, m.
+    pub pitch_m: f64,
+    /// Length of the centre line from the motor axis, m.
+    pub length_m: f64,
+    /// Full width, m.
+    pub width_m: f64,
+}
+
+/// Two centre lines in one pose: their distance, and the direction n from i's nearest point to j's.
+struct Pose {
+    distance_m: f64,
+    normal: [f64; 2],
+    tail_i: [f64; 2],
+    tail_j: [f64; 2],
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// The vector from the segment `0 … end` to `point`, by the shortest way.
+fn from_segment(point: [f64; 2], end: [f64; 2]) -> [f64; 2] {
+    let square = dot(end, end);
+    let share = if square > 0.0 { (dot(point, end) / square).clamp(0.0, 1.0) } else { 0.0 };
+    [point[0] - share * end[0], point[1] - share * end[1]]
+}
+
+impl Tail {
+    /// The tail that parameters describe.
+    #[must_use]
+    pub fn new(parameters: &Parameters) -> Self {
+        Self {
+            pitch_m: parameters.pitch_m,
+            length_m: parameters.tail_length_m,
+            width_m: parameters.tail_width_m,
+        }
+    }
+
+    /// The vector o from module i to module j, m.
+    fn vector_m(&self, offset: [i32; 2]) -> [f64; 2] {
+        [f64::from(offset[0]) * self.pitch_m, f64::from(offset[1]) * self.pitch_m]
+    }
+
+    /// Distance D between the motor axes, m.
+    fn distance_m(&self, offset: [i32; 2]) -> f64 {
+        let [x_m, y_m] = self.vector_m(offset);
+        x_m.hypot(y_m)
+    }
+
+    fn pose(&self, vector_m: [f64; 2], phi_i_rad: f64, phi_j_rad: f64) -> Pose {
+        let ((sin_i, cos_i), (sin_j, cos_j)) = (phi_i_rad.sin_cos(), phi_j_rad.sin_cos());
+        let tail_i = [self.length_m * cos_i, self.length_m * sin_i];
+        let tail_j = [self.length_m * cos_j, self.length_m * sin_j];
+        // Two segments o₁ + s·e₁ and o₂ + t·e₂ cross where s·(e₁×e₂) = o×e₂ and t·(e₁×e₂) = o×e₁ with s, t ∈ [0, 1].
+        let determinant = cross(tail_i, tail_j);
+        if determinant != 0.0 {
+            let along_i = cross(vector_m, tail_j) / determinant;
+            let along_j = cross(vector_m, tail_i) / determinant;
+            if (0.0..=1.0).contains(&along_i) && (0.0..=1.0).contains(&along_j) {
+                return Pose { distance_m: 0.0, normal: [1.0, 0.0], tail_i, tail_j };
+            }
+        }
+        // Otherwise an end of one of them is nearest: root and tip of j against i, of i against j.
+        let tip_j = [vector_m[0] + tail_j[0], vector_m[1] + tail_j[1]];
+        let root_i = from_segment([-vector_m[0], -vector_m[1]], tail_j);
+        let tip_i = from_segment([tail_i[0] - vector_m[0], tail_i[1] - vector_m[1]], tail_j);
+        let mut nearest = from_segment(vector_m, tail_i);
+        let mut least = dot(nearest, nearest);
+        for candidate in [from_segment(tip_j, tail_i), [-root_i[0], -root_i[1]], [-tip_i[0], -tip_i[1]]] {
+            let square = dot(candidate, candidate);
+            if square < least {
+                (nearest, least) = (candidate, square);
+            }
+        }
+        let distance_m = least.sqrt();
+        let normal =
+            if distance_m > 0.0 { [nearest[0] / distance_m, nearest[1] / distance_m] } else { [1.0, 0.0] };
+        Pose { distance_m, normal, tail_i, tail_j }
+    }
+
+    /// Distance between the surfaces of tail i at the origin and tail j at `offset`, m; negative: they overlap.
+    #[must_use]
+    pub fn clearance_m(&self, offset: [i32; 2], phi_i_rad: f64, phi_j_rad: f64) -> f64 {
+        self.pose(self.vector_m(offset), phi_i_rad, phi_j_rad).distance_m - self.width_m
+    }
+
+    /// The lattice offsets at which two tails can touch at all, one of each ± pair: the one with col > 0, or with col = 0
+    /// and row > 0. Nearest first.
+    ///
+    /// Two tails that point at each other come as close as D − 2L, and no pose is closer: D < 2L + w.
+    #[must_use]
+    pub fn reachable_offsets(&self) -> Vec<[i32; 2]> {
+        // Nearest first, so that the sides come before the diagonals.
+        let most = ((2.0 * self.length_m + self.width_m) / self.pitch_m).min(1e3) as i32 + 1;
+        let mut offsets: Vec<[i32; 2]> = (0..=most)
+            .flat_map(|col| (-most..=most).map(move |row| [col, row]))
+            .filter(|&[col, row]| col > 0 || row > 0)
+            .filter(|&offset| self.distance_m(offset) < 2.0 * self.length_m + self.width_m)
+            .collect();
+        offsets.sort_by_key(|&[col, row]| (col * col + row * row, -col, -row));
+        offsets
+    }
+
+    /// The greatest angle off the line between the two motor axes at which a tail can still touch the other, rad; zero if
+    /// it never can.
+    ///
+    /// Tail j reaches every point within L + w of its axis (a width counts once, between the centre lines). Beyond the
+    /// foot of the perpendicular that is a matter of the tip, before it of the perpendicular:
+    ///
+    /// cos φ = (D² + L² − (L + w)²) / (2·D·L)   if D·cos φ ≥ L,   otherwise   sin φ = (L + w) / D
+    #[must_use]
+    pub fn reach_rad(&self, offset: [i32; 2]) -> f64 {
+        let (d_m, l_m, r_m) = (self.distance_m(offset), self.length_m, self.length_m + self.width_m);
+        if d_m >= l_m + r_m {
+            return 0.0;
+        }
+        if d_m <= r_m {
+            return std::f64::consts::PI;
+        }
+        let cos = (d_m.powi(2) + l_m.powi(2) - r_m.powi(2)) / (2.0 * d_m * l_m);
+        if d_m * cos >= l_m { cos.clamp(-1.0, 1.0).acos() } else { (r_m / d_m).asin() }
+    }
+
+    /// Least clearance while both tails turn from `from` to `to` (φᵢ, φⱼ in rad) along the straight segment between them,
+    /// m, exact to [`CLEARANCE_TOLERANCE_M`].
+    ///
+    /// For any fixed direction n, the distance is at least the width of the slab across n that separates the tails:
+    ///
+    /// dist ≥ n·o − max(0, L·n·e(φᵢ)) − max(0, −L·n·e(φⱼ))
+    ///
+    /// With n from the nearest points at the middle of an interval this bounds the distance over the whole of it, and
+    /// never worse than that each tip moves at most L·Δφ. Intervals that could hold less than the least so far are
+    /// halved.
+    #[must_use]
+    pub fn clearance_along_m(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2]) -> f64 {
+        self.least_along_m(offset, from_rad, to_rad, f64::INFINITY)
+    }
+
+    /// The lesser of [`Self::clearance_along_m`] and `known_m`, m: the less is known, the less is looked at. For the least
+    /// of many.
+    #[must_use]
+    pub fn least_along_m(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2], known_m: f64) -> f64 {
+        self.search_m(offset, from_rad, to_rad, known_m, f64::NEG_INFINITY)
+    }
+
+    /// True if the tails keep at least `margin_m` between their surfaces from `from` to `to`. Leaves at the first pose that
+    /// does not. A pose within [`CLEARANCE_TOLERANCE_M`] of the margin may be called either way.
+    #[must_use]
+    pub fn clears_along(
+        &self,
+        offset: [i32; 2],
+        from_rad: [f64; 2],
+        to_rad: [f64; 2],
+        margin_m: f64,
+    ) -> bool {
+        self.search_m(offset, from_rad, to_rad, f64::INFINITY, margin_m) >= margin_m
+    }
+
+    /// True if the tails overlap anywhere from `from` to `to`, by the exact test to [`CLEARANCE_TOLERANCE_M`].
+    #[must_use]
+    pub fn collides_along(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        !self.clears_along(offset, from_rad, to_rad, 0.0)
+    }
+
+    /// The least clearance if it is below `known_m`, or the first one found below `enough_m`.
+    fn search_m(
+        &self,
+        offset: [i32; 2],
+        from_rad: [f64; 2],
+        to_rad: [f64; 2],
+        known_m: f64,
+        enough_m: f64,
+    ) -> f64 {
+        let vector_m = self.vector_m(offset);
+        let step = [to_rad[0] - from_rad[0], to_rad[1] - from_rad[1]];
+        let at =
+            |share: f64| self.pose(vector_m, from_rad[0] + share * step[0], from_rad[1] + share * step[1]);
+        let mut least_m = at(0.0).distance_m.min(at(1.0).distance_m);
+        // A NaN, an infinity or an absurd turn never clears.
+        if !(least_m.is_finite() && step[0].abs() <= TURN_MAX_RAD && step[1].abs() <= TURN_MAX_RAD) {
+            return f64::NEG_INFINITY;
+        }
+        least_m = least_m.min(known_m + self.width_m);
+        let mut stack = [(0.0, 0.0); STACK];
+        stack[0] = (0.5, 0.5);
+        let mut held = 1;
+        while held > 0 && least_m > 0.0 && least_m - self.width_m >= enough_m {
+            held -= 1;
+            let (middle, half) = stack[held];
+            let pose = at(middle);
+            least_m = least_m.min(pose.distance_m);
+            let reach_i = extent_m(pose.tail_i, pose.normal, half * step[0].abs());
+            let back = [-pose.normal[0], -pose.normal[1]];
+            let reach_j = extent_m(pose.tail_j, back, half * step[1].abs());
+            let bound_m = dot(pose.normal, vector_m) - reach_i - reach_j;
+            // What is certainly above the least so far or the margin asked for needs no closer look.
+            let above = bound_m >= least_m - CLEARANCE_TOLERANCE_M
+                || (enough_m.is_finite() && bound_m - self.width_m >= enough_m);
+            if !above && held + 2 <= STACK {
+                stack[held] = (middle - half / 2.0, half / 2.0);
+                stack[held + 1] = (middle + half / 2.0, half / 2.0);
+                held += 2;
+            }
+        }
+        least_m - self.width_m
+    }
+}
+
+/// The most that a tail reaches along `direction` (unit) from its motor axis while it turns by up to ±`turn_rad`, m:
+///
+/// cos(x ± δ) ≤ cos x + δ·|sin x|, and if cos x < 0 at most ½δ²·|cos x| more
+fn extent_m(tail_m: [f64; 2], direction: [f64; 2], turn_rad: f64) -> f64 {
+    let (along, across) = (dot(tail_m, direction), cross(tail_m, direction).abs());
+    let curved = if along < 0.0 { -along * turn_rad * turn_rad / 2.0 } else { 0.0 };
+    (along + across * turn_rad + curved).max(0.0)
+}
