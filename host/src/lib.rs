@@ -1,4 +1,5 @@
 //! The host of a fleet: plans for everybody, sends each module its cycle, simulates the tank, shows what happened.
 
+pub mod link;
 pub mod modboat;
 pub mod quantity;

@@ -1,0 +1,61 @@
+//! A radio inside one process: what one node sends, the other receives at once and in order.
+//!
+//! Faults are not its business: wrap it in [`Faulty`](super::faults::Faulty).
+
+use std::cell::RefCell;
+use std::collections::{HashMap, VecDeque};
+use std::convert::Infallible;
+use std::rc::Rc;
+
+use protocol::Radio;
+use protocol::units::Micros;
+
+/// A node's address on the loopback: 0 is the host, module ids follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Node(pub u16);
+
+type Inbox = VecDeque<(Node, Vec<u8>)>;
+
+/// The medium that all loopback radios of one fleet share.
+#[derive(Clone, Debug, Default)]
+pub struct Ether {
+    inboxes: Rc<RefCell<HashMap<Node, Inbox>>>,
+}
+
+impl Ether {
+    /// A radio at `address`; two at one address share its inbox.
+    #[must_use]
+    pub fn radio(&self, address: Node) -> LoopbackRadio {
+        self.inboxes.borrow_mut().entry(address).or_default();
+        LoopbackRadio { address, ether: self.clone() }
+    }
+}
+
+/// One node's end of the [`Ether`].
+#[derive(Clone, Debug)]
+pub struct LoopbackRadio {
+    address: Node,
+    ether: Ether,
+}
+
+impl Radio for LoopbackRadio {
+    type Address = Node;
+    type Error = Infallible;
+
+    fn send(&mut self, _now: Micros, to: Node, datagram: &[u8]) -> Result<(), Infallible> {
+        // To an address where nobody listens a datagram is lost, as on any radio.
+        if let Some(inbox) = self.ether.inboxes.borrow_mut().get_mut(&to) {
+            inbox.push_back((self.address, datagram.to_vec()));
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, _now: Micros, buffer: &mut [u8]) -> Result<Option<(usize, Node)>, Infallible> {
+        let mut inboxes = self.ether.inboxes.borrow_mut();
+        Ok(inboxes.get_mut(&self.address).and_then(VecDeque::pop_front).map(|(from, datagram)| {
+            let length = datagram.len().min(buffer.len());
+            buffer[..length].copy_from_slice(&datagram[..length]);
+            (length, from)
+        }))
+    }
+}
