@@ -3,3 +3,4 @@
 pub mod link;
 pub mod modboat;
 pub mod quantity;
+pub mod sim;

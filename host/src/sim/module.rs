@@ -1,0 +1,278 @@
+//! A simulated module: the firmware crate, compiled for the PC, on a simulated motor.
+//!
+//! It has a clock of its own, with an offset and a drift, so that the fleet time it learns over the link is really
+//! learnt. The in-process run and `flotilla module` use the same code.
+
+use std::convert::Infallible;
+
+use firmware::encoder::{Encoder, Mounting};
+use firmware::endpoint::{Endpoint, Identity};
+use firmware::limits::Limits;
+use firmware::modboat::Modboat;
+use firmware::motor::Bridge;
+use firmware::servo::{CurrentSense, ServoError, ServoParameters};
+use firmware::tail::Tail;
+use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
+use protocol::{MAX_DATAGRAM, ModuleId, ModuleState, Radio};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::TailState;
+use super::motor::{DirectionPin, ENCODER_COUNTS, MotorParameters, PwmPin, Sensors, SimMotor};
+use crate::modboat::parameters::Parameters;
+use crate::quantity::ParameterError;
+use crate::quantity::{Range, check_ranges};
+
+/// Servo period of a module: 1 kHz.
+pub const TICK: MicrosSpan = MicrosSpan(1_000);
+
+/// What a full battery of two lithium cells shows. *Assumed*, and constant.
+const BATTERY: Volts = Volts(7.4);
+
+/// How wrong the modules' own clocks are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ClockParameters {
+    /// Each clock starts anywhere between zero and this, s.
+    pub offset_s: f64,
+    /// Each clock runs fast or slow by at most this, 10⁻⁶. *Assumed*: an ordinary quartz.
+    pub drift_ppm: f64,
+}
+
+impl Default for ClockParameters {
+    fn default() -> Self {
+        Self { offset_s: 100.0, drift_ppm: 30.0 }
+    }
+}
+
+impl ClockParameters {
+    /// Refuses what no clock does, by the first offending key.
+    ///
+    /// # Errors
+    /// [`ParameterError`].
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        check_ranges(&[
+            ("offset_s", self.offset_s, "s", Range::NonNegative),
+            ("drift_ppm", self.drift_ppm, "ppm", Range::NonNegative),
+        ])?;
+        if self.drift_ppm > 10_000.0 {
+            let reason = "must be at most 10000";
+            return Err(ParameterError { key: "drift_ppm", value: self.drift_ppm, unit: "ppm", reason });
+        }
+        Ok(())
+    }
+}
+
+/// A module's own clock: local = offset + (1 + drift)·true.
+#[derive(Clone, Copy, Debug)]
+struct LocalClock {
+    offset_s: f64,
+    rate: f64,
+}
+
+impl LocalClock {
+    fn read(&self, now: Micros) -> Micros {
+        Micros(((self.offset_s + self.rate * now.as_secs_f64()) * 1e6) as u64)
+    }
+}
+
+/// Why there is no module.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ModuleError {
+    /// The motor cannot be.
+    #[error("motor: {0}")]
+    Motor(#[from] ParameterError),
+    /// The servo cannot drive it.
+    #[error("servo: {0}")]
+    Servo(#[from] ServoError),
+}
+
+impl Encoder for Sensors {
+    type Error = Infallible;
+    const COUNTS_PER_TURN: u32 = ENCODER_COUNTS as u32;
+
+    fn counts(&mut self) -> Result<u32, Infallible> {
+        Ok(u32::from(self.encoder_counts()))
+    }
+}
+
+impl CurrentSense for Sensors {
+    type Error = Infallible;
+
+    fn current(&mut self) -> Result<Option<Amperes>, Infallible> {
+        Ok(Some(Amperes(self.current_a().abs() as f32)))
+    }
+}
+
+type Firmware = Modboat<Sensors, Sensors, PwmPin, DirectionPin, DirectionPin>;
+
+/// One module at one end of a radio.
+pub struct SimModule<R: Radio> {
+    build: Build,
+    motor: SimMotor,
+    firmware: Option<Firmware>,
+    clock: LocalClock,
+    radio: R,
+    host: R::Address,
+    rng: ChaCha8Rng,
+    boots_at: Micros,
+}
+
+/// What a module is made of, kept for its next boot.
+#[derive(Clone, Debug)]
+struct Build {
+    id: ModuleId,
+    report_every: MicrosSpan,
+    limits: Limits,
+    servo: ServoParameters,
+    mounting: Mounting,
+    motor: MotorParameters,
+}
+
+/// How a module is set up.
+#[derive(Clone, Debug)]
+pub struct Setup<'a> {
+    /// Its number.
+    pub id: ModuleId,
+    /// What kind of Modboat it is.
+    pub modboat: &'a Parameters,
+    /// Its motor.
+    pub motor: &'a MotorParameters,
+    /// How wrong its clock is.
+    pub clock: &'a ClockParameters,
+    /// Where its tail points, rad.
+    pub tail_rad: f64,
+    /// Pause between two reports.
+    pub report_every: MicrosSpan,
+    /// Decides its clock, its boot time and its session numbers.
+    pub seed: u64,
+}
+
+impl<R: Radio> SimModule<R> {
+    /// A module that boots within the first 50 ms and talks to `host` over `radio`.
+    ///
+    /// # Errors
+    /// [`ModuleError`] for a motor or servo that cannot be.
+    pub fn new(setup: &Setup<'_>, radio: R, host: R::Address) -> Result<Self, ModuleError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(setup.seed);
+        let clock = LocalClock {
+            offset_s: setup.clock.offset_s * rng.random::<f64>(),
+            rate: 1.0 + setup.clock.drift_ppm * 1e-6 * (2.0 * rng.random::<f64>() - 1.0),
+        };
+        let motor = setup.motor;
+        // The current that the torque limit stands for.
+        let stall = motor.stall_current_a() as f32;
+        let servo = ServoParameters {
+            no_load_speed: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
+            time_constant_s: motor.time_constant_s as f32,
+            speed_max: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
+            stall_current: Amperes(stall),
+            interval: TICK,
+            ..ServoParameters::default()
+        };
+        let zero_counts = motor.encoder_offset_counts();
+        let build = Build {
+            id: setup.id,
+            report_every: setup.report_every,
+            limits: limits_of(setup.modboat),
+            servo,
+            mounting: Mounting { zero_counts, reversed: false },
+            motor: motor.clone(),
+        };
+        let boots_at = Micros(rng.random_range(0..50_000));
+        let (motor, _) = SimMotor::new(&build.motor, setup.tail_rad)?;
+        let mut module = Self { build, motor, firmware: None, clock, radio, host, rng, boots_at };
+        // A module that cannot be built says so now, not when it boots.
+        module.firmware = Some(module.boot()?);
+        module.firmware = None;
+        Ok(module)
+    }
+
+    fn boot(&mut self) -> Result<Firmware, ModuleError> {
+        let Build { id, report_every, limits, servo, mounting, .. } = &self.build;
+        let pins = self.motor.pins();
+        let identity = Identity { module: *id, session: self.rng.random(), report_every: *report_every };
+        let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
+        let tail = Tail::new(pins.sensors.clone(), *mounting, pins.sensors, bridge, servo)?;
+        Ok(Modboat::new(Endpoint::new(identity, *limits), tail))
+    }
+
+    /// One servo tick at `now`, true time: what came over the radio, the firmware, what it says, and the motor for
+    /// one [`TICK`].
+    ///
+    /// # Errors
+    /// The radio's own; [`ModuleError`] cannot occur after [`new`](Self::new) succeeded.
+    pub fn tick(&mut self, now: Micros) -> Result<(), R::Error> {
+        if self.firmware.is_none() && now >= self.boots_at {
+            self.firmware = self.boot().ok();
+        }
+        let mut buffer = [0; MAX_DATAGRAM];
+        let local = self.clock.read(now);
+        while let Some((length, _)) = self.radio.receive(now, &mut buffer)? {
+            // Without power a datagram falls on deaf ears; a damaged one the endpoint counts.
+            if let Some(firmware) = &mut self.firmware {
+                let _ = firmware.handle_datagram(local, &buffer[..length]);
+            }
+        }
+        if let Some(firmware) = &mut self.firmware {
+            // The simulated pins cannot fail.
+            let _ = firmware.tick(local, BATTERY);
+            while let Some(datagram) = firmware.poll_transmit(&mut buffer) {
+                self.radio.send(now, self.host, datagram)?;
+            }
+        }
+        self.motor.step(f64::from(TICK.as_secs_f32()));
+        Ok(())
+    }
+
+    /// Takes the power away at `now` and gives it back `off` later. What the firmware knew is gone; the tail coasts.
+    pub fn reboot(&mut self, now: Micros, off: MicrosSpan) {
+        self.firmware = None;
+        self.motor.release();
+        self.boots_at = now.after(off);
+    }
+
+    /// The tail as it is.
+    pub fn tail(&self) -> TailState {
+        self.motor.state()
+    }
+
+    /// The motor, for faults in it.
+    pub fn motor_mut(&mut self) -> &mut SimMotor {
+        &mut self.motor
+    }
+
+    /// The firmware, while the module has power.
+    pub fn firmware(&self) -> Option<&Firmware> {
+        self.firmware.as_ref()
+    }
+
+    /// What the firmware is doing at `now`, true time; nothing without power.
+    pub fn state(&self, now: Micros) -> Option<ModuleState> {
+        Some(self.firmware.as_ref()?.endpoint().state(self.clock.read(now)))
+    }
+
+    /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
+    pub fn clock_error_us(&self, now: Micros) -> Option<i64> {
+        let clock = self.firmware.as_ref()?.endpoint().clock();
+        let fleet = clock.fleet(self.clock.read(now)).filter(|_| clock.is_synchronised())?;
+        Some(fleet.0 as i64 - now.0 as i64)
+    }
+
+    /// Its end of the radio.
+    pub fn radio(&self) -> &R {
+        &self.radio
+    }
+}
+
+/// The limits a module is provisioned with: those of the kind of Modboat it is.
+fn limits_of(modboat: &Parameters) -> Limits {
+    Limits {
+        amplitude_min: Radians(modboat.amplitude_min_rad as f32),
+        amplitude_max: Radians(modboat.amplitude_max_rad as f32),
+        speed_max: RadiansPerSecond(modboat.tail_speed_max_rad_s as f32),
+        ..Limits::default()
+    }
+}
