@@ -3,4 +3,5 @@
 pub mod link;
 pub mod modboat;
 pub mod quantity;
+pub mod run;
 pub mod sim;

@@ -1,0 +1,229 @@
+//! One run: the pilot, a fleet and the tank, tick by tick.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use protocol::units::Micros;
+use protocol::{MAX_DATAGRAM, Radio};
+
+use super::RunError;
+use super::distances;
+use super::fleet::{Fleet, InProcess};
+use super::pilot::Pilot;
+use super::record::{PoseSample, RunRecord};
+use super::recorder::Recorder;
+use super::scenario::Scenario;
+use super::summary::Summary;
+use crate::sim::TailState;
+use crate::sim::mocap::Mocap;
+use crate::sim::module::TICK;
+use crate::sim::tank::Tank;
+
+/// Whose time a run follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// Simulated time, as fast as the machine can.
+    Simulated,
+    /// Simulated time, no faster than the wall clock: to watch.
+    Watched,
+    /// The wall clock's: with modules that have clocks of their own.
+    Real,
+}
+
+/// What a run reports while it goes on.
+pub trait Progress {
+    /// `t_s` of `duration_s` seconds have passed.
+    fn at(&mut self, t_s: f64, duration_s: f64);
+    /// Before the first second: `done` of `total` steps of what the run needs are done.
+    fn preparing(&mut self, _what: &str, _done: u64, _total: u64) {}
+    /// Something worth a line: a module joins, the fleet holds.
+    fn note(&mut self, text: &str);
+}
+
+/// Reports nothing.
+pub struct Quiet;
+
+impl Progress for Quiet {
+    fn at(&mut self, _t_s: f64, _duration_s: f64) {}
+    fn note(&mut self, _text: &str) {}
+}
+
+/// What a run leaves behind.
+#[derive(Debug)]
+pub struct RunResult {
+    /// The figures.
+    pub summary: Summary,
+    /// The courses.
+    pub record: RunRecord,
+}
+
+/// A fault that is planned into a run, for tests and drills.
+pub type Drill<'a, F> = &'a mut dyn FnMut(Micros, Option<Micros>, &mut F);
+
+/// Runs `scenario` with modules in this process, from `seed`, as fast as the machine can.
+///
+/// # Errors
+/// [`RunError`].
+pub fn simulate(scenario: &Scenario, seed: u64) -> Result<RunResult, RunError> {
+    let mut fleet = InProcess::new(scenario, seed)?;
+    let stop = AtomicBool::new(false);
+    run(scenario, seed, &mut fleet, Pace::Simulated, &mut Quiet, &stop, &mut |_, _, _| {})
+}
+
+/// Runs `scenario` with any fleet. `stop` ends it early: the fleet is told to hold, and what was measured is kept.
+/// `drill` is called at every tick with the time and the start of the first cycle.
+///
+/// # Errors
+/// [`RunError`].
+pub fn run<F: Fleet>(
+    scenario: &Scenario,
+    seed: u64,
+    fleet: &mut F,
+    pace: Pace,
+    progress: &mut dyn Progress,
+    stop: &AtomicBool,
+    drill: Drill<'_, F>,
+) -> Result<RunResult, RunError> {
+    // Another life of the host is another session; in a simulation the seed decides.
+    let session = match pace {
+        Pace::Simulated | Pace::Watched => seed as u32,
+        Pace::Real => std::process::id() ^ (unix_micros() as u32),
+    };
+    let table = distances::table(&scenario.modboat, &scenario.planner, progress);
+    let mut pilot = Pilot::new(scenario, session, table, stopwatch)?;
+    let start = PoseSample {
+        position_m: scenario.start.position_m,
+        heading_rad: scenario.start_heading_rad(),
+        ..PoseSample::default()
+    };
+    let mut tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, seed ^ 0x7A4B)?;
+    let mut mocap = Mocap::new(&scenario.mocap, seed ^ 0x3C0D)?;
+    let mut recorder = Recorder::default();
+    let mut tails: Vec<TailState> = Vec::new();
+    let mut clock_error_us = None;
+    let mut idle_since = Micros(0);
+    let mut clock = Clock { pace, began: Instant::now(), ticks: 0 };
+    let mut buffer = [0; MAX_DATAGRAM];
+    let (mut heard, mut waiting) = (0, true);
+    let mut cut_short = None;
+
+    loop {
+        let tick = clock.next_tick();
+        drill(tick, pilot.origin(), fleet);
+        fleet.advance(tick)?;
+
+        let mut now = clock.now(tick);
+        while let Some((length, from)) = fleet.radio().receive(now, &mut buffer).map_err(Into::into)? {
+            // What does not decode is counted by the pilot; there is nothing else to do about it.
+            let _ = pilot.handle_datagram(now, from, &buffer[..length]);
+            now = clock.now(tick);
+        }
+
+        fleet.tails(tick, pilot.dispatcher(), &mut tails);
+        tank.step(f64::from(TICK.as_secs_f32()), &tails);
+        let pose = tank.pose();
+        if let Some(fix) = mocap.sample(pose.t_s, &pose) {
+            pilot.handle_fix(&fix);
+        }
+        pilot.handle_timer(tick);
+        while let Some((to, datagram)) = pilot.poll_transmit() {
+            fleet.radio().send(clock.now(tick), to, &datagram).map_err(Into::into)?;
+        }
+
+        let sample = (&pose, tails.as_slice(), tank.last_wrench());
+        recorder.step(tick, pilot.origin(), f64::from(TICK.as_secs_f32()), sample, pilot.decisions());
+        if pilot.is_finished() {
+            break;
+        }
+        if stop.load(Ordering::Relaxed) {
+            progress.note("interrupted: the fleet finishes its cycle and holds");
+            cut_short = Some("interrupted".to_owned());
+            pilot.finish();
+            while let Some((to, datagram)) = pilot.poll_transmit() {
+                fleet.radio().send(clock.now(tick), to, &datagram).map_err(Into::into)?;
+            }
+            break;
+        }
+
+        let known = pilot.dispatcher().modules().iter().filter(|link| link.is_known()).count();
+        if known != heard {
+            heard = known;
+            progress.note(&format!("{known} of {} modules have joined", scenario.structure.len()));
+        }
+        if pilot.is_swimming() {
+            idle_since = tick;
+            clock_error_us = clock_error_us.max(fleet.clock_error_us(tick));
+            if waiting {
+                progress.note("all modules are ready: swimming");
+            }
+        } else if !waiting {
+            progress.note("the fleet holds: a module's tail is not known");
+        }
+        waiting = !pilot.is_swimming();
+        let idle_s = tick.as_secs_f64() - idle_since.as_secs_f64();
+        if idle_s > scenario.timing.join_s {
+            let modules = pilot.missing().into_iter().map(|index| index as u16 + 1).collect();
+            let silent = RunError::Silent { modules, waited_s: scenario.timing.join_s, hint: String::new() };
+            // What was measured before a module fell silent is kept.
+            if pilot.origin().is_none() {
+                return Err(silent);
+            }
+            cut_short = Some(silent.to_string());
+            break;
+        }
+        if clock.ticks.is_multiple_of(100) {
+            let t_s = pilot.origin().map_or(0.0, |origin| tick.as_secs_f64() - origin.as_secs_f64());
+            progress.at(t_s.max(0.0), scenario.duration_s());
+        }
+    }
+
+    let wall_s = clock.began.elapsed().as_secs_f64();
+    let record = recorder.finish(scenario, pilot.origin(), pilot.decisions());
+    let mut summary = Summary::new(scenario, seed, &record, &pilot, &tank);
+    summary.faults = fleet.faults();
+    summary.clock_error_us = clock_error_us;
+    summary.wall_s = wall_s;
+    summary.judge(cut_short);
+    Ok(RunResult { summary, record })
+}
+
+/// Ticks of a thousandth of a second, simulated or awaited.
+struct Clock {
+    pace: Pace,
+    began: Instant,
+    ticks: u64,
+}
+
+impl Clock {
+    /// The next tick; in real time it waits for it.
+    fn next_tick(&mut self) -> Micros {
+        self.ticks += 1;
+        let tick = self.ticks * u64::from(TICK.0);
+        if self.pace != Pace::Simulated {
+            let due = self.began + Duration::from_micros(tick);
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        }
+        Micros(tick)
+    }
+
+    /// The time now: of the tick in a simulation, of the wall clock otherwise.
+    fn now(&self, tick: Micros) -> Micros {
+        match self.pace {
+            Pace::Simulated | Pace::Watched => tick,
+            Pace::Real => Micros(self.began.elapsed().as_micros() as u64),
+        }
+    }
+}
+
+/// Any clock that only goes forward.
+fn stopwatch() -> Micros {
+    static BEGAN: OnceLock<Instant> = OnceLock::new();
+    Micros(BEGAN.get_or_init(Instant::now).elapsed().as_micros() as u64)
+}
+
+fn unix_micros() -> u64 {
+    std::time::SystemTime::now()
+        .duration_since(std::time::UNIX_EPOCH)
+        .map_or(0, |since| since.as_micros() as u64)
+}

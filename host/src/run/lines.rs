@@ -1,0 +1,71 @@
+//! Where in a TOML file a value stands, for error messages that say so.
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The line of the byte at `offset`, from 1.
+pub(super) fn line_at(text: &[u8], offset: usize) -> usize {
+    text.iter().take(offset).filter(|&&byte| byte == b'\n').count() + 1
+}
+
+/// Lists of fixed length by their path; `*` is every item. The reader of TOML refuses those that are too short, and
+/// takes no notice of what a list has too much.
+const LENGTHS: [(&[&str], usize); 6] = [
+    (&["structure", "cells", "*"], 2),
+    (&["leg", "*", "velocity_m_s"], 2),
+    (&["start", "position_m"], 2),
+    (&["tank", "current_m_s"], 2),
+    (&["planner", "stages"], 3),
+    (&["planner", "weights"], 3),
+];
+
+/// Line of the first list that is longer than it should be, and what to say about it.
+pub(super) fn too_long(text: &str) -> Option<(usize, String)> {
+    fn search(value: &Spanned<DeValue<'_>>, path: &[&str], length: usize) -> Option<(usize, usize)> {
+        match (value.get_ref(), path) {
+            (DeValue::Array(items), []) if items.len() > length => Some((value.span().start, items.len())),
+            (DeValue::Array(items), ["*", rest @ ..]) => {
+                items.iter().find_map(|item| search(item, rest, length))
+            }
+            (DeValue::Table(table), [key, rest @ ..]) => {
+                let (_, inner) = table.iter().find(|(name, _)| name.get_ref() == key)?;
+                search(inner, rest, length)
+            }
+            _ => None,
+        }
+    }
+    let document = DeTable::parse(text).ok()?;
+    LENGTHS.iter().find_map(|(path, length)| {
+        let (first, rest) = path.split_first()?;
+        let (_, value) = document.get_ref().iter().find(|(name, _)| name.get_ref() == first)?;
+        let (offset, found) = search(value, rest, *length)?;
+        let key = path.iter().rfind(|step| **step != "*")?;
+        let line = line_at(text.as_bytes(), offset);
+        Some((line, format!("{key}: a list of {found} where {length} numbers are asked for")))
+    })
+}
+
+/// The line where the value at `path` (keys, or indices of arrays) stands, or where the last part of the path that
+/// exists stands.
+pub(super) fn line_of(text: &str, path: &[&str]) -> usize {
+    fn descend<'a>(value: &'a DeValue<'a>, step: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+        match value {
+            DeValue::Table(table) => {
+                table.iter().find(|(key, _)| key.get_ref() == step).map(|(_, value)| value)
+            }
+            DeValue::Array(array) => array.get(step.parse::<usize>().ok()?),
+            _ => None,
+        }
+    }
+    let Ok(document) = DeTable::parse(text) else { return 1 };
+    let Some((first, rest)) = path.split_first() else { return 1 };
+    let entry = document.get_ref().iter().find(|(key, _)| key.get_ref() == first);
+    let Some(mut value) = entry.map(|(_, value)| value) else { return 1 };
+    for step in rest {
+        match descend(value.get_ref(), step) {
+            Some(inner) => value = inner,
+            None => break,
+        }
+    }
+    line_at(text.as_bytes(), value.span().start)
+}

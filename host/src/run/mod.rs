@@ -1,0 +1,63 @@
+//! The main job: plan, dispatch, execute, observe, in a closed loop.
+//!
+//! | file | what |
+//! |---|---|
+//! | [`scenario`] | what is run, from a TOML file |
+//! | [`pilot`] | the host's closed loop; sans-IO |
+//! | [`fleet`] | who executes: modules in this process, or processes on UDP |
+//! | [`distances`] | the table that a planner may search by, from the user's cache |
+//! | [`experiment`] | pilot, fleet and tank against the clock |
+//! | [`recorder`], [`record`] | what is measured meanwhile |
+//! | [`summary`] | the figures of a run |
+
+use thiserror::Error;
+
+use crate::quantity::ParameterError;
+use crate::sim::module::ModuleError;
+
+pub mod distances;
+pub mod experiment;
+pub mod fleet;
+mod lines;
+pub mod pilot;
+pub mod record;
+pub mod recorder;
+pub mod scenario;
+pub mod summary;
+
+/// Why a run ended before its time.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// Modules are not there, or not ready, and have not been for too long.
+    #[error("{} within {waited_s} s{hint}", silent(modules))]
+    Silent {
+        /// Ids of the modules that are missing.
+        modules: Vec<u16>,
+        /// How long they were waited for, s.
+        waited_s: f64,
+        /// What may help.
+        hint: String,
+    },
+    /// The radio itself failed.
+    #[error("radio: {0}")]
+    Radio(#[from] std::io::Error),
+    /// A module cannot be built.
+    #[error("module {id}: {source}")]
+    Module {
+        /// Which one.
+        id: u16,
+        /// Why.
+        source: ModuleError,
+    },
+    /// A number that cannot be.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+}
+
+fn silent(modules: &[u16]) -> String {
+    let ids: Vec<String> = modules.iter().map(u16::to_string).collect();
+    match ids.as_slice() {
+        [one] => format!("module {one} did not answer"),
+        many => format!("modules {} did not answer", many.join(", ")),
+    }
+}

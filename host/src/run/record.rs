@@ -1,0 +1,83 @@
+//! What a run leaves in memory: the input of `summary.json` and of every plot.
+
+use crate::modboat::motion::{Swing, Turn, Wrench};
+use crate::modboat::parameters::Parameters;
+pub use crate::sim::PoseSample;
+
+/// One leg of a scenario: what was demanded, and when. Time 0 is the start of the first cycle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LegRecord {
+    /// First instant, s.
+    pub start_s: f64,
+    /// Last instant, s.
+    pub end_s: f64,
+    /// Demanded velocity in the world (x east, y north), m/s.
+    pub velocity_m_s: [f64; 2],
+    /// Demanded heading Θ of the surge axis, rad counter-clockwise from world x.
+    pub heading_rad: f64,
+}
+
+/// All tails at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TailSample {
+    /// Time, s.
+    pub t_s: f64,
+    /// Actual angle of each tail, rad (unwrapped), by module.
+    pub actual_rad: Vec<f64>,
+}
+
+/// One decision: transition and swim cycle of every module.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CycleRecord {
+    /// Cycle number k.
+    pub number: u32,
+    /// Start of its transition, s.
+    pub start_s: f64,
+    /// Length of its transition, s (0: none needed).
+    pub transition_s: f64,
+    /// Length of its swim cycle, s.
+    pub period_s: f64,
+    /// "planned", "repeated" or "held".
+    pub outcome: &'static str,
+    /// Wrench the controller asked for.
+    pub demand: Wrench,
+    /// Wrench the plan yields by law (7).
+    pub commanded: Wrench,
+    /// Mean wrench of the tails on the water over the swim cycle, as simulated from the actual tail angles.
+    pub achieved: Wrench,
+    /// ‖w∘(demand − commanded)‖ / ‖w∘demand‖.
+    pub error: f64,
+    /// Total tail travel of the transition, rad.
+    pub travel_rad: f64,
+    /// Least distance between the surfaces of two tails over transition and cycle as planned, m.
+    pub clearance_m: f64,
+    /// Time the planner took, µs.
+    pub solve_us: u64,
+    /// Each module's swim cycle.
+    pub swings: Vec<Swing>,
+    /// Each module's transition; where a tail does not move, from = to.
+    pub turns: Vec<Turn>,
+}
+
+/// Everything that was measured in one run.
+#[derive(Clone, Debug)]
+pub struct RunRecord {
+    /// Scenario name, such as `holonomic-1`.
+    pub name: String,
+    /// One line about the scenario.
+    pub description: String,
+    /// Module parameters of the run.
+    pub parameters: Parameters,
+    /// Lattice cells [col, row] by module.
+    pub cells: Vec<[i32; 2]>,
+    /// Module centres in S, m, by module.
+    pub positions_m: Vec<[f64; 2]>,
+    /// Legs in order.
+    pub legs: Vec<LegRecord>,
+    /// True poses at some 20 Hz.
+    pub poses: Vec<PoseSample>,
+    /// Tail angles at some 50 Hz.
+    pub tails: Vec<TailSample>,
+    /// Cycles in order.
+    pub cycles: Vec<CycleRecord>,
+}

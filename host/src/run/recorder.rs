@@ -1,0 +1,117 @@
+//! Collects what a run leaves behind.
+
+use protocol::units::Micros;
+
+use super::pilot::Decision;
+use super::record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample};
+use super::scenario::Scenario;
+use crate::modboat::motion::Wrench;
+use crate::sim::TailState;
+
+/// Seconds between two recorded poses: 20 Hz.
+const POSE_EVERY_S: f64 = 0.05;
+/// Seconds between two recorded sets of tails: 50 Hz.
+const TAILS_EVERY_S: f64 = 0.02;
+
+/// Impulse of the tails on the water over one swim cycle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Impulse {
+    sum: Wrench,
+    time_s: f64,
+}
+
+/// See the module's documentation.
+#[derive(Debug, Default)]
+pub struct Recorder {
+    poses: Vec<PoseSample>,
+    tails: Vec<TailSample>,
+    impulses: Vec<Impulse>,
+}
+
+impl Recorder {
+    /// Takes in one step of `dt_s` that ends at `now`: pose, tails, and the wrench that acted. `origin` is time zero;
+    /// before it nothing is recorded.
+    pub fn step(
+        &mut self,
+        now: Micros,
+        origin: Option<Micros>,
+        dt_s: f64,
+        sample: (&PoseSample, &[TailState], Wrench),
+        decisions: &[Decision],
+    ) {
+        let Some(origin) = origin.filter(|&origin| origin <= now) else { return };
+        let (pose, tails, wrench) = sample;
+        let t_s = now.as_secs_f64() - origin.as_secs_f64();
+        if self.poses.last().is_none_or(|last| t_s >= last.t_s + POSE_EVERY_S - 1e-9) {
+            self.poses.push(PoseSample { t_s, ..*pose });
+        }
+        if self.tails.last().is_none_or(|last| t_s >= last.t_s + TAILS_EVERY_S - 1e-9) {
+            let actual_rad = tails.iter().map(|tail| tail.angle_rad).collect();
+            self.tails.push(TailSample { t_s, actual_rad });
+        }
+        self.impulses.resize(decisions.len(), Impulse::default());
+        // The last decision may wait for its start while the one before it runs.
+        for (decision, impulse) in decisions.iter().zip(&mut self.impulses).rev().take(2) {
+            if decision.swim_start() < now && now <= decision.end() {
+                let [fx, fy, tau] = wrench.to_array().map(|component| component * dt_s);
+                impulse.sum = impulse.sum + Wrench { fx_n: fx, fy_n: fy, tau_nm: tau };
+                impulse.time_s += dt_s;
+            }
+        }
+    }
+
+    /// Everything, at the end of the run. A cycle that was not over is left out.
+    #[must_use]
+    pub fn finish(self, scenario: &Scenario, origin: Option<Micros>, decisions: &[Decision]) -> RunRecord {
+        let zero_s = origin.unwrap_or_default().as_secs_f64();
+        let end_s = self.poses.last().map_or(0.0, |pose| pose.t_s);
+        let cycles = decisions
+            .iter()
+            .zip(&self.impulses)
+            .filter(|(decision, _)| decision.end().as_secs_f64() - zero_s <= end_s + 2.0 * POSE_EVERY_S)
+            .map(|(decision, impulse)| {
+                let per_s = if impulse.time_s > 0.0 { 1.0 / impulse.time_s } else { 0.0 };
+                let achieved = Wrench::from_array(impulse.sum.to_array().map(|component| component * per_s));
+                let plan = &decision.plan;
+                CycleRecord {
+                    number: decision.number,
+                    start_s: decision.start.as_secs_f64() - zero_s,
+                    transition_s: f64::from(decision.transition.as_secs_f32()),
+                    period_s: f64::from(decision.period.as_secs_f32()),
+                    outcome: plan.outcome.name(),
+                    demand: decision.demand,
+                    commanded: plan.wrench,
+                    achieved,
+                    error: plan.error,
+                    travel_rad: plan.travel_rad,
+                    clearance_m: plan.clearance_m,
+                    solve_us: decision.solve_us,
+                    swings: plan.cycle.clone(),
+                    turns: decision.turns.clone(),
+                }
+            })
+            .collect();
+        let mut start_s = 0.0;
+        let legs = scenario.legs.iter().map(|leg| {
+            let record = LegRecord {
+                start_s,
+                end_s: start_s + leg.duration_s,
+                velocity_m_s: leg.velocity_m_s,
+                heading_rad: leg.heading_rad,
+            };
+            start_s = record.end_s;
+            record
+        });
+        RunRecord {
+            name: scenario.name.clone(),
+            description: scenario.description.clone(),
+            parameters: scenario.modboat.clone(),
+            cells: scenario.structure.cells().to_vec(),
+            positions_m: scenario.structure.positions_m(scenario.modboat.pitch_m),
+            legs: legs.collect(),
+            poses: self.poses,
+            tails: self.tails,
+            cycles,
+        }
+    }
+}

@@ -1,0 +1,442 @@
+//! Scenarios: what is run, from a TOML file. A mistake in one is reported with its file, line, value and unit.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::lines::{line_at, line_of, too_long};
+use crate::link::faults::FaultParameters;
+use crate::modboat::control::ControlConfig;
+use crate::modboat::observer::ObserverParameters;
+use crate::modboat::parameters::Parameters;
+use crate::modboat::planner_config::PlannerConfig;
+use crate::modboat::structure::Structure;
+use crate::quantity::ParameterError;
+use crate::sim::mocap::MocapParameters;
+use crate::sim::module::ClockParameters;
+use crate::sim::motor::MotorParameters;
+use crate::sim::tank::TankParameters;
+
+/// The scenarios that come with the program, by name.
+pub const BUILT_IN: [(&str, &str); 4] = [
+    ("holonomic-1", include_str!("../../scenarios/holonomic-1.toml")),
+    ("holonomic-2", include_str!("../../scenarios/holonomic-2.toml")),
+    ("holonomic-3", include_str!("../../scenarios/holonomic-3.toml")),
+    ("holonomic-4", include_str!("../../scenarios/holonomic-4.toml")),
+];
+
+/// Everything a run needs to know.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Name, also of the output folder.
+    pub name: String,
+    /// One line.
+    pub description: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Which modules are docked where.
+    pub structure: Structure,
+    /// What is demanded, in order.
+    pub legs: Vec<Leg>,
+    /// Where the structure starts.
+    pub start: Start,
+    /// The modules.
+    pub modboat: Parameters,
+    /// The planner.
+    pub planner: PlannerConfig,
+    /// The controller.
+    pub control: ControlConfig,
+    /// The observer.
+    pub observer: ObserverParameters,
+    /// When decisions are made.
+    pub timing: Timing,
+    /// The water.
+    pub tank: TankParameters,
+    /// The motors.
+    pub motor: MotorParameters,
+    /// The modules' clocks.
+    pub clock: ClockParameters,
+    /// The cameras.
+    pub mocap: MocapParameters,
+    /// The medium between host and modules.
+    pub radio: FaultParameters,
+}
+
+/// One demand and how long it lasts.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Leg {
+    /// How long, s.
+    pub duration_s: f64,
+    /// Velocity in the world (x east, y north), m/s.
+    pub velocity_m_s: [f64; 2],
+    /// Heading Θ of the surge axis, rad counter-clockwise from world x.
+    pub heading_rad: f64,
+}
+
+/// Pose at time zero; the structure starts at rest.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Start {
+    /// Centre of mass in the world, m.
+    pub position_m: [f64; 2],
+    /// Heading Θ, rad; that of the first leg if it is not given.
+    pub heading_rad: Option<f64>,
+    /// Where every tail points, rad from the sway axis.
+    pub tail_rad: f64,
+}
+
+/// When decisions are made.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Timing {
+    /// A cycle is planned and first sent this long before it starts, s. *Assumed*: fifteen sends at 20 ms.
+    pub lead_s: f64,
+    /// Give up on modules that have not joined after this long, s.
+    pub join_s: f64,
+}
+
+impl Default for Timing {
+    fn default() -> Self {
+        Self { lead_s: 0.3, join_s: 10.0 }
+    }
+}
+
+/// No scenario file is longer, bytes.
+const FILE_MAX: u64 = 1 << 20;
+
+/// The file's own shape; [`Scenario`] is what becomes of it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Tables {
+    name: String,
+    #[serde(default)]
+    description: String,
+    #[serde(default = "one")]
+    seed: u64,
+    structure: Shape,
+    #[serde(rename = "leg", default)]
+    legs: Vec<Leg>,
+    #[serde(default)]
+    start: Start,
+    #[serde(default)]
+    modboat: Parameters,
+    #[serde(default)]
+    planner: PlannerConfig,
+    #[serde(default)]
+    control: ControlConfig,
+    #[serde(default)]
+    observer: ObserverParameters,
+    #[serde(default)]
+    timing: Timing,
+    #[serde(default)]
+    tank: TankParameters,
+    #[serde(default)]
+    motor: MotorParameters,
+    #[serde(default)]
+    clock: ClockParameters,
+    #[serde(default)]
+    mocap: MocapParameters,
+    #[serde(default)]
+    radio: FaultParameters,
+}
+
+const fn one() -> u64 {
+    1
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Shape {
+    /// `W×H`: columns and rows.
+    size: Option<String>,
+    /// Cells `[col, row]`, module 1 first.
+    cells: Option<Vec<[i32; 2]>>,
+    /// Drawn: `#` is a module.
+    picture: Option<String>,
+}
+
+/// Why a scenario cannot be run.
+#[derive(Debug, Error)]
+pub enum ScenarioError {
+    /// No such file, and no built-in scenario of that name.
+    #[error("{name}: no such file, and no built-in scenario of that name (there are {})", names())]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+    /// The file cannot be read.
+    #[error("{}: {source}", path.display())]
+    Unreadable {
+        /// Which file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The file is not what it should be.
+    #[error("{file}:{line}: {message}")]
+    Invalid {
+        /// Which file.
+        file: String,
+        /// Which line, from 1.
+        line: usize,
+        /// What is wrong there.
+        message: String,
+    },
+}
+
+fn names() -> String {
+    BUILT_IN.map(|(name, _)| name).join(", ")
+}
+
+impl Scenario {
+    /// Reads a scenario file, or takes the built-in one of that name.
+    ///
+    /// # Errors
+    /// [`ScenarioError`].
+    pub fn open(name: &str) -> Result<Self, ScenarioError> {
+        let path = Path::new(name);
+        let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
+        // A run's folder may well bear the name of its scenario.
+        if let Some((_, text)) = built_in.filter(|_| path.is_dir() || !path.exists()) {
+            return Self::parse(&format!("{name}.toml"), text);
+        }
+        let bytes = read(path).map_err(|source| match source.kind() {
+            ErrorKind::NotFound => ScenarioError::Unknown { name: name.to_owned() },
+            _ => ScenarioError::Unreadable { path: path.to_owned(), source },
+        })?;
+        let text = std::str::from_utf8(&bytes).map_err(|error| ScenarioError::Invalid {
+            file: name.to_owned(),
+            line: line_at(&bytes, error.valid_up_to()),
+            message: "is not a text in UTF-8".to_owned(),
+        })?;
+        Self::parse(name, text)
+    }
+
+    /// Reads a scenario from `text`; `file` is its name in error messages.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Invalid`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
+        let invalid = |line, message| ScenarioError::Invalid { file: file.to_owned(), line, message };
+        let parsed: Tables = toml::from_str(text).map_err(|error| {
+            let line = error.span().map_or(1, |span| line_at(text.as_bytes(), span.start));
+            let message = error.message().replace('\n', " ");
+            // "invalid type" and the like tell the value but not the key.
+            match text.lines().nth(line - 1) {
+                Some(source) if message.starts_with("invalid ") => {
+                    invalid(line, format!("{}: {message}", source.trim()))
+                }
+                _ => invalid(line, message),
+            }
+        })?;
+        if let Some((line, message)) = too_long(text) {
+            return Err(invalid(line, message));
+        }
+        // Errors below know their key; the file is read once more to find its line.
+        let at = |path: &[&str], message: String| invalid(line_of(text, path), message);
+        let number = |table: &str, error: ParameterError| {
+            let path: Vec<&str> = table.split('.').chain([error.key]).collect();
+            invalid(line_of(text, &path), format!("[{table}] {error}"))
+        };
+
+        let name = &parsed.name;
+        let fit = |c: char| !c.is_control() && !r#"/\:*?"<>|"#.contains(c);
+        if !(1..=100).contains(&name.chars().count()) || name.starts_with('.') || !name.chars().all(fit) {
+            let message = format!(
+                r#"name = {name:?}: names the output folder too: 1 to 100 characters, no dot first, none of /\:*?"<>|"#
+            );
+            return Err(at(&["name"], message));
+        }
+
+        let shape = &parsed.structure;
+        let (key, structure) = match (&shape.size, &shape.cells, &shape.picture) {
+            (Some(word), None, None) => ("size", Structure::from_word(word)),
+            (None, Some(cells), None) => ("cells", Structure::from_cells(cells)),
+            (None, None, Some(picture)) => ("picture", Structure::from_picture(picture)),
+            _ => {
+                let message = "[structure] takes exactly one of size, cells and picture".to_owned();
+                return Err(at(&["structure"], message));
+            }
+        };
+        let structure =
+            structure.map_err(|error| at(&["structure", key], format!("[structure] {key}: {error}")))?;
+
+        parsed.modboat.validate().map_err(|error| number("modboat", error))?;
+        parsed.planner.validate().map_err(|error| number("planner", error))?;
+        parsed.control.validate().map_err(|error| number("control", error))?;
+        parsed.observer.validate().map_err(|error| number("observer", error))?;
+        parsed.tank.thrust.validate().map_err(|error| number("tank.thrust", error))?;
+        parsed.tank.validate().map_err(|error| number("tank", error))?;
+        parsed.motor.validate().map_err(|error| number("motor", error))?;
+        parsed.clock.validate().map_err(|error| number("clock", error))?;
+        parsed.mocap.validate().map_err(|error| number("mocap", error))?;
+        parsed.radio.validate().map_err(|error| number("radio", error))?;
+        let shortest_s = parsed.modboat.period_s;
+        let ranges = [
+            (
+                "timing",
+                "lead_s",
+                parsed.timing.lead_s,
+                0.02..=shortest_s,
+                "must lie between 0.02 and the period",
+            ),
+            ("timing", "join_s", parsed.timing.join_s, 0.1..=3600.0, "must lie between 0.1 and 3600"),
+        ];
+        for (table, key, value, range, reason) in ranges {
+            if !range.contains(&value) {
+                return Err(number(table, ParameterError { key, value, unit: "s", reason }));
+            }
+        }
+        let [x, y] = parsed.start.position_m;
+        let heading = parsed.start.heading_rad.unwrap_or(0.0);
+        for (key, value, unit, limit) in [
+            ("position_m", x, "m", 1e6),
+            ("position_m", y, "m", 1e6),
+            ("heading_rad", heading, "rad", 1e3),
+            ("tail_rad", parsed.start.tail_rad, "rad", 1e3),
+        ] {
+            if !(-limit..=limit).contains(&value) {
+                return Err(number("start", ParameterError { key, value, unit, reason: "is out of range" }));
+            }
+        }
+        if parsed.legs.is_empty() {
+            return Err(at(&["leg"], "a scenario needs at least one [[leg]]".to_owned()));
+        }
+        for (index, leg) in parsed.legs.iter().enumerate() {
+            leg.validate().map_err(|error| {
+                let line = line_of(text, &["leg", &index.to_string(), error.key]);
+                invalid(line, format!("[[leg]] {}: {error}", index + 1))
+            })?;
+        }
+        Ok(Self {
+            name: parsed.name,
+            description: parsed.description,
+            seed: parsed.seed,
+            structure,
+            legs: parsed.legs,
+            start: parsed.start,
+            modboat: parsed.modboat,
+            planner: parsed.planner,
+            control: parsed.control,
+            observer: parsed.observer,
+            timing: parsed.timing,
+            tank: parsed.tank,
+            motor: parsed.motor,
+            clock: parsed.clock,
+            mocap: parsed.mocap,
+            radio: parsed.radio,
+        })
+    }
+
+    /// Length of all legs, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.legs.iter().map(|leg| leg.duration_s).sum()
+    }
+
+    /// The leg that runs at `t_s` after the start; the last one from its end on.
+    #[must_use]
+    pub fn leg_at(&self, t_s: f64) -> &Leg {
+        let mut end_s = 0.0;
+        let running = self.legs.iter().find(|leg| {
+            end_s += leg.duration_s;
+            t_s < end_s
+        });
+        running.unwrap_or(&self.legs[self.legs.len() - 1])
+    }
+
+    /// Heading at the start, rad.
+    #[must_use]
+    pub fn start_heading_rad(&self) -> f64 {
+        self.start.heading_rad.unwrap_or(self.legs[0].heading_rad)
+    }
+}
+
+impl Leg {
+    fn validate(&self) -> Result<(), ParameterError> {
+        let [vx, vy] = self.velocity_m_s;
+        for (key, value, unit, range, reason) in [
+            ("duration_s", self.duration_s, "s", 1e-3..=1e5, "must lie between 0.001 and 100000"),
+            ("velocity_m_s", vx, "m/s", -10.0..=10.0, "must lie between −10 and 10"),
+            ("velocity_m_s", vy, "m/s", -10.0..=10.0, "must lie between −10 and 10"),
+            ("heading_rad", self.heading_rad, "rad", -1e3..=1e3, "must lie between −1000 and 1000"),
+        ] {
+            if !range.contains(&value) {
+                return Err(ParameterError { key, value, unit, reason });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The whole of a file that is not absurdly long (`/dev/zero` has no end).
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(FILE_MAX + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > FILE_MAX {
+        let message = format!("is longer than {FILE_MAX} bytes: no scenario");
+        return Err(std::io::Error::new(ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "name = \"t\"\n[structure]\nsize = \"3x1\"\n[[leg]]\nduration_s = 5.0\n\
+                        velocity_m_s = [0.04, 0.0]\nheading_rad = 1.5\n";
+
+    fn complaint(text: &str) -> String {
+        Scenario::parse("t.toml", text).expect_err(text).to_string()
+    }
+
+    #[test]
+    fn built_in_scenarios_parse_and_bear_their_names() {
+        for (name, _) in BUILT_IN {
+            assert_eq!(Scenario::open(name).expect(name).name, name);
+        }
+    }
+
+    #[test]
+    fn legs_follow_each_other() {
+        let leg = "[[leg]]\nduration_s = 2.0\nvelocity_m_s = [0.0, 0.0]\nheading_rad = 0.0\n";
+        let scenario = Scenario::parse("t.toml", &format!("{GOOD}{leg}")).unwrap();
+        assert!((scenario.duration_s() - 7.0).abs() < 1e-12);
+        for (t_s, heading_rad) in [(0.0, 1.5), (4.999, 1.5), (5.0, 0.0), (100.0, 0.0)] {
+            assert!((scenario.leg_at(t_s).heading_rad - heading_rad).abs() < 1e-12, "at {t_s} s");
+        }
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        for (text, expected) in [
+            (GOOD.replace("duration_s = 5.0", "duration_s = -5.0"), "t.toml:5: [[leg]] 1: duration_s = -5 s"),
+            (format!("{GOOD}[modboat]\nperiod_s = -1.5\n"), "t.toml:9: [modboat] period_s = -1.5 s"),
+            (format!("{GOOD}[modboat]\nperiod = 1.5\n"), "t.toml:9: unknown field `period`"),
+            (format!("{GOOD}[radio]\n\nloss = 1.5\n"), "t.toml:10: [radio] loss = 1.5"),
+            (GOOD.replace("\"3x1\"", "\"0x1\""), "t.toml:3: [structure] size"),
+            (GOOD.replace("size = \"3x1\"", "cells = [[0,0],[2,0]]"), "t.toml:3: [structure] cells"),
+            (GOOD.replace("size = \"3x1\"\n", ""), "t.toml:2: [structure] takes exactly one"),
+            ("name = \"t\"\nleg = 5\n[structure]\nsize = \"3x1\"\n".to_owned(), "t.toml:2: "),
+            (GOOD.replace("1.5\n", "nan\n"), "t.toml:7: [[leg]] 1: heading_rad = NaN rad"),
+            (GOOD.replace("\"t\"", "\"../t\""), "t.toml:1: name = \"../t\""),
+            (GOOD.replace("1.5\n", "\"east\"\n"), "t.toml:7: heading_rad = \"east\": invalid type"),
+            (
+                format!("{GOOD}[tank.thrust]\nrest_speed_rad_s = -1.0\n"),
+                "t.toml:9: [tank.thrust] rest_speed_rad_s",
+            ),
+            (
+                GOOD[..GOOD.find("[[leg]]").unwrap()].to_owned(),
+                "t.toml:1: a scenario needs at least one [[leg]]",
+            ),
+        ] {
+            let complaint = complaint(&text);
+            assert!(complaint.starts_with(expected), "{complaint}\nexpected {expected}");
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! The figures of a run: `summary.json`, and what is printed.
+
+use serde::Serialize;
+
+use super::pilot::Pilot;
+use super::record::{LegRecord, RunRecord};
+use super::scenario::Scenario;
+use crate::link::faults::FaultCount;
+use crate::link::ledger::Ledger;
+use crate::quantity::wrap_rad;
+use crate::sim::tank::Tank;
+
+/// Velocity is averaged over the last so many seconds of a leg.
+const MEAN_OVER_S: f64 = 60.0;
+/// Heading errors count from so many seconds after the start of a leg.
+const SETTLED_AFTER_S: f64 = 20.0;
+
+/// The figures of one run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Scenario.
+    pub scenario: String,
+    /// Modules.
+    pub modules: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Time from the start of the first cycle, s.
+    pub duration_s: f64,
+    /// Time the scenario takes, s.
+    pub planned_s: f64,
+    /// Whether the whole scenario was run.
+    pub complete: bool,
+    /// What went wrong; null if the run did what it was to do.
+    pub failure: Option<String>,
+    /// Each leg's figures.
+    pub legs: Vec<LegFigures>,
+    /// Cycles by outcome.
+    pub cycles: CycleFigures,
+    /// Times two tails touched; each would have undocked a pair.
+    pub contacts: Vec<ContactFigures>,
+    /// Least distance between the surfaces of two tails, m; null where no two can meet.
+    pub least_clearance_m: Option<f64>,
+    /// Each module's link, in order.
+    pub link: Vec<LinkFigures>,
+    /// Datagrams that did not decode.
+    pub datagrams_damaged: u64,
+    /// Datagrams from modules of another fleet.
+    pub datagrams_foreign: u64,
+    /// What the simulated medium did, all radios together.
+    pub faults: Option<FaultCount>,
+    /// Greatest error of a module's fleet time while it swam, µs.
+    pub clock_error_us: Option<u64>,
+    /// Time the run took, s.
+    pub wall_s: f64,
+}
+
+/// One leg's figures.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LegFigures {
+    /// Demanded velocity in the world, m/s.
+    pub demand_m_s: [f64; 2],
+    /// Mean velocity over the last 60 s of the leg, m/s.
+    pub mean_m_s: [f64; 2],
+    /// ‖mean − demand‖ / ‖demand‖; in m/s where the demand is zero.
+    pub velocity_error: f64,
+    /// Demanded heading, rad.
+    pub heading_rad: f64,
+    /// RMS of the heading error from 20 s after the start of the leg on, rad.
+    pub heading_rms_rad: f64,
+}
+
+/// What became of the decisions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct CycleFigures {
+    /// All of them.
+    pub total: usize,
+    /// With a plan for their demand.
+    pub planned: usize,
+    /// The same cycle once more.
+    pub repeated: usize,
+    /// Nothing moved.
+    pub held: usize,
+    /// That needed a transition.
+    pub with_transition: usize,
+    /// Mean relative error of the wrench.
+    pub mean_error: f64,
+    /// Mean tail travel in the transitions, rad a module.
+    pub mean_travel_rad: f64,
+    /// Median time of the planner, µs.
+    pub solve_us_median: u64,
+    /// Greatest time of the planner, µs.
+    pub solve_us_max: u64,
+    /// Reboots of modules seen.
+    pub reboots: u32,
+    /// Cycles refused by modules.
+    pub refusals: u32,
+}
+
+/// Two tails touched.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContactFigures {
+    /// When, s after the start of the first cycle.
+    pub t_s: f64,
+    /// Ids of the two modules.
+    pub modules: [usize; 2],
+    /// Deepest overlap, m.
+    pub overlap_m: f64,
+}
+
+/// One module's link.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LinkFigures {
+    /// Its id.
+    pub module: u16,
+    /// The counts.
+    #[serde(flatten)]
+    pub ledger: Ledger,
+}
+
+impl Summary {
+    /// From what a run left behind.
+    pub fn new<A: Copy>(
+        scenario: &Scenario,
+        seed: u64,
+        record: &RunRecord,
+        pilot: &Pilot<A>,
+        tank: &Tank,
+    ) -> Self {
+        let zero_s = pilot.origin().map_or(0.0, |origin| origin.as_secs_f64());
+        let duration_s = record.poses.last().map_or(0.0, |pose| pose.t_s);
+        let contacts = tank.contacts().iter().map(|contact| ContactFigures {
+            t_s: contact.t_s - zero_s,
+            modules: [contact.modules.0 + 1, contact.modules.1 + 1],
+            overlap_m: -contact.clearance_m,
+        });
+        let link = pilot.dispatcher().modules().iter();
+        let least_clearance_m = tank.least_clearance_m();
+        Self {
+            scenario: scenario.name.clone(),
+            modules: scenario.structure.len(),
+            seed,
+            duration_s,
+            planned_s: scenario.duration_s(),
+            complete: duration_s >= scenario.duration_s() - 0.1,
+            failure: None,
+            legs: record.legs.iter().filter_map(|leg| leg_figures(leg, record)).collect(),
+            cycles: cycle_figures(record, pilot.reboots(), pilot.refusals()),
+            contacts: contacts.collect(),
+            least_clearance_m: least_clearance_m.is_finite().then_some(least_clearance_m),
+            link: link.map(|link| LinkFigures { module: link.id().0, ledger: *link.ledger() }).collect(),
+            datagrams_damaged: pilot.dispatcher().damaged(),
+            datagrams_foreign: pilot.dispatcher().foreign(),
+            faults: None,
+            clock_error_us: None,
+            wall_s: 0.0,
+        }
+    }
+
+    /// Whether the run did what it was to do: to its end, without two tails touching.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.failure.is_none()
+    }
+
+    /// Says in [`failure`](Self::failure) what went wrong; `cut_short` is why the run ended before its time, if that
+    /// is known.
+    pub(super) fn judge(&mut self, cut_short: Option<String>) {
+        let Self { duration_s, planned_s, complete, .. } = *self;
+        let cycles: u64 = self.link.iter().map(|link| link.ledger.cycles).sum();
+        let refused: u64 = self.link.iter().map(|link| link.ledger.refused).sum();
+        self.failure = if let Some(first) = self.contacts.first() {
+            Some(format!(
+                "{} tail contacts, the first between modules {} and {} at {:.2} s: the structure would have come apart",
+                self.contacts.len(),
+                first.modules[0],
+                first.modules[1],
+                first.t_s
+            ))
+        } else if !complete {
+            let why = cut_short.map_or(String::new(), |why| format!(": {why}"));
+            Some(format!("ended early, after {duration_s:.1} of {planned_s:.1} s{why}"))
+        } else if cycles == 0 {
+            Some("no cycle was found in which no tails meet; everybody held".to_owned())
+        } else if cycles == refused {
+            // Nobody moved, so nobody touched.
+            Some(format!(
+                "the modules refused all {cycles} cycles: motor, period and transition do not go together"
+            ))
+        } else {
+            None
+        };
+    }
+}
+
+/// Nothing for a leg that was not begun.
+fn leg_figures(leg: &LegRecord, record: &RunRecord) -> Option<LegFigures> {
+    let within = |from_s: f64| {
+        record.poses.iter().filter(move |pose| (from_s - 1e-6..=leg.end_s + 1e-6).contains(&pose.t_s))
+    };
+    let mean_from_s = leg.start_s.max(leg.end_s - MEAN_OVER_S);
+    let (first, last) = (within(mean_from_s).next()?, within(mean_from_s).next_back()?);
+    let time_s = (last.t_s - first.t_s).max(f64::MIN_POSITIVE);
+    let mean_m_s = [0, 1].map(|axis| (last.position_m[axis] - first.position_m[axis]) / time_s);
+    let [dx, dy] = [0, 1].map(|axis| mean_m_s[axis] - leg.velocity_m_s[axis]);
+    let demand = leg.velocity_m_s[0].hypot(leg.velocity_m_s[1]);
+    let settled_s = (leg.start_s + SETTLED_AFTER_S).min(leg.end_s);
+    let (sum, count) = within(settled_s).fold((0.0, 0.0), |(sum, count), pose| {
+        let error = wrap_rad(pose.heading_rad - leg.heading_rad);
+        (sum + error * error, count + 1.0)
+    });
+    Some(LegFigures {
+        demand_m_s: leg.velocity_m_s,
+        mean_m_s,
+        velocity_error: dx.hypot(dy) / if demand > 0.0 { demand } else { 1.0 },
+        heading_rad: leg.heading_rad,
+        heading_rms_rad: if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 },
+    })
+}
+
+fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigures {
+    let cycles = &record.cycles;
+    let outcome = |name| cycles.iter().filter(|cycle| cycle.outcome == name).count();
+    let mean = |of: &dyn Fn(&super::record::CycleRecord) -> f64| {
+        if cycles.is_empty() { 0.0 } else { cycles.iter().map(of).sum::<f64>() / cycles.len() as f64 }
+    };
+    let mut solve_us: Vec<u64> = cycles.iter().map(|cycle| cycle.solve_us).collect();
+    solve_us.sort_unstable();
+    CycleFigures {
+        total: cycles.len(),
+        planned: outcome("planned"),
+        repeated: outcome("repeated"),
+        held: outcome("held"),
+        with_transition: cycles.iter().filter(|cycle| cycle.transition_s > 0.0).count(),
+        mean_error: mean(&|cycle| cycle.error),
+        mean_travel_rad: mean(&|cycle| cycle.travel_rad / cycle.swings.len().max(1) as f64),
+        solve_us_median: solve_us.get(solve_us.len() / 2).copied().unwrap_or(0),
+        solve_us_max: solve_us.last().copied().unwrap_or(0),
+        reboots,
+        refusals,
+    }
+}
