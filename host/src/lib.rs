@@ -2,6 +2,7 @@
 
 pub mod link;
 pub mod modboat;
+pub mod plot;
 pub mod quantity;
 pub mod run;
 pub mod sim;
