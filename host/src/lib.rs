@@ -1,5 +1,19 @@
 //! The host of a fleet: plans for everybody, sends each module its cycle, simulates the tank, shows what happened.
+//!
+//! ```text
+//! protocol ← firmware ← sim ← run ← cli          protocol ← link ← run          modboat ← sim, run, plot
+//! ```
+//!
+//! | module | what |
+//! |---|---|
+//! | [`modboat`] | the planner of docked Modboats: pure functions from a wrench to everybody's cycle |
+//! | [`link`] | radios, their faults, and the dispatcher |
+//! | [`sim`] | the tank, the motors, and modules made of the firmware crate |
+//! | [`run`] | the closed loop: plan, dispatch, execute, observe |
+//! | [`plot`] | the pictures of a run |
+//! | [`cli`] | the `flotilla` program |
 
+pub mod cli;
 pub mod link;
 pub mod modboat;
 pub mod plot;

@@ -1,0 +1,87 @@
+//! The command line. Each command is a file; contracts (JSON fields, units, exit codes) are fixed: people script
+//! against them.
+//!
+//! Exit codes: 0 done, 1 could not, 2 bad usage or input.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+mod folder;
+mod module;
+mod plan;
+mod planner;
+mod progress;
+mod report;
+mod run;
+mod signal;
+
+/// Swim a fleet of docked Modboats from one PC.
+#[derive(Parser)]
+#[command(name = "flotilla", version, about, long_about = None, after_help = EXAMPLE)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLE: &str =
+    "Example:\n  flotilla run holonomic-1      three docked modules swim the first holonomic experiment";
+
+#[derive(Subcommand)]
+enum Command {
+    /// Plan, dispatch, execute and observe in a closed loop; leaves figures and pictures in a folder
+    Run(run::Arguments),
+    /// Filter: one JSON request a line in, one JSON plan a line out
+    Plan(plan::Arguments),
+    /// One module as a process of its own on UDP: the firmware on a simulated motor
+    Module(module::Arguments),
+}
+
+/// How a command ended, if not well.
+enum Failure {
+    /// It could not be done.
+    Could(String),
+    /// Usage or input is wrong.
+    Bad(String),
+}
+
+/// Runs the program.
+#[must_use]
+pub fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Run(arguments) => run::main(arguments),
+        Command::Plan(arguments) => plan::main(&arguments),
+        Command::Module(arguments) => module::main(&arguments),
+    };
+    let (code, message) = match outcome {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Could(message)) => (1, message),
+        Err(Failure::Bad(message)) => (2, message),
+    };
+    if !message.is_empty() {
+        complain(&message);
+    }
+    ExitCode::from(code)
+}
+
+/// One line to standard error: whatever a name or key in `message` holds, it makes no second line and no colour.
+fn complain(message: &str) {
+    let message: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    tell(&format!("flotilla: {message}"));
+}
+
+/// One line to standard error, if anybody reads there (`eprintln` panics if not).
+fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// What became of writing to standard output. A reader that has gone away has seen enough.
+fn written(outcome: std::io::Result<()>) -> Result<(), Failure> {
+    match outcome {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Could(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

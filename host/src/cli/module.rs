@@ -1,0 +1,120 @@
+//! `flotilla module`: one module as a process on UDP. The firmware crate, compiled for the PC, drives a simulated
+//! motor; everything between host and firmware is real.
+
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use protocol::units::{Micros, MicrosSpan};
+use protocol::{ModuleId, ModuleState};
+
+use super::{Failure, signal, tell};
+use crate::link::udp::UdpRadio;
+use crate::run::scenario::{Scenario, Start};
+use crate::sim::module::{ClockParameters, Setup, SimModule, TICK};
+
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  flotilla module --id 1 --host 127.0.0.1:4870 &\n  \
+                        flotilla module --id 2 --host 127.0.0.1:4870 &\n  \
+                        flotilla module --id 3 --host 127.0.0.1:4870 &\n  \
+                        flotilla run holonomic-1 --radio udp --listen 127.0.0.1:4870")]
+pub(super) struct Arguments {
+    /// Number in the fleet, from 1
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    id: u16,
+    /// Where the host listens
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:4870")]
+    host: String,
+    /// Where this module listens; port 0 takes any free one [default: any port, on this machine alone if the host is
+    /// on it]
+    #[arg(long, value_name = "ADDRESS")]
+    listen: Option<String>,
+    /// Take motor, geometry and start pose from this scenario [default: holonomic-1]
+    #[arg(long, value_name = "SCENARIO")]
+    scenario: Option<String>,
+    /// End by itself after so many seconds
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+}
+
+pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
+    let name = arguments.scenario.as_deref().unwrap_or(super::run::DEFAULT);
+    let scenario = Scenario::open(name).map_err(|error| Failure::Bad(error.to_string()))?;
+    let modules = scenario.structure.len();
+    if arguments.scenario.is_some() && usize::from(arguments.id) > modules {
+        let id = arguments.id;
+        return Err(Failure::Bad(format!("--id {id}: there are only {modules} modules in {name}")));
+    }
+    let host = resolve(&arguments.host)?;
+    if let Some(seconds) = arguments.duration.filter(|seconds| !(*seconds > 0.0 && *seconds <= 1e7)) {
+        return Err(Failure::Bad(format!("--duration = {seconds} s: must lie between 0 and 10000000")));
+    }
+    let listen = arguments.listen.clone().unwrap_or_else(|| any_port(host));
+    let radio = UdpRadio::bind(listen.as_str()).map_err(|error| Failure::Bad(error.to_string()))?;
+    let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
+    let Start { tail_rad, .. } = scenario.start;
+    // A process has a clock of its own already: real, and wrong by its own start.
+    let clock = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
+    let setup = Setup {
+        id: ModuleId(arguments.id),
+        modboat: &scenario.modboat,
+        motor: &scenario.motor,
+        clock: &clock,
+        tail_rad,
+        report_every: MicrosSpan(10_000),
+        seed: u64::from(std::process::id()) << 32 | since_epoch_us() & 0xFFFF_FFFF,
+    };
+    let mut module = SimModule::new(&setup, radio, host).map_err(|error| Failure::Bad(error.to_string()))?;
+    signal::watch();
+    tell(&format!("module {} on {address}, host at {host}", arguments.id));
+
+    let began = Instant::now();
+    let mut state = None;
+    for tick in 1.. {
+        let due_us = tick * u64::from(TICK.0);
+        std::thread::sleep((began + Duration::from_micros(due_us)).saturating_duration_since(Instant::now()));
+        if signal::STOP.load(Ordering::Relaxed) {
+            break;
+        }
+        if arguments.duration.is_some_and(|seconds| due_us as f64 * 1e-6 >= seconds) {
+            break;
+        }
+        let now = Micros(began.elapsed().as_micros() as u64);
+        module.tick(now).map_err(|error| Failure::Could(format!("radio: {error}")))?;
+        let present: Option<ModuleState> = module.state(now);
+        if present != state {
+            state = present;
+            if let Some(present) = present {
+                tell(&format!("module {} at {:.3} s: {present:?}", arguments.id, now.as_secs_f64()));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn resolve(address: &str) -> Result<SocketAddr, Failure> {
+    let mut found = address
+        .to_socket_addrs()
+        .map_err(|error| Failure::Bad(format!("--host {address}: {error} (it takes ADDRESS:PORT)")))?;
+    match found.next() {
+        Some(found) if found.port() != 0 => Ok(found),
+        Some(_) => Err(Failure::Bad(format!("--host {address}: port 0 is nobody's"))),
+        None => Err(Failure::Bad(format!("--host {address}: no such address"))),
+    }
+}
+
+/// Any free port where `host` can be reached from: a socket on the loopback reaches no other machine.
+fn any_port(host: SocketAddr) -> String {
+    let ip: IpAddr = match (host, host.ip().is_loopback()) {
+        (SocketAddr::V4(_), true) => Ipv4Addr::LOCALHOST.into(),
+        (SocketAddr::V4(_), false) => Ipv4Addr::UNSPECIFIED.into(),
+        (SocketAddr::V6(_), true) => Ipv6Addr::LOCALHOST.into(),
+        (SocketAddr::V6(_), false) => Ipv6Addr::UNSPECIFIED.into(),
+    };
+    SocketAddr::new(ip, 0).to_string()
+}
+
+fn since_epoch_us() -> u64 {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    now.map_or(0, |since| since.as_micros() as u64)
+}

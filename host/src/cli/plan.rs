@@ -1,0 +1,280 @@
+//! `flotilla plan`: a filter. One JSON request a line in, one JSON plan a line out, flushed; a line that is no request
+//! gives an `{"error": …}` line and the stream goes on.
+
+use std::collections::HashMap;
+use std::io::{BufRead, Read, Write};
+use std::sync::Arc;
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use serde_json::error::Category;
+
+use super::planner::PlannerKind;
+use super::progress::Bar;
+use super::{Failure, complain, written};
+use crate::modboat::distance::DistanceToCollision;
+use crate::modboat::motion::{Swing, Turn, Wrench};
+use crate::modboat::parameters::Parameters;
+use crate::modboat::plan::{Outcome, Plan, Planner};
+use crate::modboat::planner_config::PlannerConfig;
+use crate::modboat::structure::Structure;
+use crate::modboat::table::Table;
+use crate::run::distances;
+use crate::run::scenario::Scenario;
+
+/// Greatest force (N) and torque (N·m) that is taken for a demand.
+const DEMAND_MAX: f64 = 1e6;
+/// Greatest angle that is taken for a tail's, rad.
+const TAIL_MAX_RAD: f64 = 1e6;
+/// No line is longer, bytes; a request for 1024 modules has less than a tenth of it.
+const LINE_MAX: u64 = 1 << 20;
+
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  echo '{\"cells\":[[0,0],[1,0],[2,0]],\
+                        \"demand\":{\"fx_n\":0.02,\"fy_n\":0.0,\"tau_nm\":0.0},\"tail_rad\":null}' | flotilla plan\n\n\
+                        \"tail_rad\" holds the tails' present angles (rad, unwrapped), null for a first cycle, or\n\
+                        \"previous\" to go on from this stream's last plan.")]
+pub(super) struct Arguments {
+    /// Which planner
+    #[arg(long, value_enum, default_value_t = PlannerKind::PotentialField)]
+    planner: PlannerKind,
+    /// Take modules and planner settings from this scenario
+    #[arg(long, value_name = "SCENARIO")]
+    scenario: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Request {
+    cells: Vec<[i32; 2]>,
+    demand: Wrench,
+    #[serde(default)]
+    tail_rad: Tails,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(untagged, expecting = "tail_rad takes a list of angles, null or \"previous\"")]
+enum Tails {
+    #[default]
+    Unknown,
+    Angles(Vec<f64>),
+    Word(Previous),
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Previous {
+    Previous,
+}
+
+#[derive(Serialize)]
+struct Reply<'a> {
+    outcome: &'static str,
+    cycle: &'a [Swing],
+    transition: Option<&'a [Turn]>,
+    wrench: Wrench,
+    error: f64,
+    travel_rad: f64,
+    clearance_m: Option<f64>,
+    loss_tolerant: bool,
+    planner: &'static str,
+    solve_us: u64,
+}
+
+#[derive(Serialize)]
+struct Refusal {
+    error: String,
+}
+
+/// Planners and the last plan, kept from line to line.
+struct Stream {
+    parameters: Parameters,
+    config: PlannerConfig,
+    planner: &'static str,
+    distance: Arc<DistanceToCollision>,
+    table: Option<Arc<Table>>,
+    planners: HashMap<Vec<[i32; 2]>, Planner>,
+    previous: Option<Last>,
+}
+
+/// What the last plan leaves: for which structure, the cycle, and where the tails end.
+struct Last {
+    cells: Vec<[i32; 2]>,
+    cycle: Vec<Swing>,
+    ends_rad: Vec<f64>,
+}
+
+pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
+    let (parameters, config) = match &arguments.scenario {
+        Some(name) => {
+            let scenario = Scenario::open(name).map_err(|error| Failure::Bad(error.to_string()))?;
+            (scenario.modboat, scenario.planner)
+        }
+        None => (Parameters::default(), PlannerConfig::default()),
+    };
+    let distance = Arc::new(DistanceToCollision::new(&parameters));
+    // Shows itself on a terminal only, and only if there is a table to load.
+    let table = distances::table(&parameters, &config, &mut Bar::new("plan"));
+    let planner = arguments.planner.name();
+    let mut stream =
+        Stream { parameters, config, planner, distance, table, planners: HashMap::new(), previous: None };
+    let mut out = std::io::stdout().lock();
+    let mut bad = 0;
+    let mut input = std::io::stdin().lock();
+    for number in 1_u64.. {
+        let line =
+            next_line(&mut input).map_err(|error| Failure::Could(format!("standard input: {error}")))?;
+        let Some(line) = line else { break };
+        let answer = match line.and_then(|line| stream.answer(&line)) {
+            Ok(answer) => answer,
+            Err(error) => {
+                bad += 1;
+                complain(&format!("line {number}: {error}"));
+                serde_json::to_string(&Refusal { error }).unwrap_or_default()
+            }
+        };
+        let outcome = writeln!(out, "{answer}").and_then(|()| out.flush());
+        let gone = outcome.is_err();
+        written(outcome)?;
+        if gone {
+            return Ok(());
+        }
+    }
+    if bad == 0 { Ok(()) } else { Err(Failure::Bad(String::new())) }
+}
+
+/// The next line, or why it is none; nothing at the end of the input.
+fn next_line(input: &mut impl BufRead) -> std::io::Result<Option<Result<String, String>>> {
+    let mut line = Vec::new();
+    if input.take(LINE_MAX).read_until(b'\n', &mut line)? == 0 {
+        return Ok(None);
+    }
+    if line.len() as u64 == LINE_MAX && !line.ends_with(b"\n") {
+        input.skip_until(b'\n')?;
+        return Ok(Some(Err(format!("is longer than {LINE_MAX} bytes"))));
+    }
+    Ok(Some(match String::from_utf8(line) {
+        // One line out for each in: who waits for the answer to an empty line must not wait for ever.
+        Ok(line) if line.trim().is_empty() => Err("is empty: a request is a JSON object".to_owned()),
+        Ok(line) => Ok(line),
+        Err(error) => Err(format!("column {}: is not UTF-8", error.utf8_error().valid_up_to() + 1)),
+    }))
+}
+
+/// What the JSON reader says, with the word that it stumbled over.
+fn explain(line: &str, error: &serde_json::Error) -> String {
+    let (text, column) = (error.to_string(), error.column());
+    // Its line is always 1: the line of the request in the stream is not its business.
+    let Some(what) = text.strip_suffix(&format!(" at line {} column {column}", error.line())) else {
+        return text;
+    };
+    let between = |c: char| c.is_whitespace() || ",:[]{}\"".contains(c);
+    let start = line.get(..column).and_then(|before| before.rfind(between)).map_or(0, |at| at + 1);
+    let word: String = line[start..].chars().take_while(|&c| !between(c)).take(24).collect();
+    match error.classify() {
+        Category::Syntax if !word.is_empty() => format!("column {column}: {what}, found {word}"),
+        _ => format!("column {column}: {what}"),
+    }
+}
+
+impl Stream {
+    fn answer(&mut self, line: &str) -> Result<String, String> {
+        let request: Request = serde_json::from_str(line).map_err(|error| explain(line, &error))?;
+        let Wrench { fx_n, fy_n, tau_nm } = request.demand;
+        for (key, value, unit) in [("fx_n", fx_n, "N"), ("fy_n", fy_n, "N"), ("tau_nm", tau_nm, "N·m")] {
+            if !value.is_finite() || value.abs() > DEMAND_MAX {
+                return Err(format!(
+                    "demand.{key} = {value:e} {unit}: must be at most {DEMAND_MAX:e} in size"
+                ));
+            }
+        }
+        let modules = request.cells.len();
+        let planner = self.planner(&request.cells)?;
+        let (tails, previous) = match request.tail_rad {
+            Tails::Unknown => (None, None),
+            Tails::Angles(angles) => {
+                check(&angles, modules)?;
+                let same = self.previous.as_ref().filter(|last| last.cells == request.cells);
+                (Some(angles), same.map(|last| last.cycle.clone()))
+            }
+            Tails::Word(Previous::Previous) => {
+                let last =
+                    self.previous.as_ref().ok_or("tail_rad is \"previous\", but no plan came before")?;
+                if last.cells != request.cells {
+                    return Err(
+                        "tail_rad is \"previous\", but the plan before was for other cells".to_owned()
+                    );
+                }
+                (Some(last.ends_rad.clone()), Some(last.cycle.clone()))
+            }
+        };
+        let began = Instant::now();
+        let plan = self.planners.get_mut(&planner).ok_or("no planner")?.plan(
+            request.demand,
+            tails.as_deref(),
+            previous.as_deref(),
+        );
+        let solve_us = began.elapsed().as_micros() as u64;
+        let Plan { outcome, cycle, transition, wrench, error, travel_rad, clearance_m, loss_tolerant } =
+            &plan;
+        let reply = Reply {
+            outcome: outcome.name(),
+            cycle,
+            transition: transition.as_deref(),
+            wrench: *wrench,
+            error: *error,
+            travel_rad: *travel_rad,
+            // Alone, a module has nothing to be clear of; JSON has no infinity.
+            clearance_m: clearance_m.is_finite().then_some(*clearance_m),
+            loss_tolerant: *loss_tolerant,
+            planner: self.planner,
+            solve_us,
+        };
+        let answer = serde_json::to_string(&reply).map_err(|error| error.to_string())?;
+        let ends_rad = match (transition, tails) {
+            (Some(turns), _) => turns.iter().map(|turn| turn.to_rad).collect(),
+            (None, Some(tails)) => tails,
+            (None, None) => cycle.iter().map(|swing| swing.start_rad()).collect(),
+        };
+        // A held fleet swims nothing that could be repeated.
+        if *outcome == Outcome::Held && self.previous.is_some() {
+            if let Some(last) = &mut self.previous {
+                last.ends_rad = ends_rad;
+            }
+        } else {
+            self.previous = Some(Last { cells: request.cells, cycle: plan.cycle, ends_rad });
+        }
+        Ok(answer)
+    }
+
+    /// The key of the planner for `cells`, made if there is none yet.
+    fn planner(&mut self, cells: &[[i32; 2]]) -> Result<Vec<[i32; 2]>, String> {
+        if !self.planners.contains_key(cells) {
+            let structure = Structure::from_cells(cells).map_err(|error| format!("cells: {error}"))?;
+            let distance = Arc::clone(&self.distance);
+            let mut planner = Planner::with_distance(&structure, &self.parameters, &self.config, distance);
+            if let Some(table) = &self.table {
+                planner = planner.with_table(Arc::clone(table));
+            }
+            // A stream about ever new structures must not grow without bound.
+            if self.planners.len() >= 64 {
+                self.planners.clear();
+            }
+            self.planners.insert(cells.to_vec(), planner);
+        }
+        Ok(cells.to_vec())
+    }
+}
+
+fn check(angles: &[f64], modules: usize) -> Result<(), String> {
+    if angles.len() != modules {
+        return Err(format!("tail_rad has {} angles for {modules} cells", angles.len()));
+    }
+    match angles.iter().position(|angle| !angle.is_finite() || angle.abs() > TAIL_MAX_RAD) {
+        Some(index) => Err(format!(
+            "tail_rad[{index}] = {:e} rad: must be at most {TAIL_MAX_RAD:e} in size",
+            angles[index]
+        )),
+        None => Ok(()),
+    }
+}

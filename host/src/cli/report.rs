@@ -1,0 +1,62 @@
+//! The figures of a run, for a person.
+
+use std::io::Write;
+
+use crate::link::ledger::Ledger;
+use crate::run::summary::Summary;
+
+/// Prints the figures of a run.
+pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<()> {
+    let Summary { scenario, modules, seed, duration_s, cycles, .. } = summary;
+    writeln!(out, "{scenario}: {modules} modules, {duration_s:.0} s, seed {seed}")?;
+    writeln!(out)?;
+    writeln!(out, "  leg   demanded m/s      mean of last 60 s    error   heading   RMS after 20 s")?;
+    for (index, leg) in summary.legs.iter().enumerate() {
+        let [dx, dy] = leg.demand_m_s;
+        let [mx, my] = leg.mean_m_s;
+        writeln!(
+            out,
+            "  {:>3}   {dx:>6.3} {dy:>6.3}     {mx:>8.4} {my:>8.4}   {:>6.1} %   {:>5.2}      {:.3} rad",
+            index + 1,
+            100.0 * leg.velocity_error,
+            leg.heading_rad,
+            leg.heading_rms_rad
+        )?;
+    }
+    writeln!(out)?;
+    writeln!(
+        out,
+        "  cycles     {} planned, {} repeated, {} held; {} with a transition of {:.2} rad a module on average",
+        cycles.planned, cycles.repeated, cycles.held, cycles.with_transition, cycles.mean_travel_rad
+    )?;
+    writeln!(
+        out,
+        "  planner    wrench error {:.1} % on average; {:.2} ms median, {:.2} ms at most",
+        100.0 * cycles.mean_error,
+        cycles.solve_us_median as f64 * 1e-3,
+        cycles.solve_us_max as f64 * 1e-3
+    )?;
+    let clearance = match summary.least_clearance_m {
+        Some(clearance_m) => format!("tails never closer than {:.1} mm", 1e3 * clearance_m),
+        None => "no two tails can meet".to_owned(),
+    };
+    match summary.contacts.len() {
+        0 => writeln!(out, "  contacts   none; {clearance}")?,
+        n => writeln!(out, "  contacts   {n}: the structure would have come apart")?,
+    }
+    let sum = |of: fn(&Ledger) -> u64| -> u64 { summary.link.iter().map(|link| of(&link.ledger)).sum() };
+    writeln!(
+        out,
+        "  link       {} cycles sent, {} acknowledged, {} refused, {} unanswered; {} sent again",
+        sum(|l| l.cycles),
+        sum(|l| l.acknowledged),
+        sum(|l| l.refused),
+        sum(|l| l.unanswered),
+        sum(|l| l.resent)
+    )?;
+    if let Some(error_us) = summary.clock_error_us {
+        writeln!(out, "  clocks     fleet time known to {:.2} ms on every module", error_us as f64 * 1e-3)?;
+    }
+    writeln!(out, "  time       {:.2} s for {duration_s:.0} s", summary.wall_s)?;
+    writeln!(out)
+}

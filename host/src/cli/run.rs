@@ -1,0 +1,172 @@
+//! `flotilla run`: the main job.
+
+use std::io::Write;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use super::folder::Folder;
+use super::planner::PlannerKind;
+use super::progress::Bar;
+use super::{Failure, report, signal, tell, written};
+use crate::link::udp::UdpRadio;
+use crate::run::RunError;
+use crate::run::experiment::{Pace, Progress, RunResult, run};
+use crate::run::fleet::{InProcess, OverUdp};
+use crate::run::scenario::Scenario;
+use crate::run::summary::Summary;
+
+/// The scenario that runs when none is named.
+pub(super) const DEFAULT: &str = "holonomic-1";
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  flotilla run\n  flotilla run holonomic-4 --seed 7 --loss 0.3\n  \
+                        flotilla run my-boats.toml --radio udp --listen 0.0.0.0:4870")]
+pub(super) struct Arguments {
+    /// A scenario file, or one that comes with the program: holonomic-1, holonomic-2, holonomic-3, holonomic-4
+    #[arg(default_value = DEFAULT)]
+    scenario: String,
+    /// Seed of everything random, instead of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// What carries the datagrams
+    #[arg(long, value_enum, default_value_t = RadioKind::Loopback)]
+    radio: RadioKind,
+    /// Where to listen for modules, with --radio udp
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:4870")]
+    listen: String,
+    /// Share of datagrams lost, instead of the scenario's
+    #[arg(long, value_name = "SHARE")]
+    loss: Option<f64>,
+    /// Which planner
+    #[arg(long, value_enum, default_value_t = PlannerKind::PotentialField)]
+    planner: PlannerKind,
+    /// Follow the wall clock (always so with --radio udp)
+    #[arg(long)]
+    realtime: bool,
+    /// Folder for summary.json and the pictures [default: runs/NAME, a new one each time]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum RadioKind {
+    /// Modules in this process
+    Loopback,
+    /// Modules that are processes (`flotilla module`) or robots
+    Udp,
+}
+
+pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
+    let bad = |error: &dyn std::fmt::Display| Failure::Bad(error.to_string());
+    let PlannerKind::PotentialField = arguments.planner;
+    let mut scenario = Scenario::open(&arguments.scenario).map_err(|error| bad(&error))?;
+    if let Some(loss) = arguments.loss {
+        scenario.radio.loss = loss;
+        scenario.radio.validate().map_err(|error| Failure::Bad(format!("--loss: {error}")))?;
+    }
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    // Port and folder come first: a run that nobody can join, or whose results have nowhere to go, is not begun.
+    let radio = match arguments.radio {
+        RadioKind::Loopback => None,
+        RadioKind::Udp => Some(UdpRadio::bind(arguments.listen.as_str()).map_err(|error| bad(&error))?),
+    };
+    let folder = match &arguments.out {
+        Some(folder) => Folder::named(folder)?,
+        None => Folder::unused(Path::new("runs"), &scenario.name)?,
+    };
+    signal::watch();
+    let result = swim(&arguments, &scenario, seed, radio).inspect_err(|_| folder.discard())?;
+    let paths = write(&result, &folder.path)?;
+    let json = if arguments.json { Some(to_json(&result.summary)?) } else { None };
+    let mut out = std::io::stdout().lock();
+    let outcome = match json {
+        Some(json) => writeln!(out, "{json}"),
+        None => report::print(&mut out, &result.summary)
+            .and_then(|()| paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display()))),
+    };
+    written(outcome.and_then(|()| out.flush()))?;
+    match result.summary.failure {
+        None => Ok(()),
+        Some(why) => Err(Failure::Could(why)),
+    }
+}
+
+/// Runs `scenario` on the chosen radio.
+fn swim(
+    arguments: &Arguments,
+    scenario: &Scenario,
+    seed: u64,
+    radio: Option<UdpRadio>,
+) -> Result<RunResult, Failure> {
+    let stop = &signal::STOP;
+    let mut bar = Bar::new(&scenario.name);
+    let Some(radio) = radio else {
+        let pace = if arguments.realtime { Pace::Watched } else { Pace::Simulated };
+        let mut fleet = InProcess::new(scenario, seed).map_err(|error| failure(error, ""))?;
+        let result = run(scenario, seed, &mut fleet, pace, &mut bar, stop, &mut |_, _, _| {});
+        return result.map_err(|error| failure(error, ""));
+    };
+    let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
+    let listening = format!("listening on {address} for {} modules", scenario.structure.len());
+    // A port that the system chose must be told to scripts too.
+    if arguments.listen.ends_with(":0") {
+        tell(&listening);
+    } else {
+        bar.note(&listening);
+    }
+    let mut fleet = OverUdp::new(scenario, radio, seed);
+    let result = run(scenario, seed, &mut fleet, Pace::Real, &mut bar, stop, &mut |_, _, _| {});
+    result.map_err(|error| failure(error, &invitation(arguments, address)))
+}
+
+/// What a module that does not answer may be started with, less its number.
+fn invitation(arguments: &Arguments, mut address: SocketAddr) -> String {
+    if address.ip().is_unspecified() {
+        let local: IpAddr =
+            if address.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() };
+        address.set_ip(local);
+    }
+    match arguments.scenario.as_str() {
+        DEFAULT => format!("--host {address}"),
+        scenario => format!("--host {address} --scenario {scenario}"),
+    }
+}
+
+/// `invitation` is empty where modules are not processes.
+fn failure(error: RunError, invitation: &str) -> Failure {
+    match error {
+        RunError::Silent { modules, waited_s, .. } => {
+            let Some(first) = modules.first() else {
+                return Failure::Could(format!(
+                    "no cycle was found for {waited_s} s in which no tails meet; everybody held"
+                ));
+            };
+            let hint = match invitation {
+                "" => String::new(),
+                _ => format!(" (start it with: flotilla module --id {first} {invitation})"),
+            };
+            Failure::Bad(RunError::Silent { modules, waited_s, hint }.to_string())
+        }
+        RunError::Parameter(_) | RunError::Module { .. } => Failure::Bad(error.to_string()),
+        RunError::Radio(_) => Failure::Could(error.to_string()),
+    }
+}
+
+fn to_json(summary: &Summary) -> Result<String, Failure> {
+    serde_json::to_string_pretty(summary).map_err(|error| Failure::Could(format!("summary: {error}")))
+}
+
+fn write(result: &RunResult, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let path = folder.join("summary.json");
+    std::fs::write(&path, to_json(&result.summary)? + "\n")
+        .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
+    let mut paths = vec![path];
+    let pictures = crate::plot::write_all(&result.record, folder);
+    paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
+    Ok(paths)
+}

@@ -1,0 +1,394 @@
+//! Bad input gets one clear line on standard error, exit code 2, and leaves nothing behind. All through the binary.
+
+mod common;
+
+use std::io::Write;
+use std::net::UdpSocket;
+use std::path::Path;
+
+use common::{Finished, PATIENCE, Process};
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+/// A scenario without a mistake; line 3 is the structure's size, 5 to 7 are the leg.
+const GOOD: &str = "name = \"t\"\n[structure]\nsize = \"3x1\"\n[[leg]]\nduration_s = 6\n\
+                    velocity_m_s = [0.04, 0]\nheading_rad = 1.5\n";
+
+/// The one line with which `flotilla` refuses, without its first word.
+fn refusal(finished: &Finished) -> &str {
+    assert_eq!(finished.code, Some(2), "{finished:?}");
+    assert_eq!(finished.err.len(), 1, "one line: {finished:?}");
+    assert!(finished.out.is_empty(), "{finished:?}");
+    let line = finished.err[0].strip_prefix("flotilla: ").expect("says who speaks");
+    assert!(!line.contains("panicked"), "{line}");
+    line
+}
+
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    refusal(&Process::start(folder, arguments).finish()).to_owned()
+}
+
+/// A folder with `t.toml` in it.
+fn with_scenario(text: impl AsRef<[u8]>) -> TempDir {
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("t.toml"), text).expect("a file");
+    folder
+}
+
+#[track_caller]
+fn assert_left_alone(folder: &Path) {
+    let mut left: Vec<_> =
+        std::fs::read_dir(folder).expect("a folder").map(|e| e.expect("it").file_name()).collect();
+    left.retain(|name| name != "t.toml");
+    // The parent of all runs may stay; a run that was not to be has no place in it.
+    if left == ["runs"] {
+        left = std::fs::read_dir(folder.join("runs"))
+            .expect("a folder")
+            .map(|e| e.expect("it").file_name())
+            .collect();
+    }
+    assert!(left.is_empty(), "left behind: {left:?}");
+}
+
+#[test]
+fn mistakes_in_a_scenario_are_named_with_line_value_and_unit() {
+    let with = |more: &str| format!("{GOOD}{more}\n");
+    let shaped = |shape: &str| GOOD.replace("size = \"3x1\"", shape);
+    let cases: Vec<(String, &str, &[&str])> = vec![
+        (with("[modboat]\nperiod = 1.5"), "9", &["unknown field `period`", "`period_s`"]),
+        (with("[boat]\nperiod_s = 1.5"), "8", &["unknown field `boat`"]),
+        (GOOD.replace("heading_rad", "heading_deg"), "7", &["unknown field `heading_deg`"]),
+        (with("[modboat]\nperiod_s = -1.5"), "9", &["[modboat] period_s = -1.5 s", "greater than zero"]),
+        (with("[modboat]\nperiod_s = nan"), "9", &["[modboat] period_s = NaN s"]),
+        (with("[modboat]\nperiod_s = 1e300"), "9", &["[modboat] period_s = 1", "at most 1000"]),
+        (
+            with("[modboat]\namplitude_min_rad = 2.0\namplitude_max_rad = 1.0"),
+            "9",
+            &["[modboat] amplitude_min_rad = 2 rad", "reversed"],
+        ),
+        // Reversed against a default.
+        (
+            with("[modboat]\namplitude_max_rad = 0.5"),
+            "8",
+            &["[modboat] amplitude_min_rad = 0.9 rad", "reversed"],
+        ),
+        (with("[tank.thrust]\nrest_speed_rad_s = -1"), "9", &["[tank.thrust] rest_speed_rad_s = -1 rad/s"]),
+        (with("[planner]\nepochs = -1"), "9", &["epochs = -1", "u32"]),
+        (with("[timing]\njoin_s = 0"), "9", &["[timing] join_s = 0 s", "between 0.1 and 3600"]),
+        (with("[start]\ntail_rad = inf"), "9", &["[start] tail_rad = inf rad"]),
+        (with("[radio]\nloss = 1.5"), "9", &["[radio] loss = 1.5", "between 0 and 1"]),
+        (GOOD.replace("= 6", "= \"long\""), "5", &["duration_s = \"long\"", "invalid type"]),
+        (GOOD.replace("[0.04, 0]", "0.04"), "6", &["velocity_m_s = 0.04", "invalid type"]),
+        (GOOD.replace("[0.04, 0]", "[0.04, 0, 1]"), "6", &["velocity_m_s: a list of 3", "2 numbers"]),
+        (GOOD.replace("[0.04, 0]", "[0.04]"), "6", &["velocity_m_s = [0.04]", "invalid length 1"]),
+        (shaped("cells = [\n[0,0],\n[1,0,0]]"), "5", &["cells: a list of 3", "2 numbers"]),
+        (with("[planner]\nweights = [1, 1, 10, 1]"), "9", &["weights: a list of 4", "3 numbers"]),
+        (GOOD.replace("= 6", "= -6"), "5", &["[[leg]] 1: duration_s = -6 s"]),
+        (
+            with("[[leg]]\nduration_s = 1\nvelocity_m_s = [99, 0]\nheading_rad = 0"),
+            "10",
+            &["[[leg]] 2: velocity_m_s = 99 m/s"],
+        ),
+        (GOOD.replace("heading_rad = 1.5\n", ""), "4", &["missing field `heading_rad`"]),
+        (GOOD[..GOOD.find("[[leg]]").expect("a leg")].to_owned(), "1", &["at least one [[leg]]"]),
+        (GOOD.replace("name = \"t\"\n", ""), "1", &["missing field `name`"]),
+        (GOOD.replace("\"t\"", "\"../t\""), "1", &["name = \"../t\"", "folder"]),
+        (GOOD.replace("\"t\"", "\"\""), "1", &["name = \"\""]),
+        (GOOD.replace("\"t\"", "\"a\\u001b[2J\\nb\""), "1", &["name = "]),
+        (GOOD.replace("= 6", "= = 6"), "5", &[]),
+        (GOOD.replace("[structure]", "[structure"), "2", &[]),
+        (format!("{GOOD}x = \"never closed"), "8", &[]),
+        (with("\"\\u001b[2J\\n\" = 1"), "8", &["unknown field"]),
+        (String::new(), "1", &["missing field"]),
+        (shaped("size = \"0x1\""), "3", &["[structure] size", "at least one module"]),
+        (shaped("size = \"three\""), "3", &["[structure] size", "\"three\"", "3x1"]),
+        (shaped("size = \"3x1x1\""), "3", &["[structure] size", "\"3x1x1\""]),
+        (shaped("size = \"99x99\""), "3", &["[structure] size", "9801 modules", "1024"]),
+        (shaped("cells = []"), "3", &["[structure] cells", "at least one module"]),
+        (shaped("cells = [[0,0],[1,0],[1,0]]"), "3", &["[structure] cells", "[1, 0]", "twice"]),
+        (shaped("cells = [[0,0],[2,0]]"), "3", &["[structure] cells", "pieces", "[2, 0]"]),
+        (shaped("cells = [[0,0],[1,1]]"), "3", &["pieces", "[1, 1]"]),
+        (shaped("cells = [[0,0],[2147483647,0]]"), "3", &["[structure] cells", "[2147483647, 0]", "10000"]),
+        (shaped("cells = [[0,0],[2147483648,0]]"), "3", &["2147483648", "i32"]),
+        (shaped("picture = \"\"\"\n##.##\n##.##\n\"\"\""), "3", &["[structure] picture", "pieces"]),
+        (shaped("picture = \"#o#\""), "3", &["[structure] picture", "line 1, column 2: 'o'"]),
+        (shaped("picture = \"...\""), "3", &["[structure] picture", "at least one module"]),
+        (shaped("picture = \"#\"\nsize = \"1x1\""), "2", &["exactly one of size, cells and picture"]),
+        (shaped(""), "2", &["exactly one of size, cells and picture"]),
+        (shaped("size = 3"), "3", &["size = 3", "invalid type"]),
+    ];
+    for (text, line, expected) in cases {
+        let folder = with_scenario(&text);
+        // Shown if one of the assertions in it fails.
+        println!("{text}\n----");
+        let said = refused(folder.path(), &["run", "t.toml"]);
+        assert!(said.starts_with(&format!("t.toml:{line}: ")), "{said}\nexpected line {line} of\n{text}");
+        for &part in expected {
+            assert!(said.contains(part), "{said}\ndoes not say {part:?} of\n{text}");
+        }
+        assert!(!said.contains('\u{1b}'), "{said:?}");
+        assert_left_alone(folder.path());
+    }
+}
+
+/// A ring of modules may have a hole: only pieces are refused. The counterpart of the cases above.
+#[test]
+fn a_hole_that_cuts_nothing_off_is_a_structure() {
+    let folder = with_scenario(
+        GOOD.replace("size = \"3x1\"", "picture = \"\"\"\n###\n#.#\n###\"\"\"").replace("= 6", "= 0.5"),
+    );
+    let finished = Process::start(folder.path(), &["run", "t.toml"]).finish();
+    assert_eq!(finished.code, Some(0), "{finished:?}");
+}
+
+#[test]
+fn what_is_no_scenario_file_is_named() {
+    let folder = with_scenario(b"name = \"t\"\n\xff\xfe\n");
+    std::fs::create_dir(folder.path().join("d")).expect("a folder");
+    for (name, expected) in [
+        ("t.toml", "t.toml:2: is not a text in UTF-8"),
+        ("d", "d: Is a directory"),
+        (
+            "holonomic-5",
+            "holonomic-5: no such file, and no built-in scenario of that name (there are holonomic-1, ",
+        ),
+        ("", ": no such file"),
+        ("t.toml/x", "t.toml/x: "),
+        ("/dev/zero", "/dev/zero: is longer than"),
+    ] {
+        for command in
+            [&["run", name][..], &["plan", "--scenario", name], &["module", "--id", "1", "--scenario", name]]
+        {
+            let said = refused(folder.path(), command);
+            assert!(said.starts_with(expected), "{command:?}: {said}");
+        }
+    }
+}
+
+/// A byte order mark, Windows line ends and whole numbers are no mistakes.
+#[test]
+fn what_editors_do_is_no_mistake() {
+    let folder = with_scenario(format!("\u{feff}{}", GOOD.replace('\n', "\r\n").replace("= 6", "= 1")));
+    let finished = Process::start(folder.path(), &["run", "t.toml"]).finish();
+    assert_eq!(finished.code, Some(0), "{finished:?}");
+}
+
+/// The usage errors are the argument parser's: more than one line, but the same exit code.
+#[test]
+fn wrong_usage_has_exit_code_two() {
+    let folder = tempdir().expect("a folder");
+    for arguments in [
+        &[][..],
+        &["swim"],
+        &["run", "--radio", "smoke"],
+        &["run", "--planner", "best"],
+        &["run", "--seed", "-1"],
+        &["run", "--loss", "much"],
+        &["run", "--out", ""],
+        &["run", "one", "two"],
+        &["plan", "--planner", "best"],
+        &["plan", "request.json"],
+        &["module"],
+        &["module", "--id", "0"],
+        &["module", "--id", "1025"],
+        &["module", "--id", "-1"],
+        &["module", "--id", "one"],
+    ] {
+        let finished = Process::start(folder.path(), arguments).finish();
+        assert_eq!(finished.code, Some(2), "{arguments:?}: {finished:?}");
+        assert!(finished.out.is_empty(), "{arguments:?}: {finished:?}");
+        assert!(!finished.err.concat().contains("panicked"), "{finished:?}");
+        assert_left_alone(folder.path());
+    }
+}
+
+#[test]
+fn options_that_cannot_be_are_named_with_their_value() {
+    let folder = with_scenario(GOOD);
+    for (arguments, expected) in [
+        (&["run", "--loss", "1.5"][..], "--loss: loss = 1.5"),
+        (&["run", "--loss", "nan"], "--loss: loss = NaN"),
+        (&["run", "--loss=-0.1"], "--loss: loss = -0.1"),
+        (&["run", "--radio", "udp", "--listen", "nonsense"], "cannot listen on UDP nonsense: "),
+        (&["run", "--radio", "udp", "--listen", "127.0.0.1:99999"], "cannot listen on UDP 127.0.0.1:99999: "),
+        (&["run", "--radio", "udp", "--listen", "192.0.2.1:0"], "cannot listen on UDP 192.0.2.1:0: "),
+        (&["module", "--id", "1", "--host", "nonsense"], "--host nonsense: "),
+        (&["module", "--id", "1", "--host", "127.0.0.1"], "--host 127.0.0.1: "),
+        (&["module", "--id", "1", "--host", "127.0.0.1:0"], "--host 127.0.0.1:0: "),
+        (&["module", "--id", "1", "--listen", "nonsense"], "cannot listen on UDP nonsense: "),
+        (&["module", "--id", "1", "--duration", "nan"], "--duration = NaN s: "),
+        (&["module", "--id", "1", "--duration", "0"], "--duration = 0 s: "),
+        (&["module", "--id", "4", "--scenario", "t.toml"], "--id 4: there are only 3 modules in t.toml"),
+    ] {
+        let said = refused(folder.path(), arguments);
+        assert!(said.starts_with(expected), "{arguments:?}: {said}");
+        assert_left_alone(folder.path());
+    }
+}
+
+/// Tests may run as root, to whom permissions mean nothing: below a file and in /proc nobody can write.
+#[test]
+fn a_folder_that_cannot_be_written_is_named() {
+    let folder = with_scenario(GOOD);
+    for out in ["t.toml/results", "t.toml", "/proc/flotilla"] {
+        let said = refused(folder.path(), &["run", "t.toml", "--out", out]);
+        assert!(said.starts_with(&format!("cannot write to {out}: ")), "{said}");
+        assert_left_alone(folder.path());
+    }
+    // The default folder has nowhere to be.
+    std::fs::write(folder.path().join("runs"), "").expect("a file");
+    let said = refused(folder.path(), &["run", "t.toml"]);
+    assert!(said.starts_with("cannot write to runs/t: "), "{said}");
+}
+
+#[test]
+fn a_busy_port_is_named() {
+    let folder = with_scenario(GOOD);
+    let taken = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("an address").to_string();
+    let said = refused(folder.path(), &["run", "t.toml", "--radio", "udp", "--listen", &address]);
+    assert!(said.starts_with(&format!("cannot listen on UDP {address}: Address already in use")), "{said}");
+    assert_left_alone(folder.path());
+    let said = refused(folder.path(), &["module", "--id", "1", "--listen", &address]);
+    assert!(said.starts_with(&format!("cannot listen on UDP {address}: Address already in use")), "{said}");
+}
+
+#[test]
+fn nobody_answers() {
+    let folder = with_scenario(format!("{GOOD}[timing]\njoin_s = 1\n"));
+    let free =
+        UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").to_string();
+    let said = refused(folder.path(), &["run", "t.toml", "--radio", "udp", "--listen", &free]);
+    let expected = format!(
+        "modules 1, 2, 3 did not answer within 1 s \
+         (start it with: flotilla module --id 1 --host {free} --scenario t.toml)"
+    );
+    assert_eq!(said, expected);
+    assert_left_alone(folder.path());
+    // The same over a medium that lets nothing through.
+    let said = refused(folder.path(), &["run", "t.toml", "--loss", "1"]);
+    assert_eq!(said, "modules 1, 2, 3 did not answer within 1 s");
+    assert_left_alone(folder.path());
+}
+
+#[test]
+fn one_module_of_three_never_answers() {
+    let folder = with_scenario(format!("{GOOD}[timing]\njoin_s = 5\n"));
+    let run = Process::start(folder.path(), &["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0"]);
+    // The system chose the port, so it is told.
+    let first = run.err.recv_timeout(PATIENCE).expect("a line");
+    let host =
+        first.strip_prefix("listening on ").and_then(|rest| rest.split_once(' ')).expect("an address").0;
+    let _modules = ["1", "2"].map(|id| {
+        Process::start(
+            folder.path(),
+            &["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "60"],
+        )
+    });
+    let said = refusal(&run.finish()).to_owned();
+    assert!(
+        said.starts_with("module 3 did not answer within 5 s (start it with: flotilla module --id 3 "),
+        "{said}"
+    );
+    assert_left_alone(folder.path());
+}
+
+/// Good requests before, between and after bad ones are answered; each bad one has its line in both streams.
+#[test]
+fn bad_requests_get_an_error_line_each_and_the_stream_goes_on() {
+    let demand = r#""demand":{"fx_n":0.02,"fy_n":0.0,"tau_nm":0.0}"#;
+    let cells = r#""cells":[[0,0],[1,0]]"#;
+    let good = format!("{{{cells},{demand},\"tail_rad\":null}}");
+    let row = |n: usize| (0..n).map(|col| format!("[{col},0]")).collect::<Vec<_>>().join(",");
+    let of_cells = |list: &str| format!("{{\"cells\":[{list}],{demand},\"tail_rad\":null}}");
+    let of_tails = |tails: &str| format!("{{{cells},{demand},\"tail_rad\":{tails}}}");
+    let of_force = |force: &str| good.replace("0.02", force);
+    let bad: Vec<(String, &[&str])> = vec![
+        (of_tails("\"previous\""), &["no plan came before"]),
+        (of_force("NaN"), &["column 41: ", "found NaN"]),
+        (of_force("nan"), &["found nan"]),
+        (of_force("Infinity"), &["found Infinity"]),
+        (of_force("1e300"), &["demand.fx_n = 1e300 N", "at most 1e6"]),
+        (of_force("-1e300"), &["demand.fx_n = -1e300 N"]),
+        (of_force("1e999"), &["number out of range"]),
+        (good.replace("\"tau_nm\":0.0", "\"tau_nm\":2e6"), &["demand.tau_nm = 2e6 N·m"]),
+        (of_force("\"much\""), &["invalid type: string \"much\""]),
+        (of_force("null"), &["invalid type: null"]),
+        (good[..good.len() / 2].to_owned(), &["EOF"]),
+        (format!("{good} {good}"), &["trailing characters"]),
+        (String::new(), &["empty"]),
+        ("   ".to_owned(), &["empty"]),
+        ("[]".to_owned(), &[]),
+        ("null".to_owned(), &["invalid type: null"]),
+        ("42".to_owned(), &["invalid type"]),
+        ("hello".to_owned(), &["found hello"]),
+        (good.replace("\"tail_rad\":null", "\"tail_rad\":null,\"speed\":1"), &["unknown field `speed`"]),
+        (good.replace("\"fx_n\"", "\"fx\""), &["unknown field `fx`"]),
+        (good.replace("\"tau_nm\":0.0", "\"fx_n\":0.0"), &["duplicate field `fx_n`"]),
+        (good.replace(",\"tau_nm\":0.0", ""), &["missing field `tau_nm`"]),
+        (format!("{{{cells},\"tail_rad\":null}}"), &["missing field `demand`"]),
+        (format!("{{{demand},\"tail_rad\":null}}"), &["missing field `cells`"]),
+        (of_cells(""), &["cells: ", "at least one module"]),
+        (of_cells("[0,0],[0,0]"), &["cells: ", "[0, 0]", "twice"]),
+        (of_cells("[0,0],[2,0]"), &["cells: ", "pieces"]),
+        (of_cells(&row(1025)), &["cells: 1025 modules", "1024"]),
+        (of_cells("[0,0],[2147483647,2147483647]"), &["cells: ", "[2147483647, 2147483647]", "10000"]),
+        (of_cells("[-2147483648,0]"), &["cells: ", "[-2147483648, 0]"]),
+        (of_cells("[2147483648,0]"), &["2147483648", "i32"]),
+        (of_cells("[0.5,0]"), &["0.5", "i32"]),
+        (of_cells("[0,0,0]"), &["column "]),
+        (of_cells("[0]"), &["invalid length 1"]),
+        (of_tails("[0.0]"), &["tail_rad has 1 angles for 2 cells"]),
+        (of_tails("[0.0,0.0,0.0]"), &["tail_rad has 3 angles for 2 cells"]),
+        (of_tails("[]"), &["tail_rad has 0 angles for 2 cells"]),
+        (of_tails("[0.0,1e300]"), &["tail_rad[1] = 1e300 rad", "at most 1e6"]),
+        (of_tails("[0.0,NaN]"), &["found NaN"]),
+        (of_tails("\"next\""), &["list of angles, null or \"previous\""]),
+        (of_tails("0.0"), &["list of angles, null or \"previous\""]),
+        (of_tails("[null,null]"), &["list of angles, null or \"previous\""]),
+        (of_tails(&format!("{}{}", "[".repeat(100_000), "]".repeat(100_000))), &["recursion limit"]),
+        (format!("{{\"cells\":{}", "[".repeat(100_000)), &["column "]),
+        ("x".repeat(3 << 20), &["longer than 1048576 bytes"]),
+        (of_cells("[0,0],[0,1]").replace("null", "\"previous\""), &["for other cells"]),
+    ];
+    let folder = tempdir().expect("a folder");
+    let mut plan = Process::start(folder.path(), &["plan"]);
+    let mut input = plan.input.take().expect("a pipe");
+    // The first is "previous" with nothing before it. From then on the good one stands after every bad one.
+    let (requests, last): (Vec<_>, _) = (bad.iter().map(|(line, _)| line.clone()).collect(), good.clone());
+    let writer = std::thread::spawn(move || {
+        for line in requests {
+            writeln!(input, "{line}\n{last}").expect("it reads");
+        }
+        input.write_all(b"\xff\xfe{}\n").expect("it reads");
+        // Half a line, and the end of the stream.
+        input.write_all(&last.as_bytes()[..20]).expect("it reads");
+    });
+    let finished = plan.finish();
+    writer.join().expect("written");
+
+    assert_eq!(finished.code, Some(2));
+    assert_eq!(finished.out.len(), 2 * bad.len() + 2, "one line out for each in");
+    assert_eq!(finished.err.len(), bad.len() + 2, "one line of complaint for each bad request");
+    for (index, (request, expected)) in bad.iter().enumerate() {
+        let shown: String = request.chars().take(120).collect();
+        let error = error_of(&finished.out[2 * index]);
+        for &part in *expected {
+            assert!(error.contains(part), "{shown}\n{error}\ndoes not say {part:?}");
+        }
+        assert!(error.len() < 400, "{shown}\n{error}");
+        assert_eq!(finished.err[index], format!("flotilla: line {}: {error}", 2 * index + 1));
+        let answer: Value = serde_json::from_str(&finished.out[2 * index + 1]).expect("JSON");
+        assert_eq!(answer["outcome"], "planned", "after {shown}");
+    }
+    let rest = &finished.out[2 * bad.len()..];
+    assert!(error_of(&rest[0]).contains("column 1: is not UTF-8"), "{rest:?}");
+    assert!(error_of(&rest[1]).contains("EOF"), "{rest:?}");
+}
+
+fn error_of(line: &str) -> String {
+    let answer: Value = serde_json::from_str(line).expect("JSON");
+    let object = answer.as_object().expect("an object");
+    assert_eq!(object.len(), 1, "nothing but the error: {line}");
+    object["error"].as_str().expect("a text").to_owned()
+}

@@ -1,0 +1,87 @@
+//! The `flotilla` binary as a child process that cannot outlive or hang its test.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Long enough for anything that ends at all, on a machine with much else to do.
+pub const PATIENCE: Duration = Duration::from_secs(180);
+
+/// One running `flotilla`; killed when dropped.
+pub struct Process {
+    /// The child.
+    pub child: Child,
+    /// Its standard input, until [`Process::finish`] closes it.
+    pub input: Option<ChildStdin>,
+    /// Lines of its standard output, without their ends.
+    pub out: Receiver<String>,
+    /// Lines of its standard error.
+    pub err: Receiver<String>,
+}
+
+/// What a process left.
+#[derive(Debug)]
+pub struct Finished {
+    /// Exit code; none if a signal ended it.
+    pub code: Option<i32>,
+    /// The rest of its standard output.
+    pub out: Vec<String>,
+    /// The rest of its standard error.
+    pub err: Vec<String>,
+}
+
+impl Process {
+    /// Starts `flotilla` with these arguments in `folder`.
+    pub fn start(folder: &Path, arguments: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_flotilla"))
+            .args(arguments)
+            .current_dir(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let input = child.stdin.take();
+        let out = lines(child.stdout.take().expect("a pipe"));
+        let err = lines(child.stderr.take().expect("a pipe"));
+        Self { child, input, out, err }
+    }
+
+    /// Closes its input and waits for its end.
+    pub fn finish(mut self) -> Finished {
+        drop(self.input.take());
+        let began = Instant::now();
+        let status = loop {
+            if let Some(status) = self.child.try_wait().expect("a child") {
+                break status;
+            }
+            assert!(began.elapsed() < PATIENCE, "still running after {PATIENCE:?}");
+            sleep(Duration::from_millis(5));
+        };
+        Finished { code: status.code(), out: self.out.iter().collect(), err: self.err.iter().collect() }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The lines of a pipe, read by a thread so that neither side ever waits for the other. Bytes that are no UTF-8 are
+/// shown as such.
+fn lines(pipe: impl Read + Send + 'static) -> Receiver<String> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        for line in BufReader::new(pipe).split(b'\n').map_while(Result::ok) {
+            if sender.send(String::from_utf8_lossy(&line).into_owned()).is_err() {
+                break;
+            }
+        }
+    });
+    receiver
+}

@@ -1,0 +1,115 @@
+//! Three `flotilla module` processes and one `flotilla run --radio udp` over real sockets, in real time. Nothing here
+//! is tight: the machine may be slow and have much else to do.
+
+mod common;
+
+use std::path::Path;
+use std::time::Duration;
+
+use common::{Finished, PATIENCE, Process};
+use serde_json::Value;
+use tempfile::tempdir;
+
+/// One leg of `duration_s`. Cycles are sent a second ahead, so that a process that waits for its turn on the
+/// processor still hears of them in time.
+fn scenario(duration_s: f64) -> String {
+    format!(
+        "name = \"t\"\n[structure]\nsize = \"3x1\"\n[[leg]]\nduration_s = {duration_s}\n\
+         velocity_m_s = [0.04, 0]\nheading_rad = 1.5\n[timing]\nlead_s = 1.0\njoin_s = 60\n"
+    )
+}
+
+/// A host on a port of the system's choice, and its address.
+fn host(folder: &Path) -> (Process, String) {
+    let arguments =
+        ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--json", "--out", "results"];
+    let host = Process::start(folder, &arguments);
+    let line = host.err.recv_timeout(PATIENCE).expect("a line about the port");
+    let address =
+        line.strip_prefix("listening on ").and_then(|rest| rest.split_once(' ')).expect("an address").0;
+    let address = address.to_owned();
+    (host, address)
+}
+
+fn module(folder: &Path, id: &str, host: &str) -> Process {
+    // Should this test be killed, they end by themselves.
+    let arguments = ["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "170"];
+    Process::start(folder, &arguments)
+}
+
+/// The summary that a run printed, which is the one it wrote, with its pictures beside it.
+fn summary(folder: &Path, finished: &Finished) -> Value {
+    let text = finished.out.join("\n");
+    let summary: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {finished:?}"));
+    let results = folder.join("results");
+    let written = std::fs::read_to_string(results.join("summary.json")).expect("a summary");
+    assert_eq!(written.trim_end(), text);
+    for picture in ["trajectory.svg", "wrench.svg", "tails.svg", "phase-space.svg"] {
+        let text = std::fs::read_to_string(results.join(picture)).expect(picture);
+        assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{picture}");
+    }
+    summary
+}
+
+/// Waits until a module says that it swims.
+fn await_swimming(module: &Process) {
+    loop {
+        let line = module.err.recv_timeout(PATIENCE).expect("a line about its state");
+        if line.contains("Executing") {
+            return;
+        }
+    }
+}
+
+#[test]
+fn three_processes_swim_a_leg() {
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("t.toml"), scenario(12.0)).expect("a file");
+    let (host, address) = host(folder.path());
+    let _modules = ["1", "2", "3"].map(|id| module(folder.path(), id, &address));
+    let finished = host.finish();
+    let summary = summary(folder.path(), &finished);
+    assert_eq!((finished.code, finished.err.len()), (Some(0), 0), "{finished:?}");
+    assert_eq!(
+        (&summary["complete"], &summary["contacts"]),
+        (&Value::Bool(true), &Value::Array(vec![])),
+        "{summary}"
+    );
+    let links = summary["link"].as_array().expect("a list");
+    assert_eq!(links.len(), 3);
+    for (index, link) in links.iter().enumerate() {
+        assert_eq!(link["module"], index + 1);
+        // Twelve seconds hold six cycles of two seconds, seven of 1.5.
+        assert!(link["cycles"].as_u64() >= Some(5), "{summary}");
+        assert_eq!(link["acknowledged"], link["cycles"], "{summary}");
+    }
+    let mean = &summary["legs"][0]["mean_m_s"];
+    let [vx, vy] = [0, 1].map(|axis| mean[axis].as_f64().expect("a number"));
+    assert!((0.01..0.08).contains(&vx) && vy.abs() < 0.02, "asked for 0.04 m/s east: {vx}, {vy}");
+}
+
+#[test]
+fn a_module_that_dies_and_comes_back_is_taken_in_again() {
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("t.toml"), scenario(24.0)).expect("a file");
+    let (host, address) = host(folder.path());
+    let _others = ["1", "2"].map(|id| module(folder.path(), id, &address));
+    let first_life = module(folder.path(), "3", &address);
+    await_swimming(&first_life);
+    std::thread::sleep(Duration::from_secs(3));
+    drop(first_life);
+    std::thread::sleep(Duration::from_secs(2));
+    let second_life = module(folder.path(), "3", &address);
+    await_swimming(&second_life);
+
+    let finished = host.finish();
+    let summary = summary(folder.path(), &finished);
+    assert_eq!(summary["complete"], true, "{summary}");
+    assert!(summary["cycles"]["reboots"].as_u64() >= Some(1), "{summary}");
+    // Its tail stopped in mid-swing while the others swam on: whether two of them met is luck, and must be told.
+    let contacts = summary["contacts"].as_array().expect("a list").len();
+    let expected = if contacts == 0 { Some(0) } else { Some(1) };
+    assert_eq!(finished.code, expected, "{finished:?}");
+    let others = &summary["link"][0]["cycles"];
+    assert!(others.as_u64() >= Some(4), "they swam before and after: {summary}");
+}
