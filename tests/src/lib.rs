@@ -1,0 +1,16 @@
+//! What the tests of the whole system share: an independent checker of plans, random demands and shapes, the rules of
+//! the house as text, and the figures that tests print.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`checker`] | whether a plan keeps its word, by code of its own |
+//! | [`convert`] | from the host's types to the checker's numbers |
+//! | [`random`] | seeded shapes and demands |
+//! | [`rules`] | import rules and bans, read off the source text |
+//! | [`figures`] | quantiles |
+
+pub mod checker;
+pub mod convert;
+pub mod figures;
+pub mod random;
+pub mod rules;

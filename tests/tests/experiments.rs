@@ -1,0 +1,98 @@
+//! The paper's four experiments, twenty seeds each: host, loopback radio, firmware and tank in a closed loop.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use host::run::experiment::{RunResult, simulate};
+use host::run::scenario::Scenario;
+use host::run::summary::Summary;
+use tests::checker::{Modboat, check};
+use tests::convert::of_cycle;
+use tests::figures::mean;
+
+const EXPERIMENTS: [&str; 4] = ["holonomic-1", "holonomic-2", "holonomic-3", "holonomic-4"];
+const SEEDS: usize = 20;
+
+/// What must hold, and does not.
+fn broken(RunResult { summary, record }: &RunResult) -> Vec<String> {
+    let mut broken = Vec::new();
+    let mut must = |holds: bool, what: String| {
+        if !holds {
+            broken.push(format!("{}, seed {}: {what}", summary.scenario, summary.seed));
+        }
+    };
+    must(summary.complete, format!("ended after {} s", summary.duration_s));
+    must(summary.legs.len() == record.legs.len(), format!("figures of {} legs only", summary.legs.len()));
+    for (k, leg) in summary.legs.iter().enumerate() {
+        let leg_of = |what: &str| format!("leg {}: {what}", k + 1);
+        must(leg.velocity_error <= 0.05, leg_of(&format!("velocity off by {:.4}", leg.velocity_error)));
+        must(leg.heading_rms_rad <= 0.15, leg_of(&format!("heading RMS {:.4} rad", leg.heading_rms_rad)));
+    }
+    must(summary.contacts.is_empty(), format!("contacts {:?}", summary.contacts));
+    let cycles = &summary.cycles;
+    must(cycles.total > 0 && cycles.planned == cycles.total, format!("not all planned: {cycles:?}"));
+    must(cycles.held == 0 && cycles.repeated == 0, format!("held or repeated: {cycles:?}"));
+    must(cycles.refusals == 0 && cycles.reboots == 0, format!("refused or rebooted: {cycles:?}"));
+    for cycle in &record.cycles {
+        let (request, answer) = of_cycle(record, cycle);
+        let checked = check(&Modboat::default(), &request, &answer);
+        must(checked.is_ok(), format!("cycle {}: {checked:?}", cycle.number));
+    }
+    for two in record.cycles.windows(2) {
+        // Unless somebody was late, a cycle begins where the one before it ended, in time and in pose.
+        let end_s = two[0].start_s + two[0].transition_s + two[0].period_s;
+        must((two[1].start_s - end_s).abs() < 1e-6, format!("a pause after cycle {}", two[0].number));
+        let goes_on =
+            two[0].turns.iter().zip(&two[1].turns).all(|(a, b)| (a.to_rad - b.from_rad).abs() < 1e-9);
+        must(goes_on, format!("a leap after cycle {}", two[0].number));
+    }
+    broken
+}
+
+#[test]
+fn table_four_experiments_hold_for_twenty_seeds() {
+    let scenarios = EXPERIMENTS.map(|name| Scenario::open(name).expect(name));
+    let (next, results) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let work = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let (Some(scenario), seed) = (scenarios.get(index / SEEDS), 1 + index % SEEDS) else { break };
+            let run = simulate(scenario, seed as u64).map_err(|e| format!("{}, {seed}: {e}", scenario.name));
+            results.lock().expect("nobody panics with it").push((index, run));
+        }
+    };
+    std::thread::scope(|scope| (0..2).for_each(|_| drop(scope.spawn(work))));
+    let mut results = results.into_inner().expect("nobody panicked with it");
+    results.sort_by_key(|(index, _)| *index);
+    let runs: Vec<RunResult> =
+        results.into_iter().map(|(_, run)| run.unwrap_or_else(|e| panic!("{e}"))).collect();
+    assert_eq!(runs.len(), EXPERIMENTS.len() * SEEDS);
+    let summaries: Vec<&Summary> = runs.iter().map(|run| &run.summary).collect();
+
+    println!("the paper's four experiments, {SEEDS} seeds each: mean and worst");
+    println!(
+        "experiment  leg | velocity error %  | heading RMS rad   | clearance mm      | cycles with transn | contacts"
+    );
+    for (name, of_one) in EXPERIMENTS.iter().zip(summaries.chunks(SEEDS)) {
+        let clearances = || of_one.iter().filter_map(|s| s.least_clearance_m).map(|c| 1e3 * c);
+        let contacts: usize = of_one.iter().map(|s| s.contacts.len()).sum();
+        for leg in 0..of_one[0].legs.len() {
+            let velocity = || of_one.iter().map(|s| 100.0 * s.legs[leg].velocity_error);
+            let heading = || of_one.iter().map(|s| s.legs[leg].heading_rms_rad);
+            println!(
+                "{name} {:>3} | {:>7.2} {:>9.2} | {:>7.4} {:>9.4} | {:>7.2} {:>9.2} | {:>6.1} {:>11.1} | {contacts:>8}",
+                leg + 1,
+                mean(velocity()),
+                velocity().fold(0.0, f64::max),
+                mean(heading()),
+                heading().fold(0.0, f64::max),
+                mean(clearances()),
+                clearances().fold(f64::INFINITY, f64::min),
+                mean(of_one.iter().map(|s| s.cycles.total as f64)),
+                mean(of_one.iter().map(|s| s.cycles.with_transition as f64)),
+            );
+        }
+    }
+    let broken: Vec<String> = runs.iter().flat_map(broken).collect();
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
