@@ -1,4 +1,4 @@
-//! The 1 kHz tick of a module and its parts: what the PC pays for each simulated millisecond.
+//! The tick of a module and its parts: what the PC pays for each simulated millisecond.
 
 use std::convert::Infallible;
 use std::hint::black_box;
@@ -8,13 +8,18 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use firmware::cycle::SwimCycle;
 use firmware::encoder::{Encoder, Mounting};
+use firmware::endpoint::{Endpoint, Identity};
+use firmware::lease::{LeaseLimits, ThrustLease};
 use firmware::limits::Limits;
 use firmware::motor::Bridge;
+use firmware::rov::{Rov, Supply};
 use firmware::schedule::Schedule;
 use firmware::servo::{NoSense, ServoParameters, TailServo};
 use firmware::tail::Tail;
+use firmware::thruster::bank::{Bank, Mounting as Mount, Settings};
 use firmware::waveform::Waveform;
-use protocol::units::{Micros, MicrosSpan, Radians, RadiansPerSecond};
+use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use protocol::{Cycle, Header, MAX_DATAGRAM, Message, ModuleId, Motion, RovCycle, TimeReply, encode};
 
 /// An encoder that stands still, and outputs that go nowhere.
 struct Board;
@@ -92,5 +97,37 @@ fn tick(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, tick);
+/// Six thrusters ahead in the middle of a lease, synchronised and armed.
+fn rov(criterion: &mut Criterion) {
+    const N: usize = 6;
+    let identity = Identity { module: ModuleId(1), session: 1, report_every: MicrosSpan(20_000) };
+    let mountings: Vec<Mount> = (0..N).map(|k| Mount { output: k as u8, reversed: k % 2 == 1 }).collect();
+    let settings = Settings { arming: MicrosSpan(0), ..Settings::default() };
+    let pins = (0..N).map(|_| Board);
+    let bank = Bank::new(pins, &mountings, settings).expect("valid defaults");
+    let endpoint = Endpoint::new(identity, ThrustLease::new(LeaseLimits::of(N)));
+    let mut rov = Rov::new(endpoint, bank);
+    let supply = Supply { battery: Volts(15.3), current: Amperes(4.0) };
+    let hear = |rov: &mut Rov<Board>, now: u64, message: &Message| {
+        let mut buffer = [0; MAX_DATAGRAM];
+        let header = Header { module: ModuleId(1), session: 9, sequence: now as u32 };
+        rov.handle_datagram(Micros(now), encode(&header, message, &mut buffer).expect("fits"))
+            .expect("decodes");
+    };
+    for now in [1_000, 2_000, 3_000, 4_000].map(Micros) {
+        let reply = TimeReply { request_sent: now, received: now, sent: now };
+        hear(&mut rov, now.0, &Message::TimeReply(reply));
+    }
+    let motion = RovCycle { thrusts: [Newtons(12.0); N].into_iter().collect(), lease: MicrosSpan(1_000_000) };
+    let cycle = Cycle { number: 1, start: Micros(5_000), motion: Motion::Rov(motion) };
+    hear(&mut rov, 5_000, &Message::Cycle(cycle));
+    let _ = rov.tick(Micros(5_000), &supply);
+    let _ = rov.tick(Micros(500_000), &supply);
+    assert!(rov.bank().pulses().iter().all(|pulse| (pulse.0 - 1500.0).abs() > 50.0), "the bench drives");
+    criterion.bench_function("whole ROV tick: lease, slew, pulse, six pins", |bencher| {
+        bencher.iter(|| rov.tick(black_box(Micros(500_000)), black_box(&supply)));
+    });
+}
+
+criterion_group!(benches, tick, rov);
 criterion_main!(benches);

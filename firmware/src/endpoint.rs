@@ -1,7 +1,8 @@
 //! The module's side of the link: announces itself, learns the fleet time, takes cycles, acknowledges, reports.
 //!
 //! Sans-IO: datagrams, measurements and the time on the module's own clock go in; datagrams come out of
-//! [`Endpoint::poll_transmit`], the tail's reference out of [`Endpoint::reference`].
+//! [`Endpoint::poll_transmit`]. What a cycle means depends on the kind of robot and is the business of its [`Robot`]:
+//! [`Swimmer`](crate::swimmer::Swimmer) for a Modboat, [`ThrustLease`](crate::lease::ThrustLease) for an ROV.
 //!
 //! | what | when |
 //! |---|---|
@@ -14,18 +15,13 @@
 //! starts anew (another session) brings a new epoch of fleet time; it is heard once the running cycle is over.
 
 use heapless::Deque;
-use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
+use protocol::units::{Micros, MicrosSpan};
 use protocol::{
-    Acknowledge, Cycle, DecodeError, Header, Hello, Message, ModboatCycle, ModuleId, ModuleKind, ModuleState,
-    Motion, Refusal, Telemetry, TimeReply, TimeRequest, Verdict, decode, encode,
+    Acknowledge, Cycle, DecodeError, Header, Hello, Message, ModuleId, ModuleKind, ModuleState, Refusal,
+    TimeReply, TimeRequest, Verdict, decode, encode,
 };
 
 use crate::clock::{Exchange, FleetClock};
-use crate::cycle::SwimCycle;
-use crate::limits::Limits;
-use crate::reference::Reference;
-use crate::schedule::{self, Schedule};
-use crate::waveform::Waveform;
 
 /// Pause between two hellos until the host is heard.
 pub const HELLO_EVERY: MicrosSpan = MicrosSpan(200_000);
@@ -50,17 +46,57 @@ pub struct Identity {
     pub report_every: MicrosSpan,
 }
 
-/// What the module measures for its reports.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measurement {
-    /// Tail angle, unwrapped; nothing while the encoder is not believed.
-    pub tail: Option<Radians>,
-    /// Tail speed.
-    pub rate: RadiansPerSecond,
-    /// Motor current.
-    pub current: Amperes,
-    /// Battery voltage.
-    pub battery: Volts,
+/// What every report begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Present {
+    /// Fleet time (0 while unsynchronised).
+    pub at: Micros,
+    /// What the module is doing.
+    pub state: ModuleState,
+    /// The cycle that runs, or ran last; 0 before the first.
+    pub cycle: u32,
+}
+
+/// What depends on the kind of robot: what a cycle means, and what is reported. Times are fleet time; before that is
+/// known nothing is offered, and every time is zero.
+pub trait Robot {
+    /// Said in the hello.
+    const KIND: ModuleKind;
+
+    /// What the robot measures for its reports.
+    type Measurement;
+
+    /// Takes in what was measured, before anything else that happens at that time.
+    fn observe(&mut self, _measurement: &Self::Measurement) {}
+
+    /// False while it cannot do yet what a cycle asks.
+    fn is_ready(&self) -> bool {
+        true
+    }
+
+    /// Takes a cycle, or says why not. Idempotent.
+    fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict;
+
+    /// Drops what has not begun and goes over to holding.
+    fn hold(&mut self, now: Micros);
+
+    /// Stops at once, for good.
+    fn emergency_stop(&mut self, now: Micros);
+
+    /// True from an emergency stop on.
+    fn is_stopped(&self) -> bool;
+
+    /// Number of the cycle that is being run at `now`, if any.
+    fn running(&self, now: Micros) -> Option<u32>;
+
+    /// Number of the cycle that began last by `now`, whether it still runs or not.
+    fn latest(&self, now: Micros) -> Option<u32>;
+
+    /// Forgets every cycle, for another epoch of fleet time. A stop in force stays in force.
+    fn begin_anew(&mut self, now: Micros);
+
+    /// The report that is due; nothing while there is nothing to report.
+    fn report(&self, present: &Present, measurement: &Self::Measurement) -> Option<Message>;
 }
 
 /// Datagrams that were not followed, by reason. Saturating.
@@ -78,12 +114,10 @@ pub struct Ignored {
 
 /// See the module's documentation.
 #[derive(Clone, Debug)]
-pub struct Endpoint {
+pub struct Endpoint<R> {
     identity: Identity,
-    limits: Limits,
+    robot: R,
     clock: FleetClock,
-    /// From the first measurement on: before it nobody knows where the tail is.
-    schedule: Option<Schedule>,
     host: Option<u32>,
     former_host: Option<u32>,
     /// Greatest sequence number of this host.
@@ -96,15 +130,14 @@ pub struct Endpoint {
     ignored: Ignored,
 }
 
-impl Endpoint {
-    /// An endpoint that has just booted.
+impl<R: Robot> Endpoint<R> {
+    /// The endpoint of a robot that has just booted.
     #[must_use]
-    pub const fn new(identity: Identity, limits: Limits) -> Self {
+    pub const fn new(identity: Identity, robot: R) -> Self {
         Self {
             identity,
-            limits,
+            robot,
             clock: FleetClock::new(),
-            schedule: None,
             host: None,
             former_host: None,
             newest: None,
@@ -149,41 +182,41 @@ impl Endpoint {
             Message::Hold if overtaken => self.ignored.stale = self.ignored.stale.saturating_add(1),
             Message::Hold => {
                 let fleet = self.fleet(now);
-                if let Some(schedule) = &mut self.schedule {
-                    schedule.hold(fleet);
-                }
+                self.robot.hold(fleet);
             }
             Message::EmergencyStop => {
                 let fleet = self.fleet(now);
-                if let Some(schedule) = &mut self.schedule {
-                    schedule.emergency_stop(fleet);
-                }
+                self.robot.emergency_stop(fleet);
             }
             // What modules say is not for modules.
-            Message::Hello(_) | Message::TimeRequest(_) | Message::Acknowledge(_) | Message::Telemetry(_) => {
-            }
+            Message::Hello(_)
+            | Message::TimeRequest(_)
+            | Message::Acknowledge(_)
+            | Message::Telemetry(_)
+            | Message::RovTelemetry(_) => {}
         }
         Ok(())
     }
 
     /// Posts what is due at `now`, own clock.
-    pub fn handle_timer(&mut self, now: Micros, measurement: &Measurement) {
-        if let (None, Some(tail)) = (&self.schedule, measurement.tail) {
-            self.schedule = Some(Schedule::new(self.limits, tail));
-        }
+    pub fn handle_timer(&mut self, now: Micros, measurement: &R::Measurement) {
+        self.robot.observe(measurement);
         if now >= self.next_hello {
             self.next_hello = now.after(if self.host.is_some() { KEEP_EVERY } else { HELLO_EVERY });
-            self.post(Message::Hello(Hello { kind: ModuleKind::Modboat, firmware: VERSION }));
+            self.post(Message::Hello(Hello { kind: R::KIND, firmware: VERSION }));
         }
         if now >= self.next_exchange {
             self.next_exchange =
                 now.after(if self.clock.is_synchronised() { KEEP_EVERY } else { EXCHANGE_EVERY });
             self.post(Message::TimeRequest(TimeRequest { sent: now }));
         }
-        if let Some(tail) = measurement.tail.filter(|_| now >= self.next_report) {
-            self.next_report = now.after(self.identity.report_every);
-            let report = self.report(now, tail, measurement);
-            self.post(Message::Telemetry(report));
+        if now >= self.next_report {
+            let at = self.fleet(now);
+            let present = Present { at, state: self.state(now), cycle: self.robot.latest(at).unwrap_or(0) };
+            if let Some(report) = self.robot.report(&present, measurement) {
+                self.next_report = now.after(self.identity.report_every);
+                self.post(report);
+            }
         }
     }
 
@@ -196,23 +229,29 @@ impl Endpoint {
         encode(&header, &message, buffer).ok()
     }
 
-    /// What the tail is to do at `now`, own clock; nothing before the first measurement.
-    #[must_use]
-    pub fn reference(&self, now: Micros) -> Option<Reference> {
-        Some(self.schedule.as_ref()?.reference(self.fleet(now)))
-    }
-
     /// What the module is doing at `now`, own clock.
     #[must_use]
     pub fn state(&self, now: Micros) -> ModuleState {
         let fleet = self.fleet(now);
-        match &self.schedule {
-            Some(schedule) if schedule.is_stopped() => ModuleState::Stopped,
-            _ if !self.clock.is_synchronised() => ModuleState::Unsynchronised,
-            Some(schedule) if schedule.running(fleet).is_some() => ModuleState::Executing,
-            Some(schedule) if schedule.latest(fleet).is_some() => ModuleState::Holding,
-            _ => ModuleState::Ready,
+        if self.robot.is_stopped() {
+            ModuleState::Stopped
+        } else if !self.clock.is_synchronised() {
+            ModuleState::Unsynchronised
+        } else if !self.robot.is_ready() {
+            ModuleState::Arming
+        } else if self.robot.running(fleet).is_some() {
+            ModuleState::Executing
+        } else if self.robot.latest(fleet).is_some() {
+            ModuleState::Holding
+        } else {
+            ModuleState::Ready
         }
+    }
+
+    /// What depends on the kind of robot.
+    #[must_use]
+    pub const fn robot(&self) -> &R {
+        &self.robot
     }
 
     /// Who it is.
@@ -233,8 +272,8 @@ impl Endpoint {
         self.ignored
     }
 
-    /// Fleet time, or the beginning of time: with nothing scheduled every time is the same.
-    fn fleet(&self, now: Micros) -> Micros {
+    /// Fleet time at `now`, own clock, or the beginning of time: with nothing scheduled every time is the same.
+    pub(crate) fn fleet(&self, now: Micros) -> Micros {
         self.clock.fleet(now).unwrap_or(Micros(0))
     }
 
@@ -251,11 +290,11 @@ impl Endpoint {
     fn take_host(&mut self, now: Micros, session: u32) -> bool {
         let fleet = self.fleet(now);
         if self.host.is_some() {
-            if self.schedule.as_ref().is_some_and(|schedule| schedule.running(fleet).is_some()) {
+            if self.robot.running(fleet).is_some() {
                 return false;
             }
             self.clock.reset();
-            self.schedule = self.schedule.as_ref().map(|schedule| schedule.anew(fleet));
+            self.robot.begin_anew(fleet);
             self.next_exchange = now;
         }
         self.former_host = self.host.replace(session);
@@ -273,47 +312,15 @@ impl Endpoint {
     }
 
     fn take_cycle(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
-        let Motion::Modboat(motion) = &cycle.motion else { return Verdict::Refused(Refusal::WrongKind) };
-        let (Some(fleet), true) = (self.clock.fleet(now), self.clock.is_synchronised()) else {
-            return Verdict::Refused(Refusal::NotSynchronised);
-        };
-        let Some(schedule) = &mut self.schedule else { return Verdict::Refused(Refusal::NotSynchronised) };
-        let &ModboatCycle { rotation, centerline, amplitude, transition, period } = motion;
-        let waveform = Waveform::new(centerline, amplitude, period);
-        let offered = SwimCycle::new(cycle.number, cycle.start, rotation, transition, waveform);
-        on_the_wire(schedule.offer(fleet, offered))
-    }
-
-    fn report(&self, now: Micros, tail: Radians, measurement: &Measurement) -> Telemetry {
-        let fleet = self.fleet(now);
-        let cycle = self.schedule.as_ref().and_then(|schedule| schedule.latest(fleet)).unwrap_or(0);
-        let &Measurement { rate, current, battery, .. } = measurement;
-        Telemetry { at: fleet, state: self.state(now), cycle, tail, rate, current, battery }
+        match self.clock.fleet(now).filter(|_| self.clock.is_synchronised()) {
+            Some(fleet) => self.robot.offer(fleet, cycle),
+            None => Verdict::Refused(Refusal::NotSynchronised),
+        }
     }
 }
 
 /// Version of this crate, as said in the hello.
 const VERSION: (u8, u8, u8) = (0, 1, 0);
-
-/// The schedule's verdict without its numbers.
-fn on_the_wire(verdict: schedule::Verdict) -> Verdict {
-    let refusal = match verdict {
-        schedule::Verdict::Accepted => return Verdict::Accepted,
-        schedule::Verdict::Duplicate => return Verdict::Duplicate,
-        schedule::Verdict::Refused(refusal) => refusal,
-    };
-    Verdict::Refused(match refusal {
-        schedule::Refusal::Stopped => Refusal::Stopped,
-        schedule::Refusal::Conflict | schedule::Refusal::Full { .. } | schedule::Refusal::Overlap { .. } => {
-            Refusal::Conflict
-        }
-        schedule::Refusal::AlreadyRun { .. } => Refusal::AlreadyRun,
-        schedule::Refusal::Limit(_) => Refusal::BeyondLimits,
-        schedule::Refusal::Late { .. } => Refusal::Late,
-        schedule::Refusal::TooFarAhead { .. } => Refusal::TooFarAhead,
-        schedule::Refusal::PoseMismatch { .. } => Refusal::PoseMismatch,
-    })
-}
 
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,5 @@
-//! What every module executes: fleet clock, schedule, waveform, transition, tail servo, motor bridge.
+//! What every module executes: fleet clock, schedule, waveform, transition, tail servo, motor bridge on a Modboat;
+//! fleet clock, thrust lease, thrust → pulse, output stage on an ROV.
 //!
 //! `no_std`, no allocation, no panic on any input (NaN included), single precision. The laws of motion exist
 //! here and nowhere else; the simulator calls this copy. Nothing in this crate reads a clock or owns a thread:
@@ -6,8 +7,9 @@
 //! [`Encoder`](encoder::Encoder) and [`CurrentSense`](servo::CurrentSense).
 //!
 //! ```text
-//! datagram → SwimCycle → Schedule ─ reference(now) → TailServo → Bridge → PWM and direction pins
-//!                          ↑ now: FleetClock            ↑ pose, rate: TurnCounter ← Encoder
+//! datagram → Endpoint<Swimmer> → Schedule ─ reference(now) → TailServo → Bridge → PWM and direction pins
+//!               ↑ now: FleetClock                               ↑ pose, rate: TurnCounter ← Encoder
+//! datagram → Endpoint<ThrustLease> ─ thrusts(now) → Bank: Esc → law → PWM pins
 //! ```
 //!
 //! Newtypes of [`protocol::units`] stand at the boundary of the crate; inside, `f32` with unit suffixes.
@@ -34,13 +36,17 @@ pub mod clock;
 pub mod cycle;
 pub mod encoder;
 pub mod endpoint;
+pub mod lease;
 pub mod limits;
 pub mod modboat;
 pub mod motor;
 pub mod reference;
+pub mod rov;
 pub mod schedule;
 pub mod servo;
+pub mod swimmer;
 pub mod tail;
+pub mod thruster;
 pub mod transition;
 pub mod waveform;
 

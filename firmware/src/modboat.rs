@@ -9,22 +9,23 @@ use protocol::DecodeError;
 use protocol::units::{Amperes, Micros, Volts};
 
 use crate::encoder::Encoder;
-use crate::endpoint::{Endpoint, Measurement};
+use crate::endpoint::Endpoint;
 use crate::motor::ErrorOf;
 use crate::servo::CurrentSense;
+use crate::swimmer::{Measurement, Swimmer};
 use crate::tail::Tail;
 
 /// See the module's documentation.
 #[derive(Debug)]
 pub struct Modboat<E, S, P, A, B> {
-    endpoint: Endpoint,
+    endpoint: Endpoint<Swimmer>,
     tail: Tail<E, S, P, A, B>,
 }
 
 impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Modboat<E, S, P, A, B> {
     /// From its two halves.
     #[must_use]
-    pub const fn new(endpoint: Endpoint, tail: Tail<E, S, P, A, B>) -> Self {
+    pub const fn new(endpoint: Endpoint<Swimmer>, tail: Tail<E, S, P, A, B>) -> Self {
         Self { endpoint, tail }
     }
 
@@ -70,7 +71,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
 
     /// Its side of the link.
     #[must_use]
-    pub const fn endpoint(&self) -> &Endpoint {
+    pub const fn endpoint(&self) -> &Endpoint<Swimmer> {
         &self.endpoint
     }
 

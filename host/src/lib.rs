@@ -1,7 +1,7 @@
 //! The host of a fleet: plans for everybody, sends each module its cycle, simulates the tank, shows what happened.
 //!
 //! ```text
-//! protocol ← firmware ← sim ← run ← cli          protocol ← link ← run          modboat ← sim, run, plot
+//! protocol ← firmware ← sim ← run ← cli          protocol ← link ← run          modboat, rov ← sim, run, plot
 //! ```
 //!
 //! | module | what |

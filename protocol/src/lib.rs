@@ -20,6 +20,6 @@ pub mod units;
 pub use frame::{DecodeError, EncodeError, Header, MAX_DATAGRAM, Seal, decode, encode};
 pub use message::{
     Acknowledge, Cycle, Hello, Message, ModboatCycle, ModuleId, ModuleKind, ModuleState, Motion, Refusal,
-    RovCycle, Telemetry, TimeReply, TimeRequest, Verdict, WIRE_VERSION,
+    RovCycle, RovTelemetry, Telemetry, TimeReply, TimeRequest, Verdict, WIRE_VERSION,
 };
 pub use radio::Radio;

@@ -9,19 +9,19 @@
 //! | [`TimeRequest`], [`TimeReply`] | module → host → module | clock exchange, four timestamps |
 //! | [`Cycle`] | host → module | ahead of its start, again until acknowledged |
 //! | [`Acknowledge`] | module → host | for every cycle received, accepted or not |
-//! | [`Telemetry`] | module → host | at a fixed rate |
+//! | [`Telemetry`], [`RovTelemetry`] | module → host | at a fixed rate; which of the two, its kind decides |
 //! | `Hold` | host → module | finish the running cycle, drop the next, hold the pose |
 //! | `EmergencyStop` | host → module | freeze at once |
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::units::{Amperes, Micros, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use crate::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 
 /// First byte of every datagram.
 pub const WIRE_VERSION: u8 = 1;
 
-/// Most thrusters one ROV cycle commands.
+/// Most thrusters of one ROV.
 pub const MAX_THRUSTERS: usize = 8;
 
 /// A module's number in its fleet, from 1.
@@ -54,6 +54,8 @@ pub enum Message {
     Hold,
     /// Freeze at once.
     EmergencyStop,
+    /// What an ROV does and measures.
+    RovTelemetry(RovTelemetry),
 }
 
 /// What kind of robot a module is.
@@ -192,6 +194,8 @@ pub enum ModuleState {
     Holding,
     /// Emergency stop.
     Stopped,
+    /// It keeps its thrusters at neutral until their controllers obey.
+    Arming,
 }
 
 /// What a module does and measures.
@@ -211,4 +215,21 @@ pub struct Telemetry {
     pub current: Amperes,
     /// Battery voltage.
     pub battery: Volts,
+}
+
+/// What an ROV does and measures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RovTelemetry {
+    /// When it was measured, fleet time (0 while unsynchronised).
+    pub at: Micros,
+    /// What it is doing.
+    pub state: ModuleState,
+    /// The cycle that runs, or ran last; 0 before the first.
+    pub cycle: u32,
+    /// Pulses that are really put out, one for each thruster in the order of the cycle's thrusts.
+    pub pulses: Vec<PulseMicros, MAX_THRUSTERS>,
+    /// Battery voltage.
+    pub battery: Volts,
+    /// Current drawn from the battery, all thrusters together.
+    pub current: Amperes,
 }

@@ -1,6 +1,6 @@
 //! Units at crate boundaries and on the wire.
 //!
-//! Each newtype is one `f32` or one integer in the SI unit of its name, so that an angle cannot be sent
+//! Each newtype is one `f32` or one integer in the unit of its name (SI, and microseconds), so that an angle cannot be sent
 //! where a force is meant. Inside matrix maths the host uses bare `f64` with unit suffixes instead.
 
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,8 @@ scalar! {
     Amperes,
     /// An electric potential in volts.
     Volts,
+    /// Width of a servo pulse in microseconds, as an electronic speed controller reads it: 1500 is neutral.
+    PulseMicros,
 }
 
 /// A point in time in microseconds: since boot on a module's own clock, since the fleet's epoch on the

@@ -2,7 +2,7 @@
 //! guidance; its corpus is replayed here, so that a finding stays found.
 
 use proptest::prelude::*;
-use protocol::units::{Micros, MicrosSpan, Newtons, Radians};
+use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, Volts};
 use protocol::*;
 
 /// Whatever decodes must encode again to something that decodes to the same.
@@ -77,5 +77,25 @@ proptest! {
         let mut buffer = [0; MAX_DATAGRAM];
         let datagram = encode(&header, &message, &mut buffer).expect("fits");
         prop_assert_eq!(decode(datagram), Ok((header, message)));
+    }
+
+    #[test]
+    fn rov_reports_survive(
+        sequence: u32, at: u64, cycle: u32, battery: f32, current: f32,
+        pulses in prop::collection::vec(any::<f32>(), 0..=8),
+    ) {
+        let header = Header { module: ModuleId(9), session: 1, sequence };
+        let message = Message::RovTelemetry(RovTelemetry {
+            at: Micros(at),
+            state: ModuleState::Executing,
+            cycle,
+            pulses: pulses.into_iter().map(PulseMicros).collect(),
+            battery: Volts(battery),
+            current: Amperes(current),
+        });
+        let mut buffer = [0; MAX_DATAGRAM];
+        let datagram = encode(&header, &message, &mut buffer).expect("fits");
+        prop_assert!(datagram.len() + 16 <= MAX_DATAGRAM);
+        prop_assert_eq!(format!("{:?}", decode(datagram)), format!("{:?}", Ok::<_, DecodeError>((header, message))));
     }
 }

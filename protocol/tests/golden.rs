@@ -3,12 +3,13 @@
 
 use std::path::PathBuf;
 
-use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 use protocol::*;
 
 fn messages() -> Vec<(&'static str, Message)> {
     let start = Micros(12_345_678);
     let thrusts = [1.5, -2.25, 0.0, 40.0, -39.9, 0.125, 7.0, -0.5];
+    let pulses = [1545.5, 1440.25, 1500.0, 1830.0, 1100.0, 1528.125, 1612.75, 1471.5];
     vec![
         ("hello", Message::Hello(Hello { kind: ModuleKind::Modboat, firmware: (0, 1, 0) })),
         ("time-request", Message::TimeRequest(TimeRequest { sent: Micros(1_000_001) })),
@@ -64,6 +65,17 @@ fn messages() -> Vec<(&'static str, Message)> {
         ),
         ("hold", Message::Hold),
         ("emergency-stop", Message::EmergencyStop),
+        (
+            "rov-telemetry",
+            Message::RovTelemetry(RovTelemetry {
+                at: start,
+                state: ModuleState::Executing,
+                cycle: 43,
+                pulses: pulses.into_iter().map(PulseMicros).collect(),
+                battery: Volts(15.75),
+                current: Amperes(24.5),
+            }),
+        ),
     ]
 }
 

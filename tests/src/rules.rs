@@ -1,13 +1,14 @@
 //! The rules of the house, read off the source text.
 //!
 //! ```text
-//! protocol ← firmware ← host::sim ← host::run ← host::plot ← host::cli          protocol ← host::{modboat, link} ← run
+//! protocol ← firmware ← host::sim ← host::run ← host::plot ← host::cli          protocol ← host::{modboat, rov, link} ← run
 //! ```
 //!
 //! - An area imports only from those that [`may_import`] names.
+//! - The judge of plans (`host::verify`) names no part of `host::rov` but its data types.
 //! - `protocol` and `firmware` never use `std` or `alloc`.
-//! - Planners (`host::modboat`) read no clock, open no socket, start no thread and print nothing. The table of DoC may
-//!   use threads to be generated and a file to be kept in.
+//! - Planners (`host::modboat`, `host::rov`, `host::grid`, `host::verify`) read no clock, open no socket, start no thread
+//!   and print nothing. The table of DoC may use threads to be generated and a file to be kept in.
 //!
 //! Tests are free of all this: items under `#[cfg(test)]`, files that are such a module, and everything outside `src`.
 //!
@@ -37,19 +38,33 @@ pub fn may_import(area: &str) -> &'static [&'static str] {
     match area {
         "firmware" => &["protocol"],
         "host::modboat" => &["host::quantity", "protocol"],
+        "host::grid" => &["host::quantity"],
+        // Of host::rov, no more than JUDGE_MAY.
+        "host::verify" => &["host::quantity", "host::rov"],
+        "host::rov" => &["host::quantity", "host::grid", "host::toml_lines"],
         "host::link" => &["host::quantity", "protocol"],
-        "host::sim" => &["host::quantity", "host::modboat", "firmware", "protocol"],
-        "host::run" => {
-            &["host::quantity", "host::modboat", "host::link", "host::sim", "firmware", "protocol"]
-        }
-        "host::plot" => &["host::quantity", "host::modboat", "host::run"],
+        "host::sim" => &["host::quantity", "host::modboat", "host::rov", "firmware", "protocol"],
+        "host::run" => &[
+            "host::quantity",
+            "host::toml_lines",
+            "host::modboat",
+            "host::rov",
+            "host::link",
+            "host::sim",
+            "firmware",
+            "protocol",
+        ],
+        "host::plot" => &["host::quantity", "host::modboat", "host::rov", "host::grid", "host::run"],
         "host::cli" => &[
             "host::quantity",
             "host::modboat",
+            "host::rov",
+            "host::grid",
             "host::link",
             "host::sim",
             "host::run",
             "host::plot",
+            "host::verify",
             "firmware",
             "protocol",
         ],
@@ -59,6 +74,12 @@ pub fn may_import(area: &str) -> &'static [&'static str] {
         _ => &[],
     }
 }
+
+/// Areas that only compute.
+const PLANNERS: [&str; 4] = ["host::modboat", "host::rov", "host::grid", "host::verify"];
+/// The judge of plans shares data with the planner it judges, and no code.
+const JUDGE: &str = "host::verify";
+const JUDGE_MAY: [&str; 4] = ["pose", "vehicle", "problem", "plan"];
 
 /// What no planner may touch: standard modules, and names that give them away.
 const IMPURE_MODULES: [&str; 7] = ["time", "net", "thread", "fs", "io", "process", "env"];
@@ -295,7 +316,8 @@ pub fn breaches(file: &str, source: &str) -> Vec<Breach> {
     let (tokens, _) = without_tests(tokens(source));
     let mut found = Vec::new();
     let mut breach = |line, what| found.push(Breach { file: file.to_owned(), line, what });
-    let (bare, planner) = (matches!(home.as_str(), "protocol" | "firmware"), home == "host::modboat");
+    let (bare, planner) =
+        (matches!(home.as_str(), "protocol" | "firmware"), PLANNERS.contains(&home.as_str()));
     let lenient = |name: &str| file == TABLE && TABLE_MAY.contains(&name);
     for (line, path) in paths(&tokens) {
         let full = resolved(&module, &path);
@@ -305,6 +327,10 @@ pub fn breaches(file: &str, source: &str) -> Vec<Breach> {
             && !may_import(&home).contains(&target.as_str())
         {
             breach(line, format!("{home} must not import {target} ({shown})"));
+        }
+        let of_planner = full.len() > 1 && full[1] == "rov" && home == JUDGE;
+        if of_planner && !full.get(2).is_some_and(|module| JUDGE_MAY.contains(&module.as_str())) {
+            breach(line, format!("{home} takes only data from host::rov, not {shown}"));
         }
         let first = full.first().map_or("", String::as_str);
         if bare && full.len() > 1 && matches!(first, "std" | "alloc") {

@@ -1,4 +1,10 @@
+use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
+use protocol::{ModboatCycle, Motion};
+
 use super::*;
+use crate::limits::Limits;
+use crate::reference::Reference;
+use crate::swimmer::{Measurement, Swimmer};
 
 const HOST: u32 = 77;
 const IDENTITY: Identity = Identity { module: ModuleId(2), session: 5, report_every: MicrosSpan(20_000) };
@@ -15,7 +21,7 @@ fn from_host(session: u32, message: &Message) -> std::vec::Vec<u8> {
     encode(&header, message, &mut buffer).unwrap().to_vec()
 }
 
-fn sent(endpoint: &mut Endpoint) -> std::vec::Vec<Message> {
+fn sent(endpoint: &mut Endpoint<Swimmer>) -> std::vec::Vec<Message> {
     let mut buffer = [0; protocol::MAX_DATAGRAM];
     let mut messages = std::vec::Vec::new();
     while let Some(datagram) = endpoint.poll_transmit(&mut buffer) {
@@ -25,8 +31,8 @@ fn sent(endpoint: &mut Endpoint) -> std::vec::Vec<Message> {
 }
 
 /// Booted, its clock 1 s behind the fleet's, exchanges done by `now` = 0.2 s.
-fn synchronised() -> Endpoint {
-    let mut endpoint = Endpoint::new(IDENTITY, Limits::default());
+fn synchronised() -> Endpoint<Swimmer> {
+    let mut endpoint = Endpoint::new(IDENTITY, Swimmer::new(Limits::default()));
     for exchange in 0..4 {
         let now = Micros(exchange * 50_000);
         endpoint.handle_timer(now, &AT_ZERO);
@@ -49,7 +55,7 @@ fn cycle(number: u32, start: u64, amplitude: f32) -> Message {
     Message::Cycle(Cycle { number, start: Micros(start), motion: Motion::Modboat(motion) })
 }
 
-fn answer(endpoint: &mut Endpoint, now: u64, message: &Message) -> Verdict {
+fn answer(endpoint: &mut Endpoint<Swimmer>, now: u64, message: &Message) -> Verdict {
     endpoint.handle_datagram(Micros(now), &from_host(HOST, message)).unwrap();
     match sent(endpoint).as_slice() {
         [Message::Acknowledge(acknowledge)] => acknowledge.verdict,
@@ -59,7 +65,7 @@ fn answer(endpoint: &mut Endpoint, now: u64, message: &Message) -> Verdict {
 
 #[test]
 fn announces_itself_asks_the_time_and_reports() {
-    let mut endpoint = Endpoint::new(IDENTITY, Limits::default());
+    let mut endpoint = Endpoint::new(IDENTITY, Swimmer::new(Limits::default()));
     endpoint.handle_timer(Micros(0), &Measurement::default());
     assert!(matches!(sent(&mut endpoint)[..], [Message::Hello(_), Message::TimeRequest(_)]));
     assert_eq!(endpoint.reference(Micros(0)), None, "nobody knows where the tail is");
@@ -97,7 +103,7 @@ fn takes_a_cycle_once_and_runs_it_on_fleet_time() {
 
 #[test]
 fn refuses_what_it_must_not_run() {
-    let mut endpoint = Endpoint::new(IDENTITY, Limits::default());
+    let mut endpoint = Endpoint::new(IDENTITY, Swimmer::new(Limits::default()));
     endpoint.handle_timer(Micros(0), &AT_ZERO);
     sent(&mut endpoint);
     let refusal = |verdict| Verdict::Refused(verdict);

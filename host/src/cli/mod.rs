@@ -17,7 +17,7 @@ mod report;
 mod run;
 mod signal;
 
-/// Swim a fleet of docked Modboats from one PC.
+/// Swim a fleet of docked Modboats, or reconfigure a cluster of ROVs, from one PC.
 #[derive(Parser)]
 #[command(name = "flotilla", version, about, long_about = None, after_help = EXAMPLE)]
 struct Arguments {

@@ -1,6 +1,7 @@
 //! `flotilla module`: one module as a process on UDP. The firmware crate, compiled for the PC, drives a simulated
-//! motor; everything between host and firmware is real.
+//! motor, or the simulated thrusters of an ROV; everything between host and firmware is real.
 
+use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -12,12 +13,14 @@ use super::{Failure, signal, tell};
 use crate::link::udp::UdpRadio;
 use crate::run::scenario::{Scenario, Start};
 use crate::sim::module::{ClockParameters, Setup, SimModule, TICK};
+use crate::sim::rov::{RovSetup, SimRov};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flotilla module --id 1 --host 127.0.0.1:4870 &\n  \
                         flotilla module --id 2 --host 127.0.0.1:4870 &\n  \
                         flotilla module --id 3 --host 127.0.0.1:4870 &\n  \
-                        flotilla run holonomic-1 --radio udp --listen 127.0.0.1:4870")]
+                        flotilla run holonomic-1 --radio udp --listen 127.0.0.1:4870\n\n  \
+                        flotilla module --rov --id 1 --thrusters 6 --battery 16")]
 pub(super) struct Arguments {
     /// Number in the fleet, from 1
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -29,6 +32,19 @@ pub(super) struct Arguments {
     /// on it]
     #[arg(long, value_name = "ADDRESS")]
     listen: Option<String>,
+    /// An ROV: thrusters instead of a tail
+    #[arg(long, conflicts_with = "scenario")]
+    rov: bool,
+    /// How many thrusters the ROV has
+    #[arg(long, value_name = "COUNT", default_value_t = 6, requires = "rov",
+          value_parser = clap::value_parser!(u8).range(1..=8))]
+    thrusters: u8,
+    /// Thrusters whose wires are swapped, from 1, such as 2,5
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', requires = "rov")]
+    reversed: Vec<u8>,
+    /// Battery voltage of the ROV, 10 to 20 V
+    #[arg(long, value_name = "VOLTS", default_value_t = 16.0, requires = "rov")]
+    battery: f64,
     /// Take motor, geometry and start pose from this scenario [default: holonomic-1]
     #[arg(long, value_name = "SCENARIO")]
     scenario: Option<String>,
@@ -38,6 +54,22 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
+    let host = resolve(&arguments.host)?;
+    if let Some(seconds) = arguments.duration.filter(|seconds| !(*seconds > 0.0 && *seconds <= 1e7)) {
+        return Err(Failure::Bad(format!("--duration = {seconds} s: must lie between 0 and 10000000")));
+    }
+    if arguments.rov { rov(arguments, host) } else { modboat(arguments, host) }
+}
+
+/// A process has a clock of its own already: real, and wrong by its own start.
+const CLOCK: ClockParameters = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
+
+/// Tells its lives apart.
+fn seed() -> u64 {
+    u64::from(std::process::id()) << 32 | since_epoch_us() & 0xFFFF_FFFF
+}
+
+fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
     let name = arguments.scenario.as_deref().unwrap_or(super::run::DEFAULT);
     let scenario = Scenario::open(name).map_err(|error| Failure::Bad(error.to_string()))?;
     let modules = scenario.structure.len();
@@ -45,33 +77,60 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         let id = arguments.id;
         return Err(Failure::Bad(format!("--id {id}: there are only {modules} modules in {name}")));
     }
-    let host = resolve(&arguments.host)?;
-    if let Some(seconds) = arguments.duration.filter(|seconds| !(*seconds > 0.0 && *seconds <= 1e7)) {
-        return Err(Failure::Bad(format!("--duration = {seconds} s: must lie between 0 and 10000000")));
-    }
-    let listen = arguments.listen.clone().unwrap_or_else(|| any_port(host));
-    let radio = UdpRadio::bind(listen.as_str()).map_err(|error| Failure::Bad(error.to_string()))?;
-    let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
+    let (radio, address) = listen(arguments, host)?;
     let Start { tail_rad, .. } = scenario.start;
-    // A process has a clock of its own already: real, and wrong by its own start.
-    let clock = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
     let setup = Setup {
         id: ModuleId(arguments.id),
         modboat: &scenario.modboat,
         motor: &scenario.motor,
-        clock: &clock,
+        clock: &CLOCK,
         tail_rad,
         report_every: MicrosSpan(10_000),
-        seed: u64::from(std::process::id()) << 32 | since_epoch_us() & 0xFFFF_FFFF,
+        seed: seed(),
     };
     let mut module = SimModule::new(&setup, radio, host).map_err(|error| Failure::Bad(error.to_string()))?;
-    signal::watch();
     tell(&format!("module {} on {address}, host at {host}", arguments.id));
+    live(arguments, |now| module.tick(now).map(|()| module.state(now)))
+}
 
+fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
+    let thrusters = arguments.thrusters;
+    if let Some(number) = arguments.reversed.iter().find(|number| !(1..=thrusters).contains(number)) {
+        return Err(Failure::Bad(format!("--reversed {number}: there are only {thrusters} thrusters")));
+    }
+    let reversed: Vec<bool> = (1..=thrusters).map(|number| arguments.reversed.contains(&number)).collect();
+    let (radio, address) = listen(arguments, host)?;
+    let setup = RovSetup {
+        id: ModuleId(arguments.id),
+        reversed: &reversed,
+        battery_v: arguments.battery,
+        report_every: MicrosSpan(20_000),
+        clock: &CLOCK,
+        seed: seed(),
+    };
+    let mut rov = SimRov::new(&setup, radio, host).map_err(|error| Failure::Bad(error.to_string()))?;
+    tell(&format!("ROV {} on {address}, host at {host}", arguments.id));
+    live(arguments, |now| rov.tick(now).map(|()| rov.state(now)))
+}
+
+/// The radio, and where it listens.
+fn listen(arguments: &Arguments, host: SocketAddr) -> Result<(UdpRadio, SocketAddr), Failure> {
+    let listen = arguments.listen.clone().unwrap_or_else(|| any_port(host));
+    let radio = UdpRadio::bind(listen.as_str()).map_err(|error| Failure::Bad(error.to_string()))?;
+    let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
+    Ok((radio, address))
+}
+
+/// Ticks in real time until told to end, and tells every change of state.
+fn live(
+    arguments: &Arguments,
+    mut tick: impl FnMut(Micros) -> io::Result<Option<ModuleState>>,
+) -> Result<(), Failure> {
+    signal::watch();
     let began = Instant::now();
     let mut state = None;
-    for tick in 1.. {
-        let due_us = tick * u64::from(TICK.0);
+    for turn in 1.. {
+        let due_us = turn * u64::from(TICK.0);
         std::thread::sleep((began + Duration::from_micros(due_us)).saturating_duration_since(Instant::now()));
         if signal::STOP.load(Ordering::Relaxed) {
             break;
@@ -80,8 +139,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             break;
         }
         let now = Micros(began.elapsed().as_micros() as u64);
-        module.tick(now).map_err(|error| Failure::Could(format!("radio: {error}")))?;
-        let present: Option<ModuleState> = module.state(now);
+        let present = tick(now).map_err(|error| Failure::Could(format!("radio: {error}")))?;
         if present != state {
             state = present;
             if let Some(present) = present {

@@ -1,6 +1,9 @@
 //! The host's side of the link: knows the modules, answers their clocks, sends each cycle ahead of its start and
 //! again until it is acknowledged.
 //!
+//! A cycle of a Modboat is of use until it starts, the thrusts of an ROV until their lease ends; a newer cycle takes the
+//! place of one that is still open.
+//!
 //! Sans-IO: datagrams and the time go in, datagrams come out of [`Dispatcher::poll_transmit`]. Host time is fleet
 //! time. A module is known by its id; its address is wherever its last datagram came from.
 
@@ -8,7 +11,7 @@ use std::collections::VecDeque;
 
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{
-    Acknowledge, Cycle, DecodeError, Header, MAX_DATAGRAM, Message, ModboatCycle, ModuleId, Motion, Refusal,
+    Acknowledge, Cycle, DecodeError, Header, MAX_DATAGRAM, Message, ModuleId, Motion, Refusal, RovTelemetry,
     Telemetry, TimeReply, Verdict, decode, encode,
 };
 
@@ -63,6 +66,7 @@ pub struct ModuleLink<A> {
     pending: Option<Pending>,
     accepted: Option<u32>,
     telemetry: Option<Telemetry>,
+    rov_telemetry: Option<RovTelemetry>,
     heard: Micros,
     boots: u32,
     ledger: Ledger,
@@ -89,14 +93,21 @@ impl<A> ModuleLink<A> {
         self.heard
     }
 
-    /// Its last report since its last boot.
+    /// Its last report since its last boot, if it is an ROV.
+    pub fn rov_telemetry(&self) -> Option<&RovTelemetry> {
+        self.rov_telemetry.as_ref()
+    }
+
+    /// Its last report since its last boot, if it is a Modboat.
     pub fn telemetry(&self) -> Option<&Telemetry> {
         self.telemetry.as_ref()
     }
 
     /// Whether the module certainly has `cycle`: it acknowledged it, or reports that it runs or ran it.
     pub fn has(&self, cycle: u32) -> bool {
-        self.accepted == Some(cycle) || self.telemetry.is_some_and(|telemetry| telemetry.cycle == cycle)
+        self.accepted == Some(cycle)
+            || self.telemetry.is_some_and(|telemetry| telemetry.cycle == cycle)
+            || self.rov_telemetry.as_ref().is_some_and(|telemetry| telemetry.cycle == cycle)
     }
 
     /// Counts of its link.
@@ -128,6 +139,7 @@ impl<A: Copy> Dispatcher<A> {
             pending: None,
             accepted: None,
             telemetry: None,
+            rov_telemetry: None,
             heard: Micros(0),
             boots: 0,
             ledger: Ledger::default(),
@@ -185,7 +197,7 @@ impl<A: Copy> Dispatcher<A> {
         }
         if matches!(first_seen, Some(Event::Rebooted(_))) {
             // Nothing said to its former life counts any more.
-            (link.accepted, link.telemetry) = (None, None);
+            (link.accepted, link.telemetry, link.rov_telemetry) = (None, None, None);
             link.close_pending();
         }
         link.ledger.datagrams_received += 1;
@@ -204,17 +216,22 @@ impl<A: Copy> Dispatcher<A> {
                 link.telemetry = Some(telemetry);
                 Some(Event::Reported(index))
             }
+            Message::RovTelemetry(telemetry) if header.sequence >= link.last_sequence => {
+                link.last_sequence = header.sequence;
+                link.rov_telemetry = Some(telemetry);
+                Some(Event::Reported(index))
+            }
             _ => None,
         };
         Ok(first_seen.or(event))
     }
 
-    /// Queues what is due: cycles not acknowledged yet are sent again until they start.
+    /// Queues what is due: cycles not acknowledged yet are sent again for as long as they are of use.
     pub fn handle_timer(&mut self, now: Micros) {
         for index in 0..self.modules.len() {
             let link = &mut self.modules[index];
             let Some(pending) = &mut link.pending else { continue };
-            if pending.cycle.start <= now {
+            if useful_until(&pending.cycle) <= now {
                 link.close_pending();
             } else if pending.next_send <= now {
                 pending.next_send = now.after(RESEND_EVERY);
@@ -225,11 +242,12 @@ impl<A: Copy> Dispatcher<A> {
         }
     }
 
-    /// Sends every module its part of cycle `number`, in the order of the modules, and keeps at it.
-    pub fn dispatch(&mut self, now: Micros, number: u32, start: Micros, cycles: &[ModboatCycle]) {
-        debug_assert_eq!(cycles.len(), self.modules.len(), "one cycle for each module");
-        for (index, &cycle) in cycles.iter().enumerate() {
-            let cycle = Cycle { number, start, motion: Motion::Modboat(cycle) };
+    /// Sends every module its part of cycle `number`, in the order of the modules, and keeps at it. One that was
+    /// dispatched before and is still open is given up.
+    pub fn dispatch(&mut self, now: Micros, number: u32, start: Micros, motions: &[Motion]) {
+        debug_assert_eq!(motions.len(), self.modules.len(), "one motion for each module");
+        for (index, motion) in motions.iter().enumerate() {
+            let cycle = Cycle { number, start, motion: motion.clone() };
             let link = &mut self.modules[index];
             link.close_pending();
             link.ledger.cycles += 1;
@@ -274,6 +292,14 @@ impl<A: Copy> Dispatcher<A> {
     }
 }
 
+/// When it makes no difference any more whether the cycle arrives.
+fn useful_until(cycle: &Cycle) -> Micros {
+    match &cycle.motion {
+        Motion::Modboat(_) => cycle.start,
+        Motion::Rov(thrusts) => cycle.start.after(thrusts.lease),
+    }
+}
+
 impl<A> ModuleLink<A> {
     fn acknowledged(&mut self, index: usize, acknowledge: Acknowledge) -> Option<Event> {
         let cycle = acknowledge.cycle;
@@ -303,18 +329,18 @@ impl<A> ModuleLink<A> {
 
 #[cfg(test)]
 mod tests {
-    use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
-    use protocol::{Hello, ModuleKind, ModuleState};
+    use protocol::units::{Amperes, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
+    use protocol::{Hello, ModboatCycle, ModuleKind, ModuleState, RovCycle};
 
     use super::*;
 
-    const CYCLE: ModboatCycle = ModboatCycle {
+    const CYCLE: Motion = Motion::Modboat(ModboatCycle {
         rotation: Radians(0.5),
         centerline: Radians(0.0),
         amplitude: Radians(1.0),
         transition: MicrosSpan(500_000),
         period: MicrosSpan(1_500_000),
-    };
+    });
 
     fn from_module(id: u16, session: u32, sequence: u32, message: Message) -> Vec<u8> {
         let mut buffer = [0; MAX_DATAGRAM];
@@ -336,7 +362,7 @@ mod tests {
         let mut dispatcher = Dispatcher::new(2, 5);
         let event = dispatcher.handle_datagram(Micros(0), 'a', &from_module(1, 9, 0, hello()));
         assert_eq!(event, Ok(Some(Event::Joined(0))));
-        dispatcher.dispatch(Micros(0), 1, Micros(100_000), &[CYCLE; 2]);
+        dispatcher.dispatch(Micros(0), 1, Micros(100_000), &[CYCLE, CYCLE]);
         assert_eq!(sent(&mut dispatcher).len(), 1, "module 2 has no address yet");
         dispatcher.handle_timer(Micros(19_999));
         assert!(sent(&mut dispatcher).is_empty());
@@ -398,6 +424,60 @@ mod tests {
         dispatcher.handle_datagram(Micros(1), 'a', &from_module(1, 9, 7, report(2))).unwrap();
         dispatcher.handle_datagram(Micros(2), 'a', &from_module(1, 9, 6, report(1))).unwrap();
         assert_eq!(dispatcher.modules()[0].telemetry().unwrap().cycle, 2);
+    }
+
+    #[test]
+    fn thrusts_twenty_times_a_second_are_each_accounted_for() {
+        let mut dispatcher = Dispatcher::new(1, 5);
+        dispatcher.handle_datagram(Micros(0), 'a', &from_module(1, 9, 0, hello())).unwrap();
+        let thrusts = [Newtons(4.0)].into_iter().collect();
+        let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(200_000) });
+        let accepted = |cycle| Message::Acknowledge(Acknowledge { cycle, verdict: Verdict::Accepted });
+        let numbers = |dispatcher: &mut Dispatcher<char>| -> Vec<u32> {
+            let numbers = sent(dispatcher).into_iter().map(|(_, message)| match message {
+                Message::Cycle(cycle) => cycle.number,
+                other => panic!("{other:?}"),
+            });
+            numbers.collect()
+        };
+        // 1 is answered; 2 is still open when 3 takes its place, and its late answer is not 3's.
+        for (k, start) in [(1, 30_000), (2, 80_000), (3, 130_000)] {
+            let now = Micros(start - 30_000);
+            dispatcher.dispatch(now, k, Micros(start), std::slice::from_ref(&motion));
+            assert_eq!(numbers(&mut dispatcher), [k]);
+            dispatcher.handle_timer(Micros(start - 10_000));
+            assert_eq!(numbers(&mut dispatcher), [k], "again");
+            if k == 1 {
+                let answer = from_module(1, 9, k, accepted(k));
+                let event = dispatcher.handle_datagram(Micros(25_000), 'a', &answer);
+                assert_eq!(event, Ok(Some(Event::Accepted { module: 0, cycle: 1 })));
+            }
+        }
+        let event = dispatcher.handle_datagram(Micros(120_000), 'a', &from_module(1, 9, 2, accepted(2)));
+        assert_eq!(event, Ok(None));
+        // It goes on past its start, until its lease is over.
+        dispatcher.handle_timer(Micros(329_999));
+        assert_eq!(numbers(&mut dispatcher), [3]);
+        dispatcher.handle_timer(Micros(330_000));
+        assert_eq!(numbers(&mut dispatcher), [0; 0]);
+        let ledger = *dispatcher.modules()[0].ledger();
+        assert_eq!((ledger.cycles, ledger.acknowledged, ledger.unanswered, ledger.open()), (3, 1, 2, 0));
+        assert_eq!(ledger.resent, 4);
+        // What it reports counts as an answer as far as having it goes.
+        let report = Message::RovTelemetry(RovTelemetry {
+            at: Micros(200_000),
+            state: ModuleState::Executing,
+            cycle: 3,
+            pulses: [PulseMicros(1580.0)].into_iter().collect(),
+            battery: Volts(16.0),
+            current: Amperes(1.0),
+        });
+        assert!(!dispatcher.modules()[0].has(3));
+        let event = dispatcher.handle_datagram(Micros(201_000), 'a', &from_module(1, 9, 3, report));
+        assert_eq!(event, Ok(Some(Event::Reported(0))));
+        let link = &dispatcher.modules()[0];
+        assert!(link.has(3) && link.telemetry().is_none());
+        assert_eq!(link.rov_telemetry().map(|report| report.pulses.len()), Some(1));
     }
 
     #[test]

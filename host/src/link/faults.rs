@@ -123,11 +123,6 @@ impl<R: Radio> Faulty<R> {
         self.count
     }
 
-    /// Changes the medium from now on; what is under way stays so.
-    pub fn set_parameters(&mut self, parameters: FaultParameters) {
-        self.parameters = parameters;
-    }
-
     fn launch(&mut self, now: Micros, to: R::Address, mut datagram: Vec<u8>) {
         if self.rng.random_bool(self.parameters.corruption) && !datagram.is_empty() {
             let bit = self.rng.random_range(0..datagram.len() * 8);

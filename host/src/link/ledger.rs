@@ -20,7 +20,7 @@ pub struct Ledger {
     pub acknowledged: u64,
     /// Cycles it refused.
     pub refused: u64,
-    /// Cycles that started without an answer.
+    /// Cycles without an answer when they started (an ROV's: when their lease ended) or a newer one took their place.
     pub unanswered: u64,
 }
 

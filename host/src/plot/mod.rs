@@ -7,6 +7,7 @@
 //! | `tails.svg` | tail angles over time |
 //! | `phase-space.svg` | the run's swim cycles around the collision regions |
 //!
+//!
 //! Each picture is a pure function from the record to a text; only [`write_all`] touches the disk.
 
 use std::path::{Path, PathBuf};

@@ -14,7 +14,7 @@
 
 use protocol::ModuleState;
 use protocol::units::{Micros, MicrosSpan, Radians};
-use protocol::{DecodeError, ModboatCycle};
+use protocol::{DecodeError, ModboatCycle, Motion};
 use std::sync::Arc;
 
 use super::scenario::{Leg, Scenario};
@@ -301,13 +301,15 @@ impl<A: Copy> Pilot<A> {
 }
 
 /// What goes over the wire for one decision.
-fn cycles(decision: &Decision) -> Vec<ModboatCycle> {
-    let one = |(swing, turn): (&Swing, &Turn)| ModboatCycle {
-        rotation: Radians(turn.rotation_rad() as f32),
-        centerline: Radians(swing.centerline_rad as f32),
-        amplitude: Radians(swing.amplitude_rad as f32),
-        transition: decision.transition,
-        period: decision.period,
+fn cycles(decision: &Decision) -> Vec<Motion> {
+    let one = |(swing, turn): (&Swing, &Turn)| {
+        Motion::Modboat(ModboatCycle {
+            rotation: Radians(turn.rotation_rad() as f32),
+            centerline: Radians(swing.centerline_rad as f32),
+            amplitude: Radians(swing.amplitude_rad as f32),
+            transition: decision.transition,
+            period: decision.period,
+        })
     };
     decision.plan.cycle.iter().zip(&decision.turns).map(one).collect()
 }

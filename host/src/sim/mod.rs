@@ -8,6 +8,9 @@
 //! pins → SimMotor → TailState (φ, φ̇, φ̈, J) → Tank (Thrust per module, reaction torques, drag) → Mocap → host
 //! ```
 //!
+//! An ROV's firmware writes pulses instead, and its propellers' thrusts come out ([`rov`]), into a water of its own
+//! ([`rov::basin`]).
+//!
 //! All noise comes from seeded generators: the same seed and the same steps give the same run to the bit.
 
 mod body;
@@ -15,7 +18,9 @@ mod contact;
 pub mod mocap;
 pub mod module;
 pub mod motor;
+mod node;
 pub mod remote;
+pub mod rov;
 pub mod tank;
 pub mod thrust;
 

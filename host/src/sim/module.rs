@@ -11,16 +11,16 @@ use firmware::limits::Limits;
 use firmware::modboat::Modboat;
 use firmware::motor::Bridge;
 use firmware::servo::{CurrentSense, ServoError, ServoParameters};
+use firmware::swimmer::Swimmer;
 use firmware::tail::Tail;
 use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
-use protocol::{MAX_DATAGRAM, ModuleId, ModuleState, Radio};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use protocol::{ModuleId, ModuleState, Radio};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::TailState;
 use super::motor::{DirectionPin, ENCODER_COUNTS, MotorParameters, PwmPin, Sensors, SimMotor};
+use super::node::Node;
 use crate::modboat::parameters::Parameters;
 use crate::quantity::ParameterError;
 use crate::quantity::{Range, check_ranges};
@@ -65,19 +65,6 @@ impl ClockParameters {
     }
 }
 
-/// A module's own clock: local = offset + (1 + drift)·true.
-#[derive(Clone, Copy, Debug)]
-struct LocalClock {
-    offset_s: f64,
-    rate: f64,
-}
-
-impl LocalClock {
-    fn read(&self, now: Micros) -> Micros {
-        Micros(((self.offset_s + self.rate * now.as_secs_f64()) * 1e6) as u64)
-    }
-}
-
 /// Why there is no module.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ModuleError {
@@ -112,12 +99,7 @@ type Firmware = Modboat<Sensors, Sensors, PwmPin, DirectionPin, DirectionPin>;
 pub struct SimModule<R: Radio> {
     build: Build,
     motor: SimMotor,
-    firmware: Option<Firmware>,
-    clock: LocalClock,
-    radio: R,
-    host: R::Address,
-    rng: ChaCha8Rng,
-    boots_at: Micros,
+    node: Node<Firmware, R>,
 }
 
 /// What a module is made of, kept for its next boot.
@@ -156,11 +138,7 @@ impl<R: Radio> SimModule<R> {
     /// # Errors
     /// [`ModuleError`] for a motor or servo that cannot be.
     pub fn new(setup: &Setup<'_>, radio: R, host: R::Address) -> Result<Self, ModuleError> {
-        let mut rng = ChaCha8Rng::seed_from_u64(setup.seed);
-        let clock = LocalClock {
-            offset_s: setup.clock.offset_s * rng.random::<f64>(),
-            rate: 1.0 + setup.clock.drift_ppm * 1e-6 * (2.0 * rng.random::<f64>() - 1.0),
-        };
+        let mut node = Node::new(setup.seed, setup.clock, radio, host);
         let motor = setup.motor;
         // The current that the torque limit stands for.
         let stall = motor.stall_current_a() as f32;
@@ -181,22 +159,10 @@ impl<R: Radio> SimModule<R> {
             mounting: Mounting { zero_counts, reversed: false },
             motor: motor.clone(),
         };
-        let boots_at = Micros(rng.random_range(0..50_000));
         let (motor, _) = SimMotor::new(&build.motor, setup.tail_rad)?;
-        let mut module = Self { build, motor, firmware: None, clock, radio, host, rng, boots_at };
         // A module that cannot be built says so now, not when it boots.
-        module.firmware = Some(module.boot()?);
-        module.firmware = None;
-        Ok(module)
-    }
-
-    fn boot(&mut self) -> Result<Firmware, ModuleError> {
-        let Build { id, report_every, limits, servo, mounting, .. } = &self.build;
-        let pins = self.motor.pins();
-        let identity = Identity { module: *id, session: self.rng.random(), report_every: *report_every };
-        let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
-        let tail = Tail::new(pins.sensors.clone(), *mounting, pins.sensors, bridge, servo)?;
-        Ok(Modboat::new(Endpoint::new(identity, *limits), tail))
+        boot(&build, &motor, node.session())?;
+        Ok(Self { build, motor, node })
     }
 
     /// One servo tick at `now`, true time: what came over the radio, the firmware, what it says, and the motor for
@@ -205,33 +171,22 @@ impl<R: Radio> SimModule<R> {
     /// # Errors
     /// The radio's own; [`ModuleError`] cannot occur after [`new`](Self::new) succeeded.
     pub fn tick(&mut self, now: Micros) -> Result<(), R::Error> {
-        if self.firmware.is_none() && now >= self.boots_at {
-            self.firmware = self.boot().ok();
+        if self.node.boots(now) {
+            let firmware = boot(&self.build, &self.motor, self.node.session()).ok();
+            self.node.power_on(firmware);
         }
-        let mut buffer = [0; MAX_DATAGRAM];
-        let local = self.clock.read(now);
-        while let Some((length, _)) = self.radio.receive(now, &mut buffer)? {
-            // Without power a datagram falls on deaf ears; a damaged one the endpoint counts.
-            if let Some(firmware) = &mut self.firmware {
-                let _ = firmware.handle_datagram(local, &buffer[..length]);
-            }
-        }
-        if let Some(firmware) = &mut self.firmware {
-            // The simulated pins cannot fail.
+        // The simulated pins cannot fail.
+        self.node.tick(now, |firmware, local| {
             let _ = firmware.tick(local, BATTERY);
-            while let Some(datagram) = firmware.poll_transmit(&mut buffer) {
-                self.radio.send(now, self.host, datagram)?;
-            }
-        }
+        })?;
         self.motor.step(f64::from(TICK.as_secs_f32()));
         Ok(())
     }
 
     /// Takes the power away at `now` and gives it back `off` later. What the firmware knew is gone; the tail coasts.
     pub fn reboot(&mut self, now: Micros, off: MicrosSpan) {
-        self.firmware = None;
+        self.node.power_off(now, off);
         self.motor.release();
-        self.boots_at = now.after(off);
     }
 
     /// The tail as it is.
@@ -246,25 +201,32 @@ impl<R: Radio> SimModule<R> {
 
     /// The firmware, while the module has power.
     pub fn firmware(&self) -> Option<&Firmware> {
-        self.firmware.as_ref()
+        self.node.firmware()
     }
 
     /// What the firmware is doing at `now`, true time; nothing without power.
     pub fn state(&self, now: Micros) -> Option<ModuleState> {
-        Some(self.firmware.as_ref()?.endpoint().state(self.clock.read(now)))
+        self.node.state(now)
     }
 
     /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
     pub fn clock_error_us(&self, now: Micros) -> Option<i64> {
-        let clock = self.firmware.as_ref()?.endpoint().clock();
-        let fleet = clock.fleet(self.clock.read(now)).filter(|_| clock.is_synchronised())?;
-        Some(fleet.0 as i64 - now.0 as i64)
+        self.node.clock_error_us(now)
     }
 
     /// Its end of the radio.
     pub fn radio(&self) -> &R {
-        &self.radio
+        self.node.radio()
     }
+}
+
+fn boot(build: &Build, motor: &SimMotor, session: u32) -> Result<Firmware, ModuleError> {
+    let &Build { id, report_every, limits, ref servo, mounting, .. } = build;
+    let pins = motor.pins();
+    let identity = Identity { module: id, session, report_every };
+    let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
+    let tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, servo)?;
+    Ok(Modboat::new(Endpoint::new(identity, Swimmer::new(limits)), tail))
 }
 
 /// The limits a module is provisioned with: those of the kind of Modboat it is.

@@ -46,6 +46,21 @@ fn nested_and_renamed_imports_and_paths_in_the_text_are_found() {
 }
 
 #[test]
+fn the_judge_takes_data_and_no_code_from_the_planner() {
+    let source = "use crate::rov::{plan::Plan, pose::Pose};\nuse crate::rov::configuration::adjacency;\n\
+                  fn f() { crate::rov::clearance::length([0.0; 3]); }\nuse crate::rov::*;\nuse super::Judge;\n";
+    assert_eq!(
+        of("host/src/verify/balance.rs", source),
+        [
+            "2: host::verify takes only data from host::rov, not crate::rov::configuration::adjacency",
+            "3: host::verify takes only data from host::rov, not crate::rov::clearance::length",
+            "4: host::verify takes only data from host::rov, not crate::rov",
+        ]
+    );
+    assert_eq!(of("host/src/run/pilot.rs", "use crate::rov::configuration::adjacency;").len(), 0);
+}
+
+#[test]
 fn std_stays_out_of_what_the_module_runs() {
     let source = "use core::fmt;\n#[cfg(test)]\nextern crate std;\nuse std::vec::Vec;\nfn f() { alloc::vec::Vec::new(); }\n\
                   #[cfg(test)]\nmod tests {\n    use std::rc::Rc;\n    fn g() { if true { std::process::abort() } }\n}\n\
@@ -74,6 +89,7 @@ fn planners_are_pure() {
             "5: a planner must not print (println!)",
         ]
     );
+    assert_eq!(of("host/src/grid/theta.rs", source).len(), 5);
     assert_eq!(of("host/src/run/pilot.rs", source).len(), 0);
     let table = "use std::fs;\nfn f() { std::thread::scope(|_| ()); std::time::Instant::now(); }";
     assert_eq!(of("host/src/modboat/table.rs", table), ["2: a planner must not use std::time::Instant::now"]);

@@ -1,0 +1,256 @@
+#![expect(clippy::float_cmp, reason = "neutral and whole timer counts are exact")]
+
+use std::cell::RefCell;
+use std::convert::Infallible;
+use std::rc::Rc;
+use std::vec::Vec;
+
+use proptest::prelude::*;
+use protocol::units::{MicrosSpan, Newtons, PulseMicros};
+use protocol::{
+    Cycle, Header, MAX_DATAGRAM, Message, ModuleId, ModuleState, Motion, Refusal, RovCycle, TimeReply,
+    Verdict, decode, encode,
+};
+
+use super::*;
+use crate::endpoint::Identity;
+use crate::lease::LeaseLimits;
+use crate::thruster::bank::{Mounting, Settings};
+use crate::thruster::esc::Demands;
+use crate::thruster::law;
+
+const IDENTITY: Identity = Identity { module: ModuleId(4), session: 5, report_every: MicrosSpan(20_000) };
+const SUPPLY: Supply = Supply { battery: Volts(16.0), current: Amperes(3.0) };
+const FLEET_AHEAD: u64 = 1_000_000;
+const TICK: u64 = 5_000;
+
+/// A pin whose pulse, µs, everybody sees. 25 counts a microsecond at 400 Hz.
+#[derive(Clone, Default)]
+struct Pin(Rc<RefCell<u16>>);
+
+impl embedded_hal::pwm::ErrorType for Pin {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Pin {
+    fn max_duty_cycle(&self) -> u16 {
+        62_500
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        *self.0.borrow_mut() = duty;
+        Ok(())
+    }
+}
+
+/// One ROV of two thrusters on a bench.
+struct Bench {
+    rov: Rov<Pin>,
+    pins: [Pin; 2],
+    now: Micros,
+    sequence: u32,
+}
+
+impl Bench {
+    fn boot(pins: &[Pin; 2], session: u32) -> Rov<Pin> {
+        let mountings = [0, 1].map(|output| Mounting { output, reversed: false });
+        let demands = Demands { slew_n_s: 400.0, reversal_delay: MicrosSpan(20_000) };
+        let settings = Settings { arming: MicrosSpan(500_000), demands, ..Settings::default() };
+        let bank = Bank::new(pins.iter().cloned(), &mountings, settings).unwrap();
+        let lease = ThrustLease::new(LeaseLimits::of(2));
+        Rov::new(Endpoint::new(Identity { session, ..IDENTITY }, lease), bank)
+    }
+
+    /// Booted and ticking, its clock synchronised: 1 s behind the fleet's.
+    fn new() -> Self {
+        let pins = [Pin::default(), Pin::default()];
+        let rov = Self::boot(&pins, 5);
+        let mut bench = Self { rov, pins, now: Micros(0), sequence: 0 };
+        bench.run(300_000);
+        assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Arming);
+        bench
+    }
+
+    fn hear(&mut self, message: &Message) {
+        let mut buffer = [0; MAX_DATAGRAM];
+        let header = Header { module: ModuleId(4), session: 77, sequence: self.sequence };
+        self.sequence += 1;
+        let datagram = encode(&header, message, &mut buffer).unwrap();
+        self.rov.handle_datagram(self.now, datagram).unwrap();
+    }
+
+    /// Ticks until `end`, own clock; the host answers the clock exchanges. All else that was said comes back.
+    fn run(&mut self, end: u64) -> Vec<Message> {
+        let mut said = Vec::new();
+        while self.now.0 < end {
+            self.rov.tick(self.now, &SUPPLY).unwrap();
+            said.extend(self.listen());
+            self.now.0 += TICK;
+        }
+        said
+    }
+
+    fn listen(&mut self) -> Vec<Message> {
+        let (mut said, mut buffer) = (Vec::new(), [0; MAX_DATAGRAM]);
+        while let Some(datagram) = self.rov.poll_transmit(&mut buffer) {
+            match decode(datagram).unwrap().1 {
+                Message::TimeRequest(request) => {
+                    let fleet = Micros(self.now.0 + FLEET_AHEAD);
+                    let reply = TimeReply { request_sent: request.sent, received: fleet, sent: fleet };
+                    self.hear(&Message::TimeReply(reply));
+                }
+                other => said.push(other),
+            }
+        }
+        said
+    }
+
+    /// A cycle that starts at `start` on the module's own clock.
+    fn offer(&mut self, number: u32, start: u64, thrusts: [f32; 2], lease: u32) -> Verdict {
+        let thrusts = thrusts.into_iter().map(Newtons).collect();
+        let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(lease) });
+        self.hear(&Message::Cycle(Cycle { number, start: Micros(start + FLEET_AHEAD), motion }));
+        match self.listen().as_slice() {
+            [Message::Acknowledge(answer)] if answer.cycle == number => answer.verdict,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn pulses_us(&self) -> [f32; 2] {
+        self.pins.each_ref().map(|pin| f32::from(*pin.0.borrow()) / 25.0)
+    }
+}
+
+#[test]
+fn thrust_comes_when_armed_grows_and_ends_with_the_lease_to_the_tick() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.offer(1, 400_000, [10.0, -4.0], 300_000), Verdict::Accepted);
+    bench.run(500_000);
+    assert_eq!(bench.pulses_us(), [1500.0; 2], "executing, not armed");
+    assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Arming);
+    // 400 N/s and 5 ms a tick: 2 N each.
+    let wanted = [(2.0, -2.0), (4.0, -4.0), (6.0, -4.0), (8.0, -4.0), (10.0, -4.0), (10.0, -4.0)];
+    for (ahead, astern) in wanted {
+        bench.run(bench.now.0 + TICK);
+        for (pulse_us, newtons) in bench.pulses_us().into_iter().zip([ahead, astern]) {
+            let given = law::thrust(PulseMicros(pulse_us), SUPPLY.battery);
+            assert!((given.0 - newtons).abs() < 0.01, "{given:?} at {:?}, not {newtons} N", bench.now);
+        }
+    }
+    // The link is lost; the tick at 695 ms is the last of the lease.
+    bench.run(700_000);
+    assert_eq!(bench.rov.endpoint().state(Micros(699_999)), ModuleState::Executing);
+    assert!(bench.pulses_us()[0] > 1528.0 && bench.pulses_us()[1] < 1472.0);
+    bench.run(700_001);
+    assert_eq!(bench.pulses_us(), [1500.0; 2]);
+    assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Holding);
+}
+
+#[test]
+fn reports_what_it_puts_out() {
+    let mut bench = Bench::new();
+    bench.run(600_000);
+    assert_eq!(bench.offer(7, 600_000, [5.0, 0.0], 200_000), Verdict::Accepted);
+    let said = bench.run(700_000);
+    let reports: Vec<_> = said
+        .iter()
+        .filter_map(|message| match message {
+            Message::RovTelemetry(report) => Some(report),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(reports.len(), 5, "every 20 ms");
+    let report = reports.last().unwrap();
+    assert_eq!((report.state, report.cycle), (ModuleState::Executing, 7));
+    assert_eq!((report.battery, report.current), (SUPPLY.battery, SUPPLY.current));
+    assert_eq!(report.pulses.iter().map(|pulse| pulse.0).collect::<Vec<_>>(), bench.pulses_us());
+    assert!((law::thrust(report.pulses[0], report.battery).0 - 5.0).abs() < 0.01);
+    assert_eq!(report.at.0 % 1_000, 0);
+}
+
+#[test]
+fn turns_round_through_neutral() {
+    let mut bench = Bench::new();
+    bench.run(600_000);
+    bench.offer(1, 600_000, [2.0, 2.0], 900_000);
+    bench.run(650_000);
+    bench.offer(2, 650_000, [-2.0, 2.0], 900_000);
+    for _ in 0..4 {
+        bench.run(bench.now.0 + TICK);
+        assert_eq!(bench.pulses_us()[0], 1500.0, "{:?}", bench.now);
+        assert!(bench.pulses_us()[1] > 1528.0, "the other goes on");
+    }
+    bench.run(bench.now.0 + TICK);
+    assert!(bench.pulses_us()[0] < 1472.0, "20 ms are over");
+}
+
+#[test]
+fn duplicates_change_nothing_and_a_reboot_begins_at_neutral() {
+    let mut bench = Bench::new();
+    bench.run(600_000);
+    assert_eq!(bench.offer(3, 600_000, [4.0, 4.0], 500_000), Verdict::Accepted);
+    bench.run(650_000);
+    let before = bench.pulses_us();
+    assert_eq!(bench.offer(3, 600_000, [4.0, 4.0], 500_000), Verdict::Duplicate);
+    assert_eq!(bench.offer(3, 600_000, [9.0, 4.0], 500_000), Verdict::Refused(Refusal::Conflict));
+    bench.run(bench.now.0 + TICK);
+    assert_eq!(bench.pulses_us(), before);
+    // Power is lost: its memory and the arming with it; the same session of the host goes on.
+    bench.rov = Bench::boot(&bench.pins, 6);
+    bench.run(bench.now.0 + TICK);
+    assert_eq!(bench.pulses_us(), [1500.0; 2]);
+    assert_eq!(bench.offer(3, 600_000, [4.0, 4.0], 500_000), Verdict::Refused(Refusal::NotSynchronised));
+    bench.run(950_000);
+    assert_eq!(bench.offer(4, 950_000, [4.0, 4.0], 500_000), Verdict::Accepted);
+    bench.run(1_100_000);
+    assert_eq!(bench.pulses_us(), [1500.0; 2], "half a second of neutral again");
+    bench.run(1_250_000);
+    assert!(bench.pulses_us()[0] > 1528.0);
+}
+
+#[test]
+fn a_stop_is_for_good() {
+    let mut bench = Bench::new();
+    bench.run(600_000);
+    bench.offer(1, 600_000, [4.0, 4.0], 900_000);
+    bench.run(650_000);
+    bench.hear(&Message::EmergencyStop);
+    bench.run(bench.now.0 + TICK);
+    assert_eq!(bench.pulses_us(), [1500.0; 2]);
+    assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Stopped);
+    let now = bench.now.0;
+    assert_eq!(bench.offer(2, now, [4.0, 4.0], 900_000), Verdict::Refused(Refusal::Stopped));
+}
+
+proptest! {
+    #[test]
+    fn no_datagram_and_no_battery_drives_a_pin_out_of_range(
+        storm in proptest::collection::vec(
+            (0_u64..30_000, any::<[u32; 2]>(), any::<u32>(), 0_u64..200_000, any::<u32>(), any::<bool>()),
+            1..60,
+        ),
+        noise in proptest::collection::vec(any::<u8>(), 0..80),
+    ) {
+        let mut bench = Bench::new();
+        bench.run(600_000);
+        for (number, (pause, thrust_bits, volt_bits, ahead, lease, usual)) in (1..).zip(storm) {
+            let _ = bench.rov.handle_datagram(bench.now, &noise);
+            let thrusts = thrust_bits.map(|bits| match usual {
+                true => f32::from_bits(bits) % 60.0,
+                false => f32::from_bits(bits),
+            });
+            let lease = if usual { lease % 1_000_000 } else { lease };
+            bench.offer(number, bench.now.0 + ahead, thrusts, lease);
+            let end = Micros(bench.now.0 + pause);
+            let supply = Supply { battery: Volts(f32::from_bits(volt_bits)), ..SUPPLY };
+            while bench.now < end {
+                bench.rov.tick(bench.now, &supply).unwrap();
+                bench.listen();
+                for pulse_us in bench.pulses_us() {
+                    prop_assert!((1100.0..=1900.0).contains(&pulse_us), "{} µs", pulse_us);
+                }
+                bench.now.0 += TICK;
+            }
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! What a cycle means to a Modboat: the [`Schedule`] behind the link, and the tail's reports.
+//!
+//! The schedule begins with the first measurement: before it nobody knows where the tail is, and every cycle is refused.
+
+use protocol::units::{Amperes, Micros, Radians, RadiansPerSecond, Volts};
+use protocol::{Cycle, Message, ModboatCycle, ModuleKind, Motion, Refusal, Telemetry, Verdict};
+
+use crate::cycle::SwimCycle;
+use crate::endpoint::{Endpoint, Present, Robot};
+use crate::limits::Limits;
+use crate::reference::Reference;
+use crate::schedule::{self, Schedule};
+use crate::waveform::Waveform;
+
+/// What a Modboat measures for its reports.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measurement {
+    /// Tail angle, unwrapped; nothing while the encoder is not believed.
+    pub tail: Option<Radians>,
+    /// Tail speed.
+    pub rate: RadiansPerSecond,
+    /// Motor current.
+    pub current: Amperes,
+    /// Battery voltage.
+    pub battery: Volts,
+}
+
+/// See the module's documentation.
+#[derive(Clone, Debug)]
+pub struct Swimmer {
+    limits: Limits,
+    schedule: Option<Schedule>,
+}
+
+impl Swimmer {
+    /// One that has not seen its tail yet.
+    #[must_use]
+    pub const fn new(limits: Limits) -> Self {
+        Self { limits, schedule: None }
+    }
+}
+
+impl Endpoint<Swimmer> {
+    /// What the tail is to do at `now`, own clock; nothing before the first measurement.
+    #[must_use]
+    pub fn reference(&self, now: Micros) -> Option<Reference> {
+        Some(self.robot().schedule.as_ref()?.reference(self.fleet(now)))
+    }
+}
+
+impl Robot for Swimmer {
+    const KIND: ModuleKind = ModuleKind::Modboat;
+    type Measurement = Measurement;
+
+    fn observe(&mut self, measurement: &Measurement) {
+        if let (None, Some(tail)) = (&self.schedule, measurement.tail) {
+            self.schedule = Some(Schedule::new(self.limits, tail));
+        }
+    }
+
+    fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
+        let Motion::Modboat(motion) = &cycle.motion else { return Verdict::Refused(Refusal::WrongKind) };
+        let Some(schedule) = &mut self.schedule else { return Verdict::Refused(Refusal::NotSynchronised) };
+        let &ModboatCycle { rotation, centerline, amplitude, transition, period } = motion;
+        let waveform = Waveform::new(centerline, amplitude, period);
+        let offered = SwimCycle::new(cycle.number, cycle.start, rotation, transition, waveform);
+        on_the_wire(schedule.offer(now, offered))
+    }
+
+    fn hold(&mut self, now: Micros) {
+        if let Some(schedule) = &mut self.schedule {
+            schedule.hold(now);
+        }
+    }
+
+    fn emergency_stop(&mut self, now: Micros) {
+        if let Some(schedule) = &mut self.schedule {
+            schedule.emergency_stop(now);
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.schedule.as_ref().is_some_and(Schedule::is_stopped)
+    }
+
+    fn running(&self, now: Micros) -> Option<u32> {
+        self.schedule.as_ref()?.running(now)
+    }
+
+    fn latest(&self, now: Micros) -> Option<u32> {
+        self.schedule.as_ref()?.latest(now)
+    }
+
+    fn begin_anew(&mut self, now: Micros) {
+        self.schedule = self.schedule.as_ref().map(|schedule| schedule.anew(now));
+    }
+
+    fn report(&self, present: &Present, measurement: &Measurement) -> Option<Message> {
+        let &Present { at, state, cycle } = present;
+        let &Measurement { tail, rate, current, battery } = measurement;
+        Some(Message::Telemetry(Telemetry { at, state, cycle, tail: tail?, rate, current, battery }))
+    }
+}
+
+/// The schedule's verdict without its numbers.
+fn on_the_wire(verdict: schedule::Verdict) -> Verdict {
+    let refusal = match verdict {
+        schedule::Verdict::Accepted => return Verdict::Accepted,
+        schedule::Verdict::Duplicate => return Verdict::Duplicate,
+        schedule::Verdict::Refused(refusal) => refusal,
+    };
+    Verdict::Refused(match refusal {
+        schedule::Refusal::Stopped => Refusal::Stopped,
+        schedule::Refusal::Conflict | schedule::Refusal::Full { .. } | schedule::Refusal::Overlap { .. } => {
+            Refusal::Conflict
+        }
+        schedule::Refusal::AlreadyRun { .. } => Refusal::AlreadyRun,
+        schedule::Refusal::Limit(_) => Refusal::BeyondLimits,
+        schedule::Refusal::Late { .. } => Refusal::Late,
+        schedule::Refusal::TooFarAhead { .. } => Refusal::TooFarAhead,
+        schedule::Refusal::PoseMismatch { .. } => Refusal::PoseMismatch,
+    })
+}

@@ -1,0 +1,88 @@
+//! One `flotilla module --rov` process over a real socket, in real time. Nothing here is tight: the machine may be slow
+//! and have much else to do.
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use common::{PATIENCE, Process};
+use host::link::dispatcher::{Dispatcher, Event};
+use host::link::udp::UdpRadio;
+use host::sim::rov::remote::RemoteRov;
+use protocol::units::{Micros, MicrosSpan, Newtons};
+use protocol::{MAX_DATAGRAM, ModuleState, Motion, Radio, RovCycle};
+use tempfile::tempdir;
+
+const REVERSED: [bool; 3] = [false, false, true];
+
+#[test]
+fn a_process_thrusts_as_told_and_stops_in_silence() {
+    let folder = tempdir().expect("a folder");
+    let mut radio = UdpRadio::bind("127.0.0.1:0").expect("a port");
+    let address = radio.local_address().expect("an address").to_string();
+    // Should this test be killed, it ends by itself.
+    let arguments =
+        ["module", "--rov", "--id", "1", "--host", &address, "--thrusters", "3", "--reversed", "3"];
+    let arguments = [&arguments[..], &["--battery", "15", "--duration", "170"]].concat();
+    let _process = Process::start(folder.path(), &arguments);
+
+    let mut dispatcher = Dispatcher::new(1, 9);
+    let mut remote = RemoteRov::new(&REVERSED);
+    let wanted_n = [12.0, -5.0, 7.0];
+    let near = |remote: &RemoteRov, thrusts_n: [f64; 3]| {
+        remote.thrusts_n().iter().zip(thrusts_n).all(|(shown, wanted)| (shown - wanted).abs() < 0.1)
+    };
+    let (began, mut number, mut next, mut reached) = (Instant::now(), 0, Micros(0), false);
+    let mut buffer = [0; MAX_DATAGRAM];
+    loop {
+        assert!(began.elapsed() < PATIENCE, "{:?} N, {:?}", remote.thrusts_n(), dispatcher.modules()[0]);
+        let now = Micros(began.elapsed().as_micros() as u64);
+        while let Some((length, from)) = radio.receive(now, &mut buffer).expect("a radio") {
+            let event = dispatcher.handle_datagram(now, from, &buffer[..length]).expect("a datagram");
+            if event == Some(Event::Reported(0)) {
+                remote.report(dispatcher.modules()[0].rov_telemetry().expect("a report"), now);
+            }
+        }
+        remote.step(now);
+        let state = dispatcher.modules()[0].rov_telemetry().map(|report| report.state);
+        let ready =
+            state.is_some_and(|state| !matches!(state, ModuleState::Unsynchronised | ModuleState::Arming));
+        if ready && !reached && now >= next {
+            number += 1;
+            next = now.after(MicrosSpan(50_000));
+            let thrusts = wanted_n.iter().map(|&newtons| Newtons(newtons as f32)).collect();
+            let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(500_000) });
+            dispatcher.dispatch(now, number, now.after(MicrosSpan(30_000)), &[motion]);
+        }
+        if !reached {
+            dispatcher.handle_timer(now);
+            reached = near(&remote, wanted_n);
+        } else if near(&remote, [0.0; 3]) && state == Some(ModuleState::Holding) {
+            break;
+        }
+        while let Some((to, datagram)) = dispatcher.poll_transmit() {
+            radio.send(now, to, &datagram).expect("a radio");
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let report = dispatcher.modules()[0].rov_telemetry().expect("a report");
+    assert_eq!(report.pulses.len(), 3);
+    assert!((report.battery.0 - 15.0).abs() < 1e-6);
+    let ledger = dispatcher.modules()[0].ledger();
+    assert!(ledger.acknowledged >= 1 && ledger.refused == 0, "{ledger:?}");
+}
+
+#[test]
+fn what_cannot_be_is_one_line() {
+    let folder = tempdir().expect("a folder");
+    for (arguments, wanted) in [
+        (&["--battery", "9"][..], "battery_v = 9 V: must lie between 10 and 20"),
+        (&["--battery", "NaN"], "battery_v = NaN V"),
+        (&["--reversed", "7"], "--reversed 7: there are only 6 thrusters"),
+    ] {
+        let arguments = [&["module", "--rov", "--id", "1"][..], arguments].concat();
+        let finished = Process::start(folder.path(), &arguments).finish();
+        assert_eq!((finished.code, finished.err.len()), (Some(2), 1), "{finished:?}");
+        assert!(finished.err[0].contains(wanted) && finished.out.is_empty(), "{finished:?}");
+    }
+}
