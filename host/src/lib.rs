@@ -7,6 +7,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`modboat`] | the planner of docked Modboats: pure functions from a wrench to everybody's cycle |
+//! | [`grid`] | Theta* and A* on grids, and the maps read from files: pure functions |
 //! | [`link`] | radios, their faults, and the dispatcher |
 //! | [`sim`] | the tank, the motors, and modules made of the firmware crate |
 //! | [`run`] | the closed loop: plan, dispatch, execute, observe |
@@ -14,6 +15,7 @@
 //! | [`cli`] | the `flotilla` program |
 
 pub mod cli;
+pub mod grid;
 pub mod link;
 pub mod modboat;
 pub mod plot;

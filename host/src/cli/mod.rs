@@ -10,6 +10,7 @@ use clap::{Parser, Subcommand};
 
 mod folder;
 mod module;
+mod path;
 mod plan;
 mod planner;
 mod progress;
@@ -34,6 +35,8 @@ enum Command {
     Run(run::Arguments),
     /// Filter: one JSON request a line in, one JSON plan a line out
     Plan(plan::Arguments),
+    /// Shortest paths on 2D and 3D maps by Theta* or A*: one query, or a scenario of them
+    Path(path::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
     Module(module::Arguments),
 }
@@ -52,6 +55,7 @@ pub fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(arguments) => run::main(arguments),
         Command::Plan(arguments) => plan::main(&arguments),
+        Command::Path(arguments) => path::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
     };
     let (code, message) = match outcome {

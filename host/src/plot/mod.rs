@@ -7,6 +7,7 @@
 //! | `tails.svg` | tail angles over time |
 //! | `phase-space.svg` | the run's swim cycles around the collision regions |
 //!
+//! Beside a run's there are the picture of a map with paths, [`path`], and those of a reconfiguration of ROVs,
 //!
 //! Each picture is a pure function from the record to a text; only [`write_all`] touches the disk.
 
@@ -21,6 +22,7 @@ use phase_space::NeighbourKind;
 
 pub mod axis;
 pub mod lines;
+pub mod path;
 pub mod phase_space;
 pub mod picture;
 #[cfg(test)]

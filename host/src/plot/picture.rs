@@ -34,7 +34,7 @@ const SIGN: f64 = 22.0;
 /// Space between two entries of a legend, px.
 const GAP: f64 = 18.0;
 /// Width left of a chart for the labels of its y axis, px.
-const LEFT: f64 = 52.0;
+pub(super) const LEFT: f64 = 52.0;
 /// Width right of a chart, so that the last label of its x axis fits, px.
 const RIGHT: f64 = 16.0;
 /// Height below a chart for labels and description of its x axis, px.

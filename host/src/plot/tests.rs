@@ -16,7 +16,7 @@ fn pictures(record: &RunRecord) -> [(&'static str, String); 4] {
 }
 
 /// Checks that elements nest, attributes are quoted, only the five entities occur, and numbers are numbers.
-fn assert_sound(name: &str, svg: &str) {
+pub(super) fn assert_sound(name: &str, svg: &str) {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = svg;
     while let Some(at) = rest.find('<') {
