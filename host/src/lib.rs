@@ -7,6 +7,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`modboat`] | the planner of docked Modboats: pure functions from a wrench to everybody's cycle |
+//! | [`rov`] | the planner of thruster-driven ROVs: hydrostatics, dynamics, energy, reconfiguration |
 //! | [`grid`] | Theta* and A* on grids, and the maps read from files: pure functions |
 //! | [`link`] | radios, their faults, and the dispatcher |
 //! | [`sim`] | the tank, the motors, and modules made of the firmware crate |
@@ -20,5 +21,7 @@ pub mod link;
 pub mod modboat;
 pub mod plot;
 pub mod quantity;
+pub mod rov;
 pub mod run;
 pub mod sim;
+mod toml_lines;

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod filter;
 mod folder;
 mod module;
 mod path;
@@ -17,6 +18,7 @@ mod progress;
 mod report;
 mod run;
 mod signal;
+mod simulate;
 
 /// Swim a fleet of docked Modboats, or reconfigure a cluster of ROVs, from one PC.
 #[derive(Parser)]
@@ -35,6 +37,8 @@ enum Command {
     Run(run::Arguments),
     /// Filter: one JSON request a line in, one JSON plan a line out
     Plan(plan::Arguments),
+    /// Filter: 6-DOF motion of an ROV under given forces or pulses, one JSON request a line in, one JSON reply out
+    Simulate(simulate::Arguments),
     /// Shortest paths on 2D and 3D maps by Theta* or A*: one query, or a scenario of them
     Path(path::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
@@ -55,6 +59,7 @@ pub fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(arguments) => run::main(arguments),
         Command::Plan(arguments) => plan::main(&arguments),
+        Command::Simulate(arguments) => simulate::main(&arguments),
         Command::Path(arguments) => path::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
     };

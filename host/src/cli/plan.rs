@@ -2,16 +2,14 @@
 //! gives an `{"error": …}` line and the stream goes on.
 
 use std::collections::HashMap;
-use std::io::{BufRead, Read, Write};
 use std::sync::Arc;
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
-use serde_json::error::Category;
 
 use super::planner::PlannerKind;
 use super::progress::Bar;
-use super::{Failure, complain, written};
+use super::{Failure, filter};
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::parameters::Parameters;
@@ -26,8 +24,6 @@ use crate::run::scenario::Scenario;
 const DEMAND_MAX: f64 = 1e6;
 /// Greatest angle that is taken for a tail's, rad.
 const TAIL_MAX_RAD: f64 = 1e6;
-/// No line is longer, bytes; a request for 1024 modules has less than a tenth of it.
-const LINE_MAX: u64 = 1 << 20;
 
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  echo '{\"cells\":[[0,0],[1,0],[2,0]],\
@@ -81,11 +77,6 @@ struct Reply<'a> {
     solve_us: u64,
 }
 
-#[derive(Serialize)]
-struct Refusal {
-    error: String,
-}
-
 /// Planners and the last plan, kept from line to line.
 struct Stream {
     parameters: Parameters,
@@ -118,68 +109,12 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let planner = arguments.planner.name();
     let mut stream =
         Stream { parameters, config, planner, distance, table, planners: HashMap::new(), previous: None };
-    let mut out = std::io::stdout().lock();
-    let mut bad = 0;
-    let mut input = std::io::stdin().lock();
-    for number in 1_u64.. {
-        let line =
-            next_line(&mut input).map_err(|error| Failure::Could(format!("standard input: {error}")))?;
-        let Some(line) = line else { break };
-        let answer = match line.and_then(|line| stream.answer(&line)) {
-            Ok(answer) => answer,
-            Err(error) => {
-                bad += 1;
-                complain(&format!("line {number}: {error}"));
-                serde_json::to_string(&Refusal { error }).unwrap_or_default()
-            }
-        };
-        let outcome = writeln!(out, "{answer}").and_then(|()| out.flush());
-        let gone = outcome.is_err();
-        written(outcome)?;
-        if gone {
-            return Ok(());
-        }
-    }
-    if bad == 0 { Ok(()) } else { Err(Failure::Bad(String::new())) }
-}
-
-/// The next line, or why it is none; nothing at the end of the input.
-fn next_line(input: &mut impl BufRead) -> std::io::Result<Option<Result<String, String>>> {
-    let mut line = Vec::new();
-    if input.take(LINE_MAX).read_until(b'\n', &mut line)? == 0 {
-        return Ok(None);
-    }
-    if line.len() as u64 == LINE_MAX && !line.ends_with(b"\n") {
-        input.skip_until(b'\n')?;
-        return Ok(Some(Err(format!("is longer than {LINE_MAX} bytes"))));
-    }
-    Ok(Some(match String::from_utf8(line) {
-        // One line out for each in: who waits for the answer to an empty line must not wait for ever.
-        Ok(line) if line.trim().is_empty() => Err("is empty: a request is a JSON object".to_owned()),
-        Ok(line) => Ok(line),
-        Err(error) => Err(format!("column {}: is not UTF-8", error.utf8_error().valid_up_to() + 1)),
-    }))
-}
-
-/// What the JSON reader says, with the word that it stumbled over.
-fn explain(line: &str, error: &serde_json::Error) -> String {
-    let (text, column) = (error.to_string(), error.column());
-    // Its line is always 1: the line of the request in the stream is not its business.
-    let Some(what) = text.strip_suffix(&format!(" at line {} column {column}", error.line())) else {
-        return text;
-    };
-    let between = |c: char| c.is_whitespace() || ",:[]{}\"".contains(c);
-    let start = line.get(..column).and_then(|before| before.rfind(between)).map_or(0, |at| at + 1);
-    let word: String = line[start..].chars().take_while(|&c| !between(c)).take(24).collect();
-    match error.classify() {
-        Category::Syntax if !word.is_empty() => format!("column {column}: {what}, found {word}"),
-        _ => format!("column {column}: {what}"),
-    }
+    filter::run(|line| stream.answer(line))
 }
 
 impl Stream {
     fn answer(&mut self, line: &str) -> Result<String, String> {
-        let request: Request = serde_json::from_str(line).map_err(|error| explain(line, &error))?;
+        let request: Request = filter::read(line)?;
         let Wrench { fx_n, fy_n, tau_nm } = request.demand;
         for (key, value, unit) in [("fx_n", fx_n, "N"), ("fy_n", fy_n, "N"), ("tau_nm", tau_nm, "N·m")] {
             if !value.is_finite() || value.abs() > DEMAND_MAX {

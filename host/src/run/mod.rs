@@ -9,6 +9,7 @@
 //! | [`experiment`] | pilot, fleet and tank against the clock |
 //! | [`recorder`], [`record`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
+//! | [`vehicles`] | ROVs by name or from files |
 
 use thiserror::Error;
 
@@ -18,12 +19,12 @@ use crate::sim::module::ModuleError;
 pub mod distances;
 pub mod experiment;
 pub mod fleet;
-mod lines;
 pub mod pilot;
 pub mod record;
 pub mod recorder;
 pub mod scenario;
 pub mod summary;
+pub mod vehicles;
 
 /// Why a run ended before its time.
 #[derive(Debug, Error)]

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::lines::{line_at, line_of, too_long};
 use crate::link::faults::FaultParameters;
 use crate::modboat::control::ControlConfig;
 use crate::modboat::observer::ObserverParameters;
@@ -19,6 +18,7 @@ use crate::sim::mocap::MocapParameters;
 use crate::sim::module::ClockParameters;
 use crate::sim::motor::MotorParameters;
 use crate::sim::tank::TankParameters;
+use crate::toml_lines::{self, Lengths, line_at, line_of};
 
 /// The scenarios that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 4] = [
@@ -107,6 +107,16 @@ impl Default for Timing {
 
 /// No scenario file is longer, bytes.
 const FILE_MAX: u64 = 1 << 20;
+
+/// Lists of fixed length in a scenario.
+const LENGTHS: Lengths<'_> = &[
+    (&["structure", "cells", "*"], 2),
+    (&["leg", "*", "velocity_m_s"], 2),
+    (&["start", "position_m"], 2),
+    (&["tank", "current_m_s"], 2),
+    (&["planner", "stages"], 3),
+    (&["planner", "weights"], 3),
+];
 
 /// The file's own shape; [`Scenario`] is what becomes of it.
 #[derive(Deserialize)]
@@ -222,20 +232,8 @@ impl Scenario {
     /// [`ScenarioError::Invalid`].
     pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
         let invalid = |line, message| ScenarioError::Invalid { file: file.to_owned(), line, message };
-        let parsed: Tables = toml::from_str(text).map_err(|error| {
-            let line = error.span().map_or(1, |span| line_at(text.as_bytes(), span.start));
-            let message = error.message().replace('\n', " ");
-            // "invalid type" and the like tell the value but not the key.
-            match text.lines().nth(line - 1) {
-                Some(source) if message.starts_with("invalid ") => {
-                    invalid(line, format!("{}: {message}", source.trim()))
-                }
-                _ => invalid(line, message),
-            }
-        })?;
-        if let Some((line, message)) = too_long(text) {
-            return Err(invalid(line, message));
-        }
+        let parsed: Tables =
+            toml_lines::read(text, LENGTHS).map_err(|(line, message)| invalid(line, message))?;
         // Errors below know their key; the file is read once more to find its line.
         let at = |path: &[&str], message: String| invalid(line_of(text, path), message);
         let number = |table: &str, error: ParameterError| {
@@ -243,12 +241,7 @@ impl Scenario {
             invalid(line_of(text, &path), format!("[{table}] {error}"))
         };
 
-        let name = &parsed.name;
-        let fit = |c: char| !c.is_control() && !r#"/\:*?"<>|"#.contains(c);
-        if !(1..=100).contains(&name.chars().count()) || name.starts_with('.') || !name.chars().all(fit) {
-            let message = format!(
-                r#"name = {name:?}: names the output folder too: 1 to 100 characters, no dot first, none of /\:*?"<>|"#
-            );
+        if let Some(message) = unfit(&parsed.name) {
             return Err(at(&["name"], message));
         }
 
@@ -373,12 +366,23 @@ impl Leg {
     }
 }
 
+/// What is wrong with the name of a scenario, if anything is.
+pub(super) fn unfit(name: &str) -> Option<String> {
+    let fit = |c: char| !c.is_control() && !r#"/\:*?"<>|"#.contains(c);
+    let fits = (1..=100).contains(&name.chars().count()) && !name.starts_with('.') && name.chars().all(fit);
+    (!fits).then(|| {
+        format!(
+            r#"name = {name:?}: names the output folder too: 1 to 100 characters, no dot first, none of /\:*?"<>|"#
+        )
+    })
+}
+
 /// The whole of a file that is not absurdly long (`/dev/zero` has no end).
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+pub(super) fn read(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(FILE_MAX + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > FILE_MAX {
-        let message = format!("is longer than {FILE_MAX} bytes: no scenario");
+        let message = format!("is longer than {FILE_MAX} bytes");
         return Err(std::io::Error::new(ErrorKind::FileTooLarge, message));
     }
     Ok(bytes)

@@ -1,26 +1,36 @@
-//! Where in a TOML file a value stands, for error messages that say so.
+//! Reading TOML so that whatever is wrong in it is told with its line.
 
+use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// The line of the byte at `offset`, from 1.
-pub(super) fn line_at(text: &[u8], offset: usize) -> usize {
+pub(crate) fn line_at(text: &[u8], offset: usize) -> usize {
     text.iter().take(offset).filter(|&&byte| byte == b'\n').count() + 1
 }
 
 /// Lists of fixed length by their path; `*` is every item. The reader of TOML refuses those that are too short, and
 /// takes no notice of what a list has too much.
-const LENGTHS: [(&[&str], usize); 6] = [
-    (&["structure", "cells", "*"], 2),
-    (&["leg", "*", "velocity_m_s"], 2),
-    (&["start", "position_m"], 2),
-    (&["tank", "current_m_s"], 2),
-    (&["planner", "stages"], 3),
-    (&["planner", "weights"], 3),
-];
+pub(crate) type Lengths<'a> = &'a [(&'a [&'a str], usize)];
+
+/// Reads `text`, or says in which line it is not what it should be, and why.
+pub(crate) fn read<T: DeserializeOwned>(text: &str, lengths: Lengths<'_>) -> Result<T, (usize, String)> {
+    let parsed = toml::from_str(text).map_err(|error| {
+        let line = error.span().map_or(1, |span| line_at(text.as_bytes(), span.start));
+        let message = error.message().replace('\n', " ");
+        // "invalid type" and the like tell the value but not the key.
+        match text.lines().nth(line - 1) {
+            Some(source) if message.starts_with("invalid ") => {
+                (line, format!("{}: {message}", source.trim()))
+            }
+            _ => (line, message),
+        }
+    })?;
+    too_long(text, lengths).map_or(Ok(parsed), Err)
+}
 
 /// Line of the first list that is longer than it should be, and what to say about it.
-pub(super) fn too_long(text: &str) -> Option<(usize, String)> {
+fn too_long(text: &str, lengths: Lengths<'_>) -> Option<(usize, String)> {
     fn search(value: &Spanned<DeValue<'_>>, path: &[&str], length: usize) -> Option<(usize, usize)> {
         match (value.get_ref(), path) {
             (DeValue::Array(items), []) if items.len() > length => Some((value.span().start, items.len())),
@@ -35,7 +45,7 @@ pub(super) fn too_long(text: &str) -> Option<(usize, String)> {
         }
     }
     let document = DeTable::parse(text).ok()?;
-    LENGTHS.iter().find_map(|(path, length)| {
+    lengths.iter().find_map(|(path, length)| {
         let (first, rest) = path.split_first()?;
         let (_, value) = document.get_ref().iter().find(|(name, _)| name.get_ref() == first)?;
         let (offset, found) = search(value, rest, *length)?;
@@ -47,7 +57,7 @@ pub(super) fn too_long(text: &str) -> Option<(usize, String)> {
 
 /// The line where the value at `path` (keys, or indices of arrays) stands, or where the last part of the path that
 /// exists stands.
-pub(super) fn line_of(text: &str, path: &[&str]) -> usize {
+pub(crate) fn line_of(text: &str, path: &[&str]) -> usize {
     fn descend<'a>(value: &'a DeValue<'a>, step: &str) -> Option<&'a Spanned<DeValue<'a>>> {
         match value {
             DeValue::Table(table) => {

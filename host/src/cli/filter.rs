@@ -1,0 +1,85 @@
+//! What `plan` and `simulate` share: one JSON request a line in, one JSON answer a line out, flushed; a line that is
+//! no request gives an `{"error": …}` line and the stream goes on.
+
+use std::io::{BufRead, Read, Write};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::error::Category;
+
+use super::{Failure, complain, written};
+
+/// No line is longer, bytes; a request to `plan` for 1024 modules has less than a tenth of it.
+const LINE_MAX: u64 = 1 << 20;
+
+#[derive(Serialize)]
+struct Refusal {
+    error: String,
+}
+
+/// Answers line by line until the input ends or nobody reads any more.
+pub(super) fn run(mut answer: impl FnMut(&str) -> Result<String, String>) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    let mut bad = 0;
+    let mut input = std::io::stdin().lock();
+    for number in 1_u64.. {
+        let line =
+            next_line(&mut input).map_err(|error| Failure::Could(format!("standard input: {error}")))?;
+        let Some(line) = line else { break };
+        let answer = match line.and_then(|line| answer(&line)) {
+            Ok(answer) => answer,
+            Err(error) => {
+                bad += 1;
+                complain(&format!("line {number}: {error}"));
+                serde_json::to_string(&Refusal { error }).unwrap_or_default()
+            }
+        };
+        let outcome = writeln!(out, "{answer}").and_then(|()| out.flush());
+        let gone = outcome.is_err();
+        written(outcome)?;
+        if gone {
+            return Ok(());
+        }
+    }
+    if bad == 0 { Ok(()) } else { Err(Failure::Bad(String::new())) }
+}
+
+/// A request, or what is wrong with it and where.
+pub(super) fn read<T: DeserializeOwned>(line: &str) -> Result<T, String> {
+    serde_json::from_str(line).map_err(|error| explain(line, &error))
+}
+
+/// The next line, or why it is none; nothing at the end of the input.
+fn next_line(input: &mut impl BufRead) -> std::io::Result<Option<Result<String, String>>> {
+    let mut line = Vec::new();
+    if input.take(LINE_MAX).read_until(b'\n', &mut line)? == 0 {
+        return Ok(None);
+    }
+    if line.len() as u64 == LINE_MAX && !line.ends_with(b"\n") {
+        input.skip_until(b'\n')?;
+        return Ok(Some(Err(format!("is longer than {LINE_MAX} bytes"))));
+    }
+    Ok(Some(match String::from_utf8(line) {
+        // One line out for each in: who waits for the answer to an empty line must not wait for ever.
+        Ok(line) if line.trim().is_empty() => Err("is empty: a request is a JSON object".to_owned()),
+        // Without its end, so that what is cut short is told at its last column.
+        Ok(line) => Ok(line.trim_end().to_owned()),
+        Err(error) => Err(format!("column {}: is not UTF-8", error.utf8_error().valid_up_to() + 1)),
+    }))
+}
+
+/// What the JSON reader says, with the word that it stumbled over.
+fn explain(line: &str, error: &serde_json::Error) -> String {
+    let (text, column) = (error.to_string(), error.column());
+    // Its line is always 1: the line of the request in the stream is not its business.
+    let Some(what) = text.strip_suffix(&format!(" at line {} column {column}", error.line())) else {
+        return text;
+    };
+    let between = |c: char| c.is_whitespace() || ",:[]{}\"".contains(c);
+    let start = line.get(..column).and_then(|before| before.rfind(between)).map_or(0, |at| at + 1);
+    let word: String = line[start..].chars().take_while(|&c| !between(c)).take(24).collect();
+    match error.classify() {
+        Category::Syntax if !word.is_empty() => format!("column {column}: {what}, found {word}"),
+        _ => format!("column {column}: {what}"),
+    }
+}
