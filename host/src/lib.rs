@@ -9,6 +9,7 @@
 //! | [`modboat`] | the planner of docked Modboats: pure functions from a wrench to everybody's cycle |
 //! | [`rov`] | the planner of thruster-driven ROVs: hydrostatics, dynamics, energy, reconfiguration |
 //! | [`grid`] | Theta* and A* on grids, and the maps read from files: pure functions |
+//! | [`verify`] | whether a reconfiguration plan keeps every condition, by code of its own |
 //! | [`link`] | radios, their faults, and the dispatcher |
 //! | [`sim`] | the tank, the motors, and modules made of the firmware crate |
 //! | [`run`] | the closed loop: plan, dispatch, execute, observe |
@@ -25,3 +26,4 @@ pub mod rov;
 pub mod run;
 pub mod sim;
 mod toml_lines;
+pub mod verify;

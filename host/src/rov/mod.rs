@@ -12,13 +12,25 @@
 //! | (x, y, z, ψ) | pose of a planned robot, level | world; m, rad |
 
 pub mod allocation;
+pub mod balance;
 pub mod body;
+pub mod clearance;
 pub mod cluster;
+pub mod conditions;
+pub mod configuration;
 pub mod configuration_matrix;
 pub mod dynamics;
 pub mod hydrostatics;
+pub mod order;
+pub mod plan;
+pub mod planner;
 pub mod pose;
 pub mod power;
+pub mod problem;
+pub mod propulsion;
+pub mod rate;
 pub mod response;
+pub mod route;
 pub mod strip;
 pub mod vehicle;
+pub mod water;

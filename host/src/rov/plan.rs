@@ -1,0 +1,133 @@
+//! What a reconfiguration planner answers, and how it is written down: the contract of `reconfigure --json`.
+//!
+//! Moves follow each other without a gap; within a move its actions do. Distances in m, angles in rad, times in s from
+//! the beginning of the plan, energies in J.
+
+use serde::{Deserialize, Serialize};
+
+use super::pose::Pose;
+
+/// What is minimised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Criterion {
+    /// Electric energy (17).
+    Energy,
+    /// Length of the path.
+    Euclidean,
+}
+
+/// How robots move and how the order is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Manner {
+    /// As published: turn in place at every corner (the hull is taken as if it kept its docked heading), constant
+    /// speed, steady-state power, the least g + h moves next.
+    Paper,
+    /// Flotilla's: exact order and assignment, best speed and heading for every leg, the heading held where hulls are
+    /// near, acceleration counted.
+    Best,
+}
+
+/// What a robot does for a while.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ActionKind {
+    /// Lets go of its neighbours.
+    Undock,
+    /// Turns in place, the shorter way.
+    Turn,
+    /// Swims straight on with its heading held.
+    Leg,
+    /// Takes hold of its neighbours.
+    Dock,
+}
+
+/// One timed action.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Action {
+    /// What.
+    pub kind: ActionKind,
+    /// When it begins, s.
+    pub start_s: f64,
+    /// How long it takes, s.
+    pub duration_s: f64,
+    /// Where it begins.
+    pub from: Pose,
+    /// Where it ends.
+    pub to: Pose,
+    /// Greatest speed, m/s for a leg and rad/s for a turn; zero otherwise.
+    pub speed: f64,
+    /// Acceleration up to that speed and down again, m/s² or rad/s²; nothing for the paper's constant speed.
+    pub acceleration: Option<f64>,
+    /// What its thrusters draw, J.
+    pub energy_j: f64,
+}
+
+/// One robot's way from its start to its slot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Move {
+    /// The robot's id.
+    pub robot: u16,
+    /// Index of its slot, from 0.
+    pub slot: usize,
+    /// Corners of its path, start and slot included.
+    pub path: Vec<[f64; 3]>,
+    /// When it begins, s.
+    pub start_s: f64,
+    /// How long it takes, s.
+    pub duration_s: f64,
+    /// What the mover's thrusters draw, J (15).
+    pub energy_navigate_j: f64,
+    /// What the waiting robots draw to balance meanwhile, J (17).
+    pub energy_balance_j: f64,
+    /// The power of that, W.
+    pub balance_w: f64,
+    /// Thrust of every waiting robot's thrusters meanwhile, N (16).
+    pub balance: Vec<Holding>,
+    /// What it does, in order.
+    pub actions: Vec<Action>,
+}
+
+/// What one waiting robot pushes while another moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Holding {
+    /// The robot's id.
+    pub robot: u16,
+    /// Thrust of each of its thrusters, N.
+    pub thrusts_n: Vec<f64>,
+}
+
+/// A robot and where it starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Placed {
+    /// Its id.
+    pub id: u16,
+    /// Its start.
+    pub start: Pose,
+}
+
+/// A whole plan. A robot that has no move stays where it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Name of the problem.
+    pub problem: String,
+    /// What was minimised.
+    pub criterion: Criterion,
+    /// By which rules.
+    pub manner: Manner,
+    /// Who was there.
+    pub robots: Vec<Placed>,
+    /// Where to.
+    pub slots: Vec<Pose>,
+    /// Who moves when, and how.
+    pub moves: Vec<Move>,
+    /// Σ over moves, J.
+    pub energy_navigate_j: f64,
+    /// Σ over moves, J.
+    pub energy_balance_j: f64,
+    /// Their sum (17), J.
+    pub energy_total_j: f64,
+    /// How long it takes, s.
+    pub time_s: f64,
+}
