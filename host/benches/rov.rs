@@ -2,10 +2,12 @@
 
 #[path = "rov/allocation.rs"]
 mod allocation;
+#[path = "rov/plan.rs"]
+mod plan;
 #[path = "rov/second.rs"]
 mod second;
 
 use criterion::{criterion_group, criterion_main};
 
-criterion_group!(benches, allocation::allocation, second::second);
+criterion_group!(benches, allocation::allocation, plan::plan, second::second);
 criterion_main!(benches);

@@ -1,13 +1,20 @@
 //! `scenarios/README.md` against the program: the same tables, the same keys, the same defaults.
 //!
-//! The program is asked through [`Scenario::parse`] alone: a key that cannot exist makes it list those that can,
-//! and a scenario with every default written out must equal one with none.
+//! The program is asked through [`Scenario::parse`] and [`ReconfigureScenario::parse`] alone: a key that cannot exist
+//! makes them list those that can, and a scenario with every default written out must equal one with none.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
+use host::run::reconfigure::scenario::ReconfigureScenario;
 use host::run::scenario::Scenario;
 
 const README: &str = include_str!("../scenarios/README.md");
+
+/// The part about runs, and the one about reconfigurations.
+fn parts() -> (&'static str, &'static str) {
+    README.split_once("\n# Reconfigurations\n").expect("two parts")
+}
 
 /// What cannot be left out, and what has no default that could be written down. One module, because a map with one
 /// entry always prints the same.
@@ -15,10 +22,10 @@ const LEAST: &str = "name = \"t\"\n[structure]\nsize = \"1x1\"\n[[leg]]\nduratio
                      velocity_m_s = [0.04, 0.0]\nheading_rad = 1.5\n";
 
 /// Table → its keys and what stands in their default column. The empty name is the top of the file.
-fn documented() -> BTreeMap<String, BTreeMap<String, String>> {
+fn documented(part: &str) -> BTreeMap<String, BTreeMap<String, String>> {
     let mut tables = BTreeMap::<String, BTreeMap<String, String>>::new();
     let mut table = None;
-    for line in README.lines() {
+    for line in part.lines() {
         if let Some(title) = line.strip_prefix("## ") {
             let name = title.trim_matches(['`', '[', ']']);
             table = Some(if title.starts_with('`') { name.to_owned() } else { String::new() });
@@ -48,7 +55,7 @@ fn known(table: &str) -> BTreeSet<String> {
 
 #[test]
 fn every_key_is_documented_and_no_other() {
-    let documented = documented();
+    let documented = documented(parts().0);
     let tables: BTreeSet<_> = documented.keys().filter(|name| !name.is_empty()).cloned().collect();
     for (table, keys) in &documented {
         let mut expected: BTreeSet<String> = keys.keys().cloned().collect();
@@ -68,7 +75,7 @@ fn every_key_is_documented_and_no_other() {
 #[test]
 fn every_documented_default_is_the_programs() {
     let (mut top, mut inner, mut written) = (String::new(), String::new(), 0);
-    for (table, keys) in documented() {
+    for (table, keys) in documented(parts().0) {
         let target = if table.is_empty() { &mut top } else { &mut inner };
         let literals = keys.iter().filter_map(|(key, default)| {
             let literal = default.strip_prefix('`')?.strip_suffix('`')?;
@@ -94,7 +101,60 @@ fn every_documented_default_is_the_programs() {
 
 #[test]
 fn the_example_can_be_run() {
-    let (_, example) = README.split_once("```toml\n").expect("an example");
+    let (_, example) = parts().0.split_once("```toml\n").expect("an example");
     let (example, _) = example.split_once("```").expect("its end");
     assert_eq!(Scenario::parse("example.toml", example).expect("parses").structure.len(), 2);
+}
+
+/// The least of a reconfiguration; a robot keeps its place.
+const LEAST_RECONFIGURE: &str = "name = \"t\"\n[[robot]]\nid = 1\nvehicle = \"bluerov1\"\nstart = [0.0, 0.0, 0.0, 0.0]\n\
+                                 [[slot]]\npose = [0.0, 0.0, 0.0, 0.0]\n";
+
+#[test]
+fn every_key_of_a_reconfiguration_is_documented_with_its_default() {
+    let parse = |text: &str| ReconfigureScenario::parse("t.toml", text, Path::new(""));
+    let documented = documented(parts().1);
+    let tables: BTreeSet<String> = documented.keys().filter(|table| !table.is_empty()).cloned().collect();
+    let mut full = LEAST_RECONFIGURE.to_owned();
+    for (table, keys) in &documented {
+        let unknown = "no_such_key = 1\n";
+        let text = match table.as_str() {
+            "" => format!("{unknown}{LEAST_RECONFIGURE}"),
+            "rules" => format!("{LEAST_RECONFIGURE}[rules]\n{unknown}"),
+            "tool" => format!("{LEAST_RECONFIGURE}[[tool]]\n{unknown}"),
+            table => LEAST_RECONFIGURE.replace(&format!("[[{table}]]\n"), &format!("[[{table}]]\n{unknown}")),
+        };
+        let complaint = parse(&text).expect_err(&text).to_string();
+        let (start, list) = complaint.split_once("expected").expect(&complaint);
+        assert!(start.contains("unknown field `no_such_key`"), "{complaint}");
+        let known: BTreeSet<String> = list.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+        let mut expected: BTreeSet<String> = keys.keys().cloned().collect();
+        if table.is_empty() {
+            expected.extend(tables.iter().cloned());
+        }
+        assert_eq!(known, expected, "[{table}]: left the program, right the README");
+        for (key, default) in keys {
+            let Some(literal) = default.strip_prefix('`').and_then(|rest| rest.strip_suffix('`')) else {
+                continue;
+            };
+            full = match table.as_str() {
+                "" => format!("{key} = {literal}\n{full}"),
+                "rules" if full.contains("[rules]") => format!("{full}{key} = {literal}\n"),
+                "rules" => format!("{full}[rules]\n{key} = {literal}\n"),
+                table => {
+                    full.replace(&format!("[[{table}]]\n"), &format!("[[{table}]]\n{key} = {literal}\n"))
+                }
+            };
+        }
+    }
+    assert_eq!(documented["rules"].len(), 12);
+    assert_eq!(parse(&full).expect(&full), parse(LEAST_RECONFIGURE).expect("least"), "{full}");
+}
+
+#[test]
+fn the_example_of_a_reconfiguration_can_be_planned() {
+    let (_, example) = parts().1.split_once("```toml\n").expect("an example");
+    let (example, _) = example.split_once("```").expect("its end");
+    let scenario = ReconfigureScenario::parse("example.toml", example, Path::new("")).expect("parses");
+    assert_eq!(scenario.problem.robots.len(), 2);
 }

@@ -15,6 +15,7 @@ mod path;
 mod plan;
 mod planner;
 mod progress;
+mod reconfigure;
 mod report;
 mod run;
 mod signal;
@@ -41,6 +42,8 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Shortest paths on 2D and 3D maps by Theta* or A*: one query, or a scenario of them
     Path(path::Arguments),
+    /// Plan how ROVs change their configuration at least energy, and execute it in simulation
+    Reconfigure(reconfigure::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
     Module(module::Arguments),
 }
@@ -61,6 +64,7 @@ pub fn main() -> ExitCode {
         Command::Plan(arguments) => plan::main(&arguments),
         Command::Simulate(arguments) => simulate::main(&arguments),
         Command::Path(arguments) => path::main(&arguments),
+        Command::Reconfigure(arguments) => reconfigure::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
     };
     let (code, message) = match outcome {

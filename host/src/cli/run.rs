@@ -53,8 +53,9 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+/// What carries datagrams.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum RadioKind {
+pub(super) enum RadioKind {
     /// Modules in this process
     Loopback,
     /// Modules that are processes (`flotilla module`) or robots

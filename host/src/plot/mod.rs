@@ -8,6 +8,7 @@
 //! | `phase-space.svg` | the run's swim cycles around the collision regions |
 //!
 //! Beside a run's there are the picture of a map with paths, [`path`], and those of a reconfiguration of ROVs,
+//! [`reconfigure`].
 //!
 //! Each picture is a pure function from the record to a text; only [`write_all`] touches the disk.
 
@@ -25,6 +26,7 @@ pub mod lines;
 pub mod path;
 pub mod phase_space;
 pub mod picture;
+pub mod reconfigure;
 #[cfg(test)]
 mod sample;
 pub mod style;

@@ -20,6 +20,7 @@ pub mod conditions;
 pub mod configuration;
 pub mod configuration_matrix;
 pub mod dynamics;
+pub mod guidance;
 pub mod hydrostatics;
 pub mod order;
 pub mod plan;

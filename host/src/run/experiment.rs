@@ -31,6 +31,16 @@ pub enum Pace {
     Real,
 }
 
+impl Pace {
+    /// Another life of the host is another session; in a simulation the seed decides.
+    pub(super) fn session(self, seed: u64) -> u32 {
+        match self {
+            Self::Simulated | Self::Watched => seed as u32,
+            Self::Real => std::process::id() ^ (unix_micros() as u32),
+        }
+    }
+}
+
 /// What a run reports while it goes on.
 pub trait Progress {
     /// `t_s` of `duration_s` seconds have passed.
@@ -85,11 +95,7 @@ pub fn run<F: Fleet>(
     stop: &AtomicBool,
     drill: Drill<'_, F>,
 ) -> Result<RunResult, RunError> {
-    // Another life of the host is another session; in a simulation the seed decides.
-    let session = match pace {
-        Pace::Simulated | Pace::Watched => seed as u32,
-        Pace::Real => std::process::id() ^ (unix_micros() as u32),
-    };
+    let session = pace.session(seed);
     let table = distances::table(&scenario.modboat, &scenario.planner, progress);
     let mut pilot = Pilot::new(scenario, session, table, stopwatch)?;
     let start = PoseSample {
@@ -103,7 +109,7 @@ pub fn run<F: Fleet>(
     let mut tails: Vec<TailState> = Vec::new();
     let mut clock_error_us = None;
     let mut idle_since = Micros(0);
-    let mut clock = Clock { pace, began: Instant::now(), ticks: 0 };
+    let mut clock = Clock::new(pace);
     let mut buffer = [0; MAX_DATAGRAM];
     let (mut heard, mut waiting) = (0, true);
     let mut cut_short = None;
@@ -178,7 +184,7 @@ pub fn run<F: Fleet>(
         }
     }
 
-    let wall_s = clock.began.elapsed().as_secs_f64();
+    let wall_s = clock.elapsed_s();
     let record = recorder.finish(scenario, pilot.origin(), pilot.decisions());
     let mut summary = Summary::new(scenario, seed, &record, &pilot, &tank);
     summary.faults = fleet.faults();
@@ -189,15 +195,30 @@ pub fn run<F: Fleet>(
 }
 
 /// Ticks of a thousandth of a second, simulated or awaited.
-struct Clock {
+pub(super) struct Clock {
     pace: Pace,
     began: Instant,
     ticks: u64,
 }
 
 impl Clock {
+    /// At tick zero, now.
+    pub(super) fn new(pace: Pace) -> Self {
+        Self { pace, began: Instant::now(), ticks: 0 }
+    }
+
+    /// Ticks so far.
+    pub(super) fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// How long it has run by the wall clock, s.
+    pub(super) fn elapsed_s(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
     /// The next tick; in real time it waits for it.
-    fn next_tick(&mut self) -> Micros {
+    pub(super) fn next_tick(&mut self) -> Micros {
         self.ticks += 1;
         let tick = self.ticks * u64::from(TICK.0);
         if self.pace != Pace::Simulated {
@@ -208,7 +229,7 @@ impl Clock {
     }
 
     /// The time now: of the tick in a simulation, of the wall clock otherwise.
-    fn now(&self, tick: Micros) -> Micros {
+    pub(super) fn now(&self, tick: Micros) -> Micros {
         match self.pace {
             Pace::Simulated | Pace::Watched => tick,
             Pace::Real => Micros(self.began.elapsed().as_micros() as u64),

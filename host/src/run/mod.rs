@@ -10,6 +10,7 @@
 //! | [`recorder`], [`record`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
 //! | [`vehicles`] | ROVs by name or from files |
+//! | [`reconfigure`] | the same for ROVs that change their configuration |
 
 use thiserror::Error;
 
@@ -20,6 +21,7 @@ pub mod distances;
 pub mod experiment;
 pub mod fleet;
 pub mod pilot;
+pub mod reconfigure;
 pub mod record;
 pub mod recorder;
 pub mod scenario;

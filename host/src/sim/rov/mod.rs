@@ -9,6 +9,7 @@
 //! Assumptions and limits: the battery's voltage is constant. The firmware's settings (frame rate, arming, slew) are its
 //! defaults, and thruster k is on output k.
 
+pub mod basin;
 pub mod propellers;
 pub mod remote;
 

@@ -1,0 +1,338 @@
+//! `flotilla reconfigure`: plans how ROVs change their configuration, judges the plans, executes them in simulation.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use super::folder::Folder;
+use super::progress::Bar;
+use super::run::RadioKind;
+use super::{Failure, signal, tell, written};
+use crate::link::faults::FaultParameters;
+use crate::link::udp::UdpRadio;
+use crate::plot;
+use crate::rov::plan::{Criterion, Manner, Plan};
+use crate::rov::planner::{OrderRule, PlanError, Planned, Request, plan};
+use crate::rov::power::PowerLaw;
+use crate::rov::problem::Problem;
+use crate::run::experiment::{Pace, Progress};
+use crate::run::reconfigure::ExecutionError;
+use crate::run::reconfigure::execution::{Executed, Options, run};
+use crate::run::reconfigure::fleet::{InProcess, OverUdp};
+use crate::run::reconfigure::record::Record;
+use crate::run::reconfigure::scenario::ReconfigureScenario;
+use crate::verify;
+
+mod table;
+
+/// The scenario that is planned when none is named.
+const DEFAULT: &str = "t-to-i-far";
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  flotilla reconfigure\n  \
+                        flotilla reconfigure i-to-l --criterion energy --json > plan.json\n  \
+                        flotilla reconfigure i-to-l --verify plan.json\n  \
+                        flotilla reconfigure i-to-l --criterion energy --radio udp --listen 127.0.0.1:4870")]
+pub(super) struct Arguments {
+    /// A scenario file, or one that comes with the program: t-to-i-far, t-to-i-below, i-to-l, sonar-to-bow
+    #[arg(default_value = DEFAULT)]
+    scenario: String,
+    /// What to minimise [default: both, by the paper's rules, and energy at its best, beside each other]
+    #[arg(long, value_enum)]
+    criterion: Option<CriterionKind>,
+    /// How robots move
+    #[arg(long, value_enum, default_value_t = MannerKind::Best)]
+    manner: MannerKind,
+    /// How order and assignment are found [default: as the manner does]
+    #[arg(long, value_enum)]
+    order: Option<OrderKind>,
+    /// What thrust costs
+    #[arg(long, value_enum, default_value_t = PowerKind::Fitted)]
+    power: PowerKind,
+    /// Judge this plan (a file, or - for standard input) instead of making one
+    #[arg(long, value_name = "PLAN", conflicts_with_all = ["criterion", "order"])]
+    verify: Option<PathBuf>,
+    /// Plan only: nothing is executed
+    #[arg(long)]
+    plan_only: bool,
+    /// Seed of everything random in the execution, instead of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Share of datagrams lost
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    loss: f64,
+    /// What carries the datagrams; udp needs a --criterion
+    #[arg(long, value_enum, default_value_t = RadioKind::Loopback)]
+    radio: RadioKind,
+    /// Where to listen for ROVs (flotilla module --rov), with --radio udp
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:4870")]
+    listen: String,
+    /// Folder for plans, summary.json and the pictures [default: runs/NAME, a new one each time]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Print each plan as one line of JSON, and plan only
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum CriterionKind {
+    /// Electric energy of the mover and of those who balance
+    Energy,
+    /// Length of the paths
+    Euclidean,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MannerKind {
+    /// Best speed and heading for every leg, acceleration counted
+    Best,
+    /// Turn in place, constant speed, steady-state power
+    Paper,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum OrderKind {
+    /// The least sum over all orders and assignments
+    Exact,
+    /// The least g + h moves next
+    Paper,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PowerKind {
+    /// A smooth law through the T200's measured table
+    Fitted,
+    /// The table itself
+    Table,
+    /// Proportional to the square of thrust, through the table's greatest forward thrust
+    Quadratic,
+}
+
+/// A column of the results.
+struct Column {
+    /// Its heading, and the name of its files.
+    title: &'static str,
+    planned: Planned,
+    executed: Option<Executed>,
+}
+
+pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
+    let opened = ReconfigureScenario::open(&arguments.scenario);
+    let scenario = opened.map_err(|error| Failure::Bad(error.to_string()))?;
+    if let Some(path) = &arguments.verify {
+        return judge(&scenario.problem, path);
+    }
+    let loss = FaultParameters { loss: arguments.loss, ..FaultParameters::default() };
+    loss.validate().map_err(|error| Failure::Bad(format!("--loss: {error}")))?;
+    // The port comes first: an execution that nobody can join is not begun.
+    let mut radio = match arguments.radio {
+        RadioKind::Loopback => None,
+        RadioKind::Udp if arguments.criterion.is_none() => {
+            return Err(Failure::Bad("--radio udp: say which plan, by --criterion".to_owned()));
+        }
+        RadioKind::Udp => {
+            let radio = UdpRadio::bind(arguments.listen.as_str());
+            Some(radio.map_err(|error| Failure::Bad(error.to_string()))?)
+        }
+    };
+    let (mut columns, mut failures) = (Vec::new(), Vec::new());
+    let mut bar = Bar::new(&scenario.problem.name);
+    let wanted = wanted(arguments);
+    for (done, &(title, criterion, manner, order)) in wanted.iter().enumerate() {
+        bar.preparing(&format!("planning: {title}"), done as u64, wanted.len() as u64);
+        let law = law(arguments.power, scenario.problem.rules.battery_v)?;
+        let request = Request { criterion, manner, order, law };
+        let planned = match plan(&scenario.problem, &request) {
+            Ok(planned) => planned,
+            // No such robot can be planned for, by any rule.
+            Err(error @ (PlanError::Propulsion { .. } | PlanError::Power(_) | PlanError::TooMany { .. })) => {
+                return Err(Failure::Bad(format!("{}: {error}", arguments.scenario)));
+            }
+            Err(error) => {
+                failures.push(format!("{title}: {error}"));
+                continue;
+            }
+        };
+        // A plan that breaks a condition is not handed out, whoever made it.
+        if let Some(violation) = verify::verify(&scenario.problem, &planned.plan).first() {
+            return Err(Failure::Could(format!("{title}: the plan breaks a condition: {violation}")));
+        }
+        columns.push(Column { title, planned, executed: None });
+    }
+    // One that leads nowhere does not keep the others from being shown.
+    if columns.is_empty() {
+        return Err(Failure::Could(failures.join("; ")));
+    }
+    for failure in &failures {
+        bar.note(failure);
+    }
+    if arguments.json {
+        drop(bar);
+        return print_json(&columns);
+    }
+    let folder = match &arguments.out {
+        Some(folder) => Folder::named(folder)?,
+        None => Folder::unused(Path::new("runs"), &scenario.problem.name)?,
+    };
+    if !arguments.plan_only {
+        signal::watch();
+        for column in &mut columns {
+            bar.note(&format!("executing: {}", column.title));
+            let executed = execute(arguments, &scenario, &column.planned.plan, radio.take(), &mut bar);
+            column.executed = Some(executed.inspect_err(|_| folder.discard())?);
+        }
+    }
+    drop(bar);
+    let paths = save(&scenario.problem, &columns, &folder.path)?;
+    let mut out = std::io::stdout().lock();
+    let printed = table::print(&mut out, &scenario.problem, &columns)
+        .and_then(|()| paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display())));
+    written(printed.and_then(|()| out.flush()))?;
+    let failed = columns.iter().find_map(|Column { title, executed, .. }| {
+        let why = executed.as_ref()?.summary.failure.as_ref()?;
+        Some(format!("{title}: {why}"))
+    });
+    failed.map_or(Ok(()), |why| Err(Failure::Could(why)))
+}
+
+fn print_json(columns: &[Column]) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    for column in columns {
+        let line = serde_json::to_string(&column.planned.plan);
+        let line = line.map_err(|error| Failure::Could(format!("plan: {error}")))?;
+        written(writeln!(out, "{line}"))?;
+    }
+    written(out.flush())
+}
+
+/// Executes a plan on the chosen radio.
+fn execute(
+    arguments: &Arguments,
+    scenario: &ReconfigureScenario,
+    plan: &Plan,
+    radio: Option<UdpRadio>,
+    bar: &mut Bar,
+) -> Result<Executed, Failure> {
+    let problem = &scenario.problem;
+    let faults = FaultParameters { loss: arguments.loss, ..FaultParameters::default() };
+    let law = law(arguments.power, problem.rules.battery_v)?;
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let options = Options { seed, radio: faults, law };
+    let could = |error: ExecutionError| Failure::Could(error.to_string());
+    let stop = &signal::STOP;
+    let Some(radio) = radio else {
+        let mut fleet = InProcess::new(problem, faults, seed).map_err(could)?;
+        let pace = Pace::Simulated;
+        return run(problem, plan, &options, &mut fleet, pace, bar, stop, &mut |_, _, _| {}).map_err(could);
+    };
+    let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
+    tell(&format!(
+        "listening on {address} for {} ROVs (flotilla module --rov --id 1 --host {address}, and so on)",
+        problem.robots.len()
+    ));
+    let mut fleet = OverUdp::new(problem, radio, faults, seed);
+    run(problem, plan, &options, &mut fleet, Pace::Real, bar, stop, &mut |_, _, _| {}).map_err(could)
+}
+
+/// Plans, figures and pictures.
+fn save(problem: &Problem, columns: &[Column], folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mut paths = Vec::new();
+    let mut write = |name: String, text: serde_json::Result<String>| {
+        let path = folder.join(name);
+        let text = text.map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
+        std::fs::write(&path, text + "\n")
+            .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
+        paths.push(path);
+        Ok(())
+    };
+    for column in columns {
+        let name = format!("plan-{}.json", column.title);
+        write(name, serde_json::to_string_pretty(&column.planned.plan))?;
+    }
+    let summaries: serde_json::Map<_, _> = columns
+        .iter()
+        .filter_map(|column| {
+            let summary = serde_json::to_value(&column.executed.as_ref()?.summary).ok()?;
+            Some((column.title.to_owned(), summary))
+        })
+        .collect();
+    if !summaries.is_empty() {
+        write("summary.json".to_owned(), serde_json::to_string_pretty(&summaries))?;
+    }
+    let record = |column: &Column| match &column.executed {
+        Some(executed) => executed.record.clone(),
+        // The pictures show what was planned.
+        None => Record { problem: problem.clone(), plan: column.planned.plan.clone(), samples: Vec::new() },
+    };
+    let records: Vec<Record> = columns.iter().map(record).collect();
+    let pictures = plot::reconfigure::write_all(&records, folder);
+    paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
+    Ok(paths)
+}
+
+/// Which plans are asked for.
+fn wanted(arguments: &Arguments) -> Vec<(&'static str, Criterion, Manner, OrderRule)> {
+    let Some(criterion) = arguments.criterion else {
+        return vec![
+            ("energy", Criterion::Energy, Manner::Paper, OrderRule::Paper),
+            ("euclidean", Criterion::Euclidean, Manner::Paper, OrderRule::Paper),
+            ("best", Criterion::Energy, Manner::Best, OrderRule::Exact),
+        ];
+    };
+    let (title, criterion) = match criterion {
+        CriterionKind::Energy => ("energy", Criterion::Energy),
+        CriterionKind::Euclidean => ("euclidean", Criterion::Euclidean),
+    };
+    let (manner, usual) = match arguments.manner {
+        MannerKind::Best => (Manner::Best, OrderRule::Exact),
+        MannerKind::Paper => (Manner::Paper, OrderRule::Paper),
+    };
+    let order = match arguments.order {
+        None => usual,
+        Some(OrderKind::Exact) => OrderRule::Exact,
+        Some(OrderKind::Paper) => OrderRule::Paper,
+    };
+    vec![(title, criterion, manner, order)]
+}
+
+fn law(kind: PowerKind, battery_v: f64) -> Result<PowerLaw, Failure> {
+    let law = match kind {
+        PowerKind::Fitted => PowerLaw::fitted(battery_v),
+        PowerKind::Table => PowerLaw::table(battery_v),
+        PowerKind::Quadratic => PowerLaw::table(battery_v).and_then(|table| {
+            let (_, forward_n) = crate::rov::power::limits_n(battery_v)?;
+            // P = η u² (10), through the end of the table
+            PowerLaw::quadratic(table.power_w(forward_n) / (forward_n * forward_n))
+        }),
+    };
+    law.map_err(|error| Failure::Bad(error.to_string()))
+}
+
+/// Says what is wrong with a plan from a file.
+fn judge(problem: &Problem, path: &Path) -> Result<(), Failure> {
+    let name = path.display();
+    let mut text = String::new();
+    let read = if path == Path::new("-") {
+        std::io::stdin().lock().read_to_string(&mut text)
+    } else {
+        std::fs::File::open(path).and_then(|mut file| file.read_to_string(&mut text))
+    };
+    read.map_err(|error| Failure::Bad(format!("{name}: {error}")))?;
+    let plan: Plan = serde_json::from_str(&text)
+        .map_err(|error| Failure::Bad(format!("{name}:{}: not a plan: {error}", error.line())))?;
+    let found = verify::verify(problem, &plan);
+    let mut out = std::io::stdout().lock();
+    if let Some(note) = verify::note(&plan) {
+        written(writeln!(out, "note: {note}"))?;
+    }
+    for violation in &found {
+        written(writeln!(out, "{violation}"))?;
+    }
+    match found.len() {
+        0 => written(writeln!(out, "{name}: keeps every condition of {}", problem.name)),
+        1 => Err(Failure::Could(format!("{name}: breaks a condition of {}", problem.name))),
+        n => Err(Failure::Could(format!("{name}: breaks {n} conditions of {}", problem.name))),
+    }
+}

@@ -1,0 +1,90 @@
+//! The figures of plans beside each other, like Table I of the paper.
+
+use std::io::Write;
+
+use super::Column;
+use crate::rov::plan::{ActionKind, Criterion};
+use crate::rov::problem::Problem;
+use crate::run::reconfigure::summary::Summary;
+
+/// Prints a row a figure, a column a plan.
+pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column]) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "{}: {}, {}, {}",
+        problem.name,
+        count(problem.robots.len(), "robot"),
+        count(problem.slots.len(), "slot"),
+        count(problem.tools.len(), "tool")
+    )?;
+    writeln!(out)?;
+    write!(out, "  {:<34}", "")?;
+    for column in columns {
+        write!(out, "{:>11}", column.title)?;
+    }
+    writeln!(out)?;
+    let mut row = |name: &str, of: &dyn Fn(&Column) -> f64| -> std::io::Result<()> {
+        write!(out, "  {name:<34}")?;
+        for column in columns {
+            write!(out, "{:>11.2}", of(column))?;
+        }
+        writeln!(out)
+    };
+    row("planned: to navigate, J", &|c| c.planned.plan.energy_navigate_j)?;
+    row("         to balance, J", &|c| c.planned.plan.energy_balance_j)?;
+    row("         total, J", &|c| c.planned.plan.energy_total_j)?;
+    row("         time, s", &|c| c.planned.plan.time_s)?;
+    if columns.iter().all(|column| column.executed.is_some()) {
+        let energy =
+            |c: &Column, of: fn(&Summary) -> f64| c.executed.as_ref().map_or(f64::NAN, |e| of(&e.summary));
+        row("executed: to navigate, J", &|c| energy(c, |s| s.executed.navigate_j))?;
+        row("          to balance, J", &|c| energy(c, |s| s.executed.balance_j))?;
+        row("          total, J", &|c| energy(c, |s| s.executed.total_j))?;
+        row("          time, s", &|c| energy(c, |s| s.executed.time_s))?;
+        row("          total over planned", &|c| energy(c, |s| s.ratio.unwrap_or(f64::NAN)))?;
+        row("          total over expected", &|c| energy(c, |s| s.executed.total_j / s.expected.total_j))?;
+        row("          least gap of hulls, mm", &|c| {
+            energy(c, |s| 1e3 * s.least_gap_m().unwrap_or(f64::NAN))
+        })?;
+        row("          by the T200 table, J", &|c| energy(c, |s| s.by_table.total_j))?;
+    }
+    writeln!(out)?;
+    for Column { title, planned, .. } in columns {
+        let unit = match planned.plan.criterion {
+            Criterion::Energy => "J",
+            Criterion::Euclidean => "m",
+        };
+        let proof = if planned.proved { ", proved least over all orders and assignments" } else { "" };
+        writeln!(out, "  {title}: {:.2} {unit}{proof} ({} moves priced)", planned.cost, planned.priced)?;
+        match planned.rule_cost {
+            Some(rule) if planned.proved => writeln!(
+                out,
+                "    the paper's order, least g + h next, would take {rule:.2} {unit}: {:.1} % more",
+                100.0 * (rule / planned.cost - 1.0)
+            )?,
+            None => writeln!(out, "    the paper's order, least g + h next, ends where nobody can move")?,
+            Some(_) => {}
+        }
+        for part in &planned.plan.moves {
+            let turns = part.actions.iter().filter(|action| action.kind == ActionKind::Turn).count();
+            writeln!(
+                out,
+                "    robot {} to slot {}: {} legs, {turns} turns, {:.1} s, {:.1} J and {:.2} W to balance",
+                part.robot,
+                part.slot + 1,
+                part.path.len().saturating_sub(1),
+                part.duration_s,
+                part.energy_navigate_j,
+                part.balance_w
+            )?;
+        }
+    }
+    writeln!(out)
+}
+
+fn count(number: usize, what: &str) -> String {
+    match number {
+        1 => format!("1 {what}"),
+        n => format!("{n} {what}s"),
+    }
+}

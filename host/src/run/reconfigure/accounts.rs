@@ -1,0 +1,139 @@
+//! What an execution costs, and how near it stays to the plan.
+//!
+//! ```text
+//! E = ∫ Σ P(F) dt        F: thrusts as the water feels them, P: the law of power of the plan, and the measured table
+//! ```
+//!
+//! What the mover's thrusters draw from the beginning of its move until it holds in its slot is to navigate, what all
+//! others draw is to balance. While a mover hands over its share of the balance it is the mover already.
+
+use super::conductor::{Conductor, HAND_OVER_S};
+use super::summary::{Energy, MoveFigures};
+use crate::rov::configuration::LevelBox;
+use crate::rov::dynamics::State;
+use crate::rov::guidance::course::Course;
+use crate::rov::plan::{ActionKind, Move, Plan};
+use crate::rov::pose::Pose;
+use crate::rov::power::PowerLaw;
+use crate::rov::problem::Problem;
+use crate::rov::propulsion::{Propulsion, PropulsionError, Steady};
+use crate::rov::vehicle::Vehicle;
+use crate::sim::rov::basin::Misfit;
+
+/// See the module's documentation.
+pub struct Accounts {
+    law: PowerLaw,
+    table: PowerLaw,
+    moves: Vec<MoveFigures>,
+}
+
+impl Accounts {
+    /// Nothing spent yet; costs by `law`.
+    ///
+    /// # Errors
+    /// [`PropulsionError`] for a voltage outside the table, or a robot that cannot be costed.
+    pub fn new(problem: &Problem, plan: &Plan, law: &PowerLaw) -> Result<Self, PropulsionError> {
+        let table = PowerLaw::table(problem.rules.battery_v)?;
+        let moves = plan.moves.iter().map(|planned| {
+            Ok(MoveFigures {
+                robot: planned.robot,
+                slot: planned.slot,
+                planned: Energy::new(planned.energy_navigate_j, planned.energy_balance_j, planned.duration_s),
+                expected: expected(problem, planned, law)?,
+                executed: Energy::default(),
+                by_table: Energy::default(),
+                cross_track_m: 0.0,
+                least_gap_m: None,
+                end_m: None,
+                end_rad: None,
+            })
+        });
+        Ok(Self { law: law.clone(), table, moves: moves.collect::<Result<_, PropulsionError>>()? })
+    }
+
+    /// Power of thrusts by the law of the plan, W.
+    #[must_use]
+    pub fn power_w(&self, thrusts_n: &[f64]) -> f64 {
+        thrusts_n.iter().map(|&thrust_n| self.law.power_w(thrust_n)).sum()
+    }
+
+    /// `dt_s` of the move under way, with everybody's thrusts.
+    pub fn spend(&mut self, dt_s: f64, conductor: &Conductor<'_>, thrusts_n: &[&[f64]]) {
+        let (Some(number), Some(mover)) = (conductor.moving(), conductor.mover()) else { return };
+        let Some(figures) = self.moves.get_mut(number) else { return };
+        for (law, energy) in [(&self.law, &mut figures.executed), (&self.table, &mut figures.by_table)] {
+            let (mut navigate_j, mut balance_j) = (energy.navigate_j, energy.balance_j);
+            for (robot, thrusts_n) in thrusts_n.iter().enumerate() {
+                let drawn_j = dt_s * thrusts_n.iter().map(|&thrust_n| law.power_w(thrust_n)).sum::<f64>();
+                *(if robot == mover { &mut navigate_j } else { &mut balance_j }) += drawn_j;
+            }
+            *energy = Energy::new(navigate_j, balance_j, energy.time_s + dt_s);
+        }
+    }
+
+    /// Where the mover is beside its course, and how near to the others (states of all bodies).
+    pub fn look(&mut self, conductor: &Conductor<'_>, states: &[State], bodies: &[&Vehicle]) {
+        let (Some(number), Some((mover, _))) = (conductor.moving(), conductor.reference()) else { return };
+        let Some(figures) = self.moves.get_mut(number) else { return };
+        let beside_m = conductor.course().cross_track_m(states[mover].position_m.into());
+        figures.cross_track_m = figures.cross_track_m.max(beside_m);
+        let around = |body: usize| {
+            let eta = states[body].eta();
+            LevelBox::around(Pose::from([eta[0], eta[1], eta[2], eta[5]]), bodies[body])
+        };
+        let own = around(mover);
+        let others = (0..bodies.len()).filter(|&body| body != mover);
+        let gap_m = others.map(|body| own.gap_m(&around(body))).reduce(f64::min);
+        figures.least_gap_m = figures.least_gap_m.into_iter().chain(gap_m).reduce(f64::min);
+    }
+
+    /// The move under way ends, drawn in from so far.
+    pub fn end(&mut self, number: usize, misfit: &Misfit) {
+        if let Some(figures) = self.moves.get_mut(number) {
+            (figures.end_m, figures.end_rad) = (Some(misfit.position_m), Some(misfit.angle_rad));
+        }
+    }
+
+    /// The moves that were begun.
+    #[must_use]
+    pub fn finish(self) -> Vec<MoveFigures> {
+        self.moves.into_iter().filter(|figures| figures.executed.time_s > 0.0).collect()
+    }
+}
+
+/// What a move's actions take when they begin and end at rest.
+fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy, PropulsionError> {
+    let rules = &problem.rules;
+    let robot = problem.robots.iter().find(|robot| robot.id == planned.robot);
+    let Some(vehicle) = robot.and_then(|robot| problem.vehicles.get(robot.vehicle)) else {
+        return Ok(Energy::default());
+    };
+    let propulsion = Propulsion::new(vehicle, law.clone(), rules.battery_v, Steady::Whole)?;
+    let (mut energy_j, mut time_s) = (0.0, 0.0);
+    for action in &planned.actions {
+        let course = Course::new(action, rules);
+        let way_m: [f64; 3] = std::array::from_fn(|k| action.to.position_m[k] - action.from.position_m[k]);
+        let length_m = way_m.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let angle_rad = crate::quantity::wrap_rad(action.to.yaw_rad - action.from.yaw_rad);
+        let expense = match action.kind {
+            ActionKind::Leg if length_m > 0.0 => {
+                let (sin, cos) = action.from.yaw_rad.sin_cos();
+                let [x, y, z] = way_m.map(|x| x / length_m);
+                let direction = [cos * x + sin * y, cos * y - sin * x, z];
+                let acceleration = action.acceleration.unwrap_or(rules.acceleration_m_s2);
+                propulsion.leg(direction, length_m, action.speed, Some(acceleration))
+            }
+            ActionKind::Turn => {
+                let acceleration = action.acceleration.unwrap_or(rules.yaw_acceleration_rad_s2);
+                propulsion.turn(angle_rad, action.speed, Some(acceleration))
+            }
+            _ => None,
+        };
+        energy_j += expense.map_or(action.energy_j, |expense| expense.energy_j);
+        time_s += match action.kind {
+            ActionKind::Undock => course.duration_s().max(HAND_OVER_S),
+            _ => course.duration_s(),
+        };
+    }
+    Ok(Energy::new(energy_j, planned.balance_w * time_s, time_s))
+}

@@ -1,0 +1,404 @@
+//! The host's closed loop over a plan: which action is under way, where everybody is to be, which thrusts that takes.
+//!
+//! ```text
+//! states → Conductor → thrusts of every robot, to be sent
+//!              ↓ somebody lets go, somebody takes hold
+//! ```
+//!
+//! - The mover follows the [`Course`] of its action; every cluster of the others keeps its place, level, at least power
+//!   over all of its thrusters (16). A thruster whose robot does not answer counts as one of no thrust.
+//! - An action ends when its time is over and the mover is where it should be: within [`DOCK_M`] and [`DOCK_RAD`].
+//! - **Hand-over.** Before a robot lets go, its share of the balance passes to the others: undocking takes at least
+//!   [`HAND_OVER_S`]. Both the old and the new thrusts balance the cluster, so all mixtures do, and nothing tilts while
+//!   the propellers change speed.
+//! - Commands lead the propellers' lag ([`lead`]).
+//! - A mover that is further than [`ASTRAY_M`] from its reference, or does not answer, is waited for: its reference
+//!   rests until it is there again, then goes on from rest.
+//! - What takes longer than [`PATIENCE_S`] fails, by name. So does a waiting cluster that is pushed away or tilted.
+//!
+//! Assumptions and limits: position, attitude and velocity of every robot are known exactly, as by a motion capture
+//! without noise.
+
+mod failure;
+mod fit;
+mod lead;
+
+pub use failure::Failure;
+
+use super::ExecutionError;
+use crate::rov::configuration::{adjacency, clusters};
+use crate::rov::dynamics::State;
+use crate::rov::guidance::course::{Course, Reference};
+use crate::rov::guidance::helm::Helm;
+use crate::rov::plan::{Action, ActionKind, Plan};
+use crate::rov::pose::Pose;
+use crate::rov::power::{self, PowerLaw};
+use crate::rov::problem::Problem;
+use crate::rov::vehicle::Vehicle;
+use crate::sim::rov::propellers::LAG_S;
+use fit::check;
+use lead::Lead;
+
+/// Pause between two thrust packets, s: 20 Hz.
+const PERIOD_S: f64 = 0.050;
+/// Thrusts are sent so long before they begin, s.
+pub const AHEAD_S: f64 = 0.020;
+/// Connectors draw a robot in from so far, m. *Assumed*.
+pub const DOCK_M: f64 = 0.02;
+/// And from so much turned or tilted, rad. *Assumed*: 3°.
+pub const DOCK_RAD: f64 = 0.052;
+/// Undocking takes at least so long, s: a packet, and two time constants of a propeller.
+pub const HAND_OVER_S: f64 = 0.3;
+/// A mover that far from its reference is waited for, m. *Assumed*.
+pub const ASTRAY_M: f64 = 0.15;
+/// Nobody is waited for longer, s. *Assumed*.
+pub const PATIENCE_S: f64 = 20.0;
+/// A waiting cluster that has moved so far has got away, m. *Assumed*.
+pub const ADRIFT_M: f64 = 0.5;
+/// So has one that has turned or tilted so much, rad. *Assumed*.
+pub const TILTED_RAD: f64 = 0.35;
+/// From a measurement to the thrust that answers it, s: half a period, the time ahead, the propeller's lag where
+/// nothing leads it. Gains are made for that.
+const DELAY_S: f64 = AHEAD_S + PERIOD_S / 2.0 + LAG_S;
+/// Until what is asked for now is given in full, s: feedforward is taken so far ahead.
+const LEAD_S: f64 = AHEAD_S + PERIOD_S;
+
+/// Something that changes who holds whom. Bodies are counted robots first, then tools.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// The robot lets go of its neighbours now.
+    Undock(usize),
+    /// The robot is to take hold in its slot; [`Conductor::docked`] says when it has.
+    Dock(usize, Pose),
+}
+
+const NO_ANSWER: &str = " (it does not answer)";
+
+/// Robots, and tools between them, that wait together.
+#[derive(Clone, Debug)]
+struct Station {
+    bodies: Vec<usize>,
+    hold: Reference,
+    helm: Helm,
+}
+
+/// See the module's documentation.
+pub struct Conductor<'a> {
+    problem: &'a Problem,
+    plan: &'a Plan,
+    law: PowerLaw,
+    limits_n: (f64, f64),
+    /// Robots, then tools: what they are, and where they are docked.
+    bodies: Vec<(Pose, &'a Vehicle)>,
+    answering: Vec<bool>,
+    arrived: Vec<bool>,
+    /// Move and action; the number of moves when all is done.
+    number: usize,
+    action: usize,
+    course: Course,
+    t_s: f64,
+    waited_s: f64,
+    astray: bool,
+    /// Where the mover is, relative to its reference, at the last look: m, rad.
+    off: (f64, f64),
+    mover: Option<(usize, Helm)>,
+    stations: Vec<Station>,
+    lead: Lead,
+}
+
+impl<'a> Conductor<'a> {
+    /// At the beginning of `plan`, allocating by `law`.
+    ///
+    /// # Errors
+    /// [`ExecutionError::Misfit`] for a plan of another problem, and what nobody can steer.
+    pub fn new(problem: &'a Problem, plan: &'a Plan, law: PowerLaw) -> Result<Self, ExecutionError> {
+        let robots = problem.robots.iter().map(|robot| (robot.start, robot.vehicle));
+        let tools = problem.tools.iter().map(|tool| (tool.pose, tool.vehicle));
+        let bodies = robots
+            .chain(tools)
+            .map(|(pose, kind)| Some((pose, problem.vehicles.get(kind)?)))
+            .collect::<Option<Vec<_>>>()
+            .ok_or_else(|| ExecutionError::Misfit("a vehicle is missing".to_owned()))?;
+        check(problem, plan)?;
+        let count = problem.robots.len();
+        let thrusters = bodies.iter().take(count).map(|(_, vehicle)| vehicle.thrusters.len());
+        let limits_n = power::limits_n(problem.rules.battery_v)?;
+        let lead = Lead::new(thrusters, limits_n, PERIOD_S);
+        let nowhere = Action {
+            kind: ActionKind::Dock,
+            start_s: 0.0,
+            duration_s: 0.0,
+            from: Pose::default(),
+            to: Pose::default(),
+            speed: 0.0,
+            acceleration: None,
+            energy_j: 0.0,
+        };
+        let mut conductor = Self {
+            problem,
+            plan,
+            law,
+            limits_n,
+            bodies,
+            answering: vec![true; count],
+            arrived: vec![false; count],
+            number: 0,
+            action: 0,
+            course: Course::new(&nowhere, &problem.rules),
+            t_s: 0.0,
+            waited_s: 0.0,
+            astray: false,
+            off: (0.0, 0.0),
+            mover: None,
+            stations: Vec::new(),
+            lead,
+        };
+        conductor.begin_move()?;
+        Ok(conductor)
+    }
+
+    /// Whether the plan has come to its end.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.number >= self.plan.moves.len()
+    }
+
+    /// The move under way, from 0.
+    #[must_use]
+    pub fn moving(&self) -> Option<usize> {
+        (!self.is_finished()).then_some(self.number)
+    }
+
+    /// The robot that moves, by its place in the problem, and its reference; nothing before it has let go.
+    #[must_use]
+    pub fn reference(&self) -> Option<(usize, Reference)> {
+        let (robot, _) = self.mover.as_ref()?;
+        (self.course.kind() != ActionKind::Undock).then(|| (*robot, self.now()))
+    }
+
+    /// The robot whose move is under way, docked or not.
+    #[must_use]
+    pub fn mover(&self) -> Option<usize> {
+        self.mover.as_ref().map(|(robot, _)| *robot)
+    }
+
+    /// The course under way.
+    #[must_use]
+    pub fn course(&self) -> &Course {
+        &self.course
+    }
+
+    /// Which robots are where their move was to bring them.
+    #[must_use]
+    pub fn arrived(&self) -> &[bool] {
+        &self.arrived
+    }
+
+    /// Lets `dt_s` pass; `states` are those of all bodies, `answering` says which robots would obey now. Docking is told
+    /// again until it has been followed.
+    ///
+    /// # Errors
+    /// [`Failure`] where it does not go on.
+    pub fn advance(
+        &mut self,
+        dt_s: f64,
+        states: &[State],
+        answering: &[bool],
+    ) -> Result<Option<Event>, ExecutionError> {
+        let Some((robot, _)) = self.mover else { return Ok(None) };
+        if answering != self.answering {
+            self.answering.copy_from_slice(answering);
+            self.station()?;
+        }
+        if let Some(failure) = self.adrift(states) {
+            return Err(failure.into());
+        }
+        if !self.astray {
+            self.t_s += dt_s;
+        }
+        let undocking = self.course.kind() == ActionKind::Undock;
+        self.off = if undocking { (0.0, 0.0) } else { apart(&states[robot], &self.now().pose) };
+        let there = self.off.0 <= DOCK_M && self.off.1 <= DOCK_RAD;
+        if self.astray {
+            self.waited_s += dt_s;
+            if there && self.answering[robot] {
+                self.course = self.course.resumed(self.t_s);
+                (self.t_s, self.waited_s, self.astray) = (0.0, 0.0, false);
+            }
+        } else if self.off.0 > ASTRAY_M || (!undocking && !self.answering[robot]) {
+            self.astray = true;
+        } else if self.t_s >= self.course.duration_s() {
+            if there && self.answering[robot] {
+                return Ok(self.end_action(robot, dt_s));
+            }
+            self.waited_s += dt_s;
+        }
+        if self.waited_s > PATIENCE_S { Err(self.late(robot).into()) } else { Ok(None) }
+    }
+
+    /// The mover has taken hold in its slot.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); not for a plan that has come that far.
+    pub fn docked(&mut self) -> Result<(), ExecutionError> {
+        if let Some((robot, _)) = self.mover {
+            self.bodies[robot].0 = self.course.end();
+            self.arrived[robot] = true;
+            self.number += 1;
+            self.begin_move()?;
+        }
+        Ok(())
+    }
+
+    /// Commands to every robot for the next period, N: to be called once in each.
+    ///
+    /// # Errors
+    /// [`ExecutionError::Helm`] for states that are no numbers.
+    pub fn commands_n(&mut self, states: &[State]) -> Result<Vec<Vec<f64>>, ExecutionError> {
+        let mut commands_n = self.wanted_n(states)?;
+        for (robot, (commands_n, &answers)) in commands_n.iter_mut().zip(&self.answering).enumerate() {
+            self.lead.lead(robot, commands_n, answers);
+        }
+        Ok(commands_n)
+    }
+
+    /// Thrusts of every robot that its helm wants, N.
+    fn wanted_n(&self, states: &[State]) -> Result<Vec<Vec<f64>>, ExecutionError> {
+        let robots = self.problem.robots.len();
+        let mut thrusts_n: Vec<Vec<f64>> =
+            self.bodies[..robots].iter().map(|(_, vehicle)| vec![0.0; vehicle.thrusters.len()]).collect();
+        for Station { bodies, hold, helm } in &self.stations {
+            let (together, _) = helm.thrusts_n(hold, hold, Some(&states[bodies[0]]))?;
+            let mut rest = together.as_slice();
+            for &body in bodies.iter().filter(|&&body| body < robots) {
+                let (own, others) = rest.split_at(thrusts_n[body].len());
+                thrusts_n[body].copy_from_slice(own);
+                rest = others;
+            }
+        }
+        if let Some((robot, helm)) = &self.mover {
+            // As long as it is held, what it pushes for itself would push everybody.
+            let state = (self.course.kind() != ActionKind::Undock).then(|| &states[*robot]);
+            (thrusts_n[*robot], _) = helm.thrusts_n(&self.now(), &self.ahead(), state)?;
+        }
+        Ok(thrusts_n)
+    }
+
+    fn now(&self) -> Reference {
+        if self.astray { Reference::at_rest(self.course.at(self.t_s).pose) } else { self.course.at(self.t_s) }
+    }
+
+    /// The reference when the thrusts of now will act, across the end of the action if that is going to come.
+    fn ahead(&self) -> Reference {
+        if self.astray {
+            return self.now();
+        }
+        let (then_s, duration_s) = (self.t_s + LEAD_S, self.course.duration_s());
+        let next = self.plan.moves.get(self.number).and_then(|of| of.actions.get(self.action + 1));
+        match next.filter(|_| then_s > duration_s && self.off.0 <= DOCK_M && self.off.1 <= DOCK_RAD) {
+            Some(next) => Course::new(next, &self.problem.rules).at(then_s - duration_s.max(self.t_s)),
+            None => self.course.at(then_s),
+        }
+    }
+
+    /// On to the next action; what became of this one.
+    fn end_action(&mut self, robot: usize, dt_s: f64) -> Option<Event> {
+        let kind = self.course.kind();
+        if kind == ActionKind::Dock {
+            // Until somebody says that it holds.
+            self.waited_s += dt_s;
+            return Some(Event::Dock(robot, self.course.end()));
+        }
+        let next = self.plan.moves.get(self.number).and_then(|of| of.actions.get(self.action + 1))?;
+        let over_s = self.t_s - self.course.duration_s();
+        self.course = Course::new(next, &self.problem.rules);
+        // What is left of the tick belongs to the next action, what was waited for does not.
+        (self.t_s, self.waited_s) = (over_s.min(dt_s), 0.0);
+        self.action += 1;
+        (kind == ActionKind::Undock).then_some(Event::Undock(robot))
+    }
+
+    fn begin_move(&mut self) -> Result<(), ExecutionError> {
+        (self.action, self.t_s, self.waited_s, self.astray, self.off) = (0, 0.0, 0.0, false, (0.0, 0.0));
+        self.mover = None;
+        if let Some(next) = self.plan.moves.get(self.number)
+            && let Some(robot) = self.problem.robots.iter().position(|robot| robot.id == next.robot)
+            && let Some(first) = next.actions.first()
+        {
+            self.course = Course::new(first, &self.problem.rules).lasting(HAND_OVER_S);
+            let (pose, vehicle) = self.bodies[robot];
+            let limits = vec![self.limits_n; vehicle.thrusters.len()];
+            let helm = Helm::new(&[(pose, vehicle)], &limits, self.law.clone(), DELAY_S)?;
+            self.mover = Some((robot, helm));
+        }
+        self.station()
+    }
+
+    /// The clusters of those who wait.
+    fn station(&mut self) -> Result<(), ExecutionError> {
+        let mover = self.mover();
+        let waiting: Vec<usize> = (0..self.bodies.len()).filter(|&body| Some(body) != mover).collect();
+        let placed: Vec<(Pose, &Vehicle)> = waiting.iter().map(|&body| self.bodies[body]).collect();
+        self.stations.clear();
+        for cluster in clusters(&adjacency(&placed)) {
+            let bodies: Vec<usize> = cluster.iter().map(|&index| waiting[index]).collect();
+            let members: Vec<(Pose, &Vehicle)> = bodies.iter().map(|&body| self.bodies[body]).collect();
+            let limits_n: Vec<(f64, f64)> = bodies
+                .iter()
+                .flat_map(|&body| {
+                    let silent = self.answering.get(body) == Some(&false);
+                    let limits_n = if silent { (0.0, 0.0) } else { self.limits_n };
+                    vec![limits_n; self.bodies[body].1.thrusters.len()]
+                })
+                .collect();
+            let helm = Helm::new(&members, &limits_n, self.law.clone(), DELAY_S)?;
+            self.stations.push(Station { hold: Reference::at_rest(members[0].0), bodies, helm });
+        }
+        Ok(())
+    }
+
+    fn adrift(&self, states: &[State]) -> Option<Failure> {
+        self.stations.iter().find_map(|Station { bodies, hold, .. }| {
+            let (off_m, off_rad) = apart(&states[bodies[0]], &hold.pose);
+            (off_m > ADRIFT_M || off_rad > TILTED_RAD).then(|| {
+                let robots = bodies.iter().filter_map(|&body| self.problem.robots.get(body));
+                let robots: Vec<String> = robots.map(|robot| robot.id.to_string()).collect();
+                let robots = if robots.is_empty() { "tools".to_owned() } else { robots.join(", ") };
+                let silent = bodies.iter().any(|&body| self.answering.get(body) == Some(&false));
+                let hint = if silent { " (not all of them answer)" } else { "" };
+                Failure::Adrift {
+                    robots,
+                    number: self.number + 1,
+                    off_m,
+                    off_deg: off_rad.to_degrees(),
+                    hint,
+                }
+            })
+        })
+    }
+
+    fn late(&self, robot: usize) -> Failure {
+        let doing = match self.course.kind() {
+            ActionKind::Undock => "undocking",
+            ActionKind::Turn => "turning",
+            ActionKind::Leg => "on a leg",
+            ActionKind::Dock => "docking",
+        };
+        Failure::Late {
+            robot: self.problem.robots[robot].id,
+            number: self.number + 1,
+            doing,
+            off_m: self.off.0,
+            off_deg: self.off.1.to_degrees(),
+            waited_s: PATIENCE_S,
+            hint: if self.answering[robot] { "" } else { NO_ANSWER },
+        }
+    }
+}
+
+/// Distance, m, and angle, rad, from a level pose.
+fn apart(state: &State, pose: &Pose) -> (f64, f64) {
+    let level = nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, pose.yaw_rad);
+    let away = state.position_m - nalgebra::Vector3::from(pose.position_m);
+    (away.norm(), state.attitude.angle_to(&level))
+}

@@ -1,0 +1,50 @@
+//! Whether a plan is one of this problem, and can be followed.
+
+use super::super::ExecutionError;
+use crate::quantity::wrap_rad;
+use crate::rov::plan::{ActionKind, Move, Plan};
+use crate::rov::pose::Pose;
+use crate::rov::problem::Problem;
+
+/// Whether the plan's moves can be followed one after the other.
+pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError> {
+    let refuse =
+        |number: usize, what: String| Err(ExecutionError::Misfit(format!("move {}: {what}", number + 1)));
+    for (number, Move { robot, slot, actions, .. }) in plan.moves.iter().enumerate() {
+        let Some(who) = problem.robots.iter().find(|known| known.id == *robot) else {
+            return refuse(number, format!("there is no robot {robot}"));
+        };
+        let Some(end) = problem.slots.get(*slot) else {
+            return refuse(number, format!("there is no slot {}", slot + 1));
+        };
+        if plan.moves[..number].iter().any(|earlier| earlier.robot == *robot) {
+            return refuse(number, format!("robot {robot} has moved before"));
+        }
+        let (Some(first), Some(last)) = (actions.first(), actions.last()) else {
+            return refuse(number, "no actions".to_owned());
+        };
+        if first.kind != ActionKind::Undock || last.kind != ActionKind::Dock {
+            return refuse(number, "it does not begin with undocking and end with docking".to_owned());
+        }
+        let mut at = who.start;
+        for (index, action) in actions.iter().enumerate() {
+            if !same(&at, &action.from) {
+                let from: [f64; 4] = action.from.into();
+                return refuse(number, format!("action {} begins elsewhere, at {from:?}", index + 1));
+            }
+            at = action.to;
+        }
+        if !same(&at, &end.pose) {
+            let at: [f64; 4] = at.into();
+            return refuse(number, format!("it ends at {at:?} and not in slot {}", slot + 1));
+        }
+    }
+    Ok(())
+}
+
+/// Poses that a file's rounding may have moved apart.
+fn same(a: &Pose, b: &Pose) -> bool {
+    const NEAR: f64 = 1e-3;
+    let apart = (0..3).map(|k| (a.position_m[k] - b.position_m[k]).abs()).fold(0.0, f64::max);
+    apart <= NEAR && wrap_rad(a.yaw_rad - b.yaw_rad).abs() <= NEAR
+}

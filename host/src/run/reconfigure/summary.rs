@@ -1,0 +1,106 @@
+//! The figures of an executed reconfiguration: `summary.json`, and what is printed.
+
+use serde::Serialize;
+
+use super::super::summary::LinkFigures;
+use crate::link::faults::FaultCount;
+use crate::rov::plan::{Criterion, Manner};
+
+/// Energies and the time they were drawn in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Energy {
+    /// What the mover's thrusters draw (15), J.
+    pub navigate_j: f64,
+    /// What the thrusters of those who wait draw meanwhile (17), J.
+    pub balance_j: f64,
+    /// Their sum, J.
+    pub total_j: f64,
+    /// How long it takes, s.
+    pub time_s: f64,
+}
+
+impl Energy {
+    /// Of both parts.
+    #[must_use]
+    pub fn new(navigate_j: f64, balance_j: f64, time_s: f64) -> Self {
+        Self { navigate_j, balance_j, total_j: navigate_j + balance_j, time_s }
+    }
+}
+
+impl std::iter::Sum for Energy {
+    fn sum<I: Iterator<Item = Self>>(energies: I) -> Self {
+        energies.fold(Self::default(), |a, b| {
+            Self::new(a.navigate_j + b.navigate_j, a.balance_j + b.balance_j, a.time_s + b.time_s)
+        })
+    }
+}
+
+/// One move's figures.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MoveFigures {
+    /// The robot's id.
+    pub robot: u16,
+    /// Its slot, from 0.
+    pub slot: usize,
+    /// As the plan has it.
+    pub planned: Energy,
+    /// The same actions with acceleration counted, and the time to hand over the balance: what can be expected.
+    pub expected: Energy,
+    /// As it was, by the law of power of the plan.
+    pub executed: Energy,
+    /// As it was, by the measured table.
+    pub by_table: Energy,
+    /// Greatest distance from the course, m.
+    pub cross_track_m: f64,
+    /// Least gap between its hull and another one on the way, m; negative is an overlap of boxes. Docked ones touch.
+    pub least_gap_m: Option<f64>,
+    /// Distance from the slot when it was drawn in, m; nothing if it never was.
+    pub end_m: Option<f64>,
+    /// Angle then, rad.
+    pub end_rad: Option<f64>,
+}
+
+/// The figures of one execution.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the problem.
+    pub problem: String,
+    /// What was minimised.
+    pub criterion: Criterion,
+    /// By which rules.
+    pub manner: Manner,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Why it ended early; null if everybody is in its slot.
+    pub failure: Option<String>,
+    /// Every move begun, in order.
+    pub moves: Vec<MoveFigures>,
+    /// Σ of the moves begun, as planned.
+    pub planned: Energy,
+    /// With acceleration and hand-over.
+    pub expected: Energy,
+    /// As it was.
+    pub executed: Energy,
+    /// As it was, by the measured table.
+    pub by_table: Energy,
+    /// Executed over planned total energy; null for a plan of none.
+    pub ratio: Option<f64>,
+    /// Times a robot lost its memory under way.
+    pub reboots: u64,
+    /// Each robot's link, in the order of the problem, by its id.
+    pub link: Vec<LinkFigures>,
+    /// Datagrams that did not decode.
+    pub datagrams_damaged: u64,
+    /// What the simulated medium did, all radios together.
+    pub faults: Option<FaultCount>,
+    /// Time the run took, s.
+    pub wall_s: f64,
+}
+
+impl Summary {
+    /// Least gap between the mover's hull and another one in any move, m; negative is an overlap of boxes.
+    #[must_use]
+    pub fn least_gap_m(&self) -> Option<f64> {
+        self.moves.iter().filter_map(|figures| figures.least_gap_m).reduce(f64::min)
+    }
+}
