@@ -6,11 +6,15 @@
 //! | [`checker`] | whether a plan keeps its word, by code of its own |
 //! | [`convert`] | from the host's types to the checker's numbers |
 //! | [`random`] | seeded shapes and demands |
+//! | [`reconfigure`] | seeded reconfigurations of ROVs |
 //! | [`rules`] | import rules and bans, read off the source text |
+//! | [`spoil`] | ways to spoil a plan of ROVs |
 //! | [`figures`] | quantiles |
 
 pub mod checker;
 pub mod convert;
 pub mod figures;
 pub mod random;
+pub mod reconfigure;
 pub mod rules;
+pub mod spoil;
