@@ -1,6 +1,6 @@
 //! Basic Theta* over any graph and any criterion that is a sum over straight legs; A* and its smoothing to compare with.
 //!
-//! A path along the edges of a grid turns where the grid does, not where the obstacles do. Basic Theta* [1] searches like
+//! A path along the edges of a grid turns where the grid does, not where the obstacles do. Basic Theta* \[1\] searches like
 //! A*, but the parent of a vertex need not be its neighbour: any vertex with a free straight leg to it will do. When `s`
 //! is expanded, each neighbour `s'` is offered two ways from the start:
 //!
@@ -9,9 +9,9 @@
 //! path 2      g(parent(s)) + c(parent(s), s')        parent(s') = parent(s)        [1], procedure UpdateVertex
 //! ```
 //!
-//! [1] takes path 2 whenever the leg is free, since by the triangle inequality it is never the longer one. Energy does
+//! \[1\] takes path 2 whenever the leg is free, since by the triangle inequality it is never the longer one. Energy does
 //! not keep that inequality exactly, so the cheaper of the two is taken here; where they are equal, as on a straight
-//! line, path 2. For distances that is [1] to the letter.
+//! line, path 2. For distances that is \[1\] to the letter.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -21,16 +21,16 @@
 //! | h(s) | lower bound of the cost from s to the goal ([`Space::bound`]) | " |
 //! | f(s) | g(s) + h(s): the vertex with the least is expanded next | " |
 //!
-//! Ties: of two equal f the greater g goes first (nearer the goal, as in [1]), of two equal g (to single precision) the
+//! Ties: of two equal f the greater g goes first (nearer the goal, as in \[1\]), of two equal g (to single precision) the
 //! lower vertex number. So a search depends on its arguments alone.
 //!
 //! Assumptions and limits. Costs are not negative; a leg whose cost is NaN or infinite counts as blocked. A* is exact when
 //! the bound is admissible, consistent or not, and turns cost nothing: it opens a vertex again when a cheaper way turns
 //! up. Where turns cost, g depends on the way that a vertex was reached, of which one is kept. Basic Theta* opens nothing
-//! again, as in [1], and is not exact: its path is one of the cheapest, not the cheapest, and a finer grid may give a worse one.
+//! again, as in \[1\], and is not exact: its path is one of the cheapest, not the cheapest, and a finer grid may give a worse one.
 //! At most 2³² − 1 vertices. One vertex takes 16 bytes of scratch, one entry of the open list another 16.
 //!
-//! [1] A. Nash, K. Daniel, S. Koenig and A. Felner, *Theta\*: Any-Angle Path Planning on Grids*, Journal of Artificial
+//! \[1\] A. Nash, K. Daniel, S. Koenig and A. Felner, *Theta\*: Any-Angle Path Planning on Grids*, Journal of Artificial
 //! Intelligence Research 39 (2010), 533–579.
 
 use std::cmp::Reverse;
@@ -227,7 +227,7 @@ pub fn cost(space: &impl Space, path: &[usize]) -> Option<f64> {
     Some(sum)
 }
 
-/// The smoothing that A* is compared with (A* PS in [1]): from each vertex kept, on to the last one in a row that a free
+/// The smoothing that A* is compared with (A* PS in \[1\]): from each vertex kept, on to the last one in a row that a free
 /// leg reaches, unless that leg costs more than what it replaces.
 #[must_use]
 pub fn smooth(space: &impl Space, path: &[usize]) -> Vec<usize> {

@@ -14,10 +14,10 @@
 //! A demand out of reach keeps its direction and loses in size. Which way the thrusts are found:
 //!
 //! - Columns of working thrusters independent (one BlueROV1): T u = τ has one solution, u = T⁺ τ. No solver.
-//! - Smooth laws: Newton on the six multipliers ([`dual`]), to 1e-10 of the demand. The quadratic law makes it an exact
+//! - Smooth laws: Newton on the six multipliers (`dual`), to 1e-10 of the demand. The quadratic law makes it an exact
 //!   QP: the optimum is where the last active set's linear equations hold.
 //! - The measured table is no convex law. Its lower convex envelope is minimised exactly, as a linear program
-//!   ([`simplex`]); the power told is the table's own for these thrusts.
+//!   (`simplex`); the power told is the table's own for these thrusts.
 //! - The greatest s of a demand out of reach is a linear program too.
 
 mod dual;

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | which configurations can wait, and what that draws | [`balance`](super::balance) |
 //! | one robot's way | [`route`](super::route) over [`water`](super::water), Theta* of [`crate::grid`] |
-//! | who moves next, and where to | [`order`](super::order) |
+//! | who moves next, and where to | [`super::order`] |
 //!
 //! Pure: the same problem gives the same plan.
 

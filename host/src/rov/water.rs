@@ -2,7 +2,7 @@
 //!
 //! Cells are the box of the first robot divided by [`Rules::grid_divisions`](super::problem::Rules), so that docked
 //! poses lie on the grid; start and slot need not. Whether a leg is free is decided exactly, by
-//! [`Clearance`](super::clearance::Clearance), never by cells. That is most of the work, and the same under every
+//! [`Clearance`], never by cells. That is most of the work, and the same under every
 //! criterion and in both directions, so [`Edges`] remembers it.
 
 use std::cell::RefCell;

@@ -2,7 +2,7 @@
 //!
 //! Plotters knows no dash pattern. It is carried through as a mark in the lowest bits of a colour's blue, which the
 //! eye does not see, and [`dashes`] turns the marked strokes into dashed ones. Colours that carry a mark are those of
-//! [`MARKED`] and no others.
+//! `MARKED` and no others.
 
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::RGBColor;

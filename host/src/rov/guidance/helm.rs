@@ -9,7 +9,7 @@
 //! | symbol | meaning | frame, unit |
 //! |---|---|---|
 //! | ν_r, ν̇_r | velocity and acceleration of the reference, turned into the body as it is | body |
-//! | v_d | where line-of-sight steering wants to go, [`sight`](super::sight) | world, m/s |
+//! | v_d | where line-of-sight steering wants to go, [`super::sight`] | world, m/s |
 //! | R, e_R | attitude; turn from the attitude wanted (level, heading of the reference) to it, as a vector | body; rad |
 //! | K, ω_p | gain of the velocity, of the position | 1/s |
 //! | ω | bandwidth | rad/s |

@@ -11,7 +11,7 @@
 //! - **Hand-over.** Before a robot lets go, its share of the balance passes to the others: undocking takes at least
 //!   [`HAND_OVER_S`]. Both the old and the new thrusts balance the cluster, so all mixtures do, and nothing tilts while
 //!   the propellers change speed.
-//! - Commands lead the propellers' lag ([`lead`]).
+//! - Commands lead the propellers' lag (`lead`).
 //! - A mover that is further than [`ASTRAY_M`] from its reference, or does not answer, is waited for: its reference
 //!   rests until it is there again, then goes on from rest.
 //! - What takes longer than [`PATIENCE_S`] fails, by name. So does a waiting cluster that is pushed away or tilted.
