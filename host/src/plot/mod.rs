@@ -67,6 +67,14 @@ pub fn write_all(record: &RunRecord, directory: &Path) -> Result<Vec<PathBuf>, P
         ("tails.svg", tails::svg(record)),
         ("phase-space.svg", phase_space::svg(record, &kinds)),
     ];
+    write(pictures, directory)
+}
+
+/// Writes pictures by their names into an existing directory; returns the files in order.
+fn write(
+    pictures: impl IntoIterator<Item = (&'static str, Result<String, picture::DrawError>)>,
+    directory: &Path,
+) -> Result<Vec<PathBuf>, PlotError> {
     pictures
         .into_iter()
         .map(|(name, picture)| {

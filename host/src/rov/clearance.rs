@@ -15,6 +15,7 @@
 //! the leg; a leg is blocked where the five intervals have a common interior.
 
 use super::pose::Pose;
+use super::vector::{dot, offset};
 
 /// Hulls may overlap by this much on their way past each other, m: rounding of poses that touch.
 pub const TOUCH_M: f64 = 1e-6;
@@ -154,21 +155,6 @@ impl Clearance {
     }
 }
 
-/// From a to b.
-fn offset(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// |v|.
-#[must_use]
-pub fn length(v: [f64; 3]) -> f64 {
-    dot(v, v).sqrt()
-}
-
 /// Where |start + s·leg| ≤ radius for s in [0, 1].
 fn within(start: [f64; 3], leg: [f64; 3], radius: f64) -> Option<Interval> {
     // |start|² + 2s start·leg + s²|leg|² ≤ radius²
@@ -209,6 +195,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    use super::super::vector::length;
     use super::*;
 
     const HALF_M: [f64; 3] = [0.2415, 0.165, 0.1335];

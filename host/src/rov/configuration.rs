@@ -18,6 +18,7 @@
 //! | l, n_b | centre and outward normal of a connector | body; m, 1 |
 
 use super::pose::Pose;
+use super::vector::{dot, offset, turned};
 use super::vehicle::Vehicle;
 
 /// Connectors meet when their centres are this near, m; *assumed*: the magnets pull in the rest.
@@ -26,20 +27,6 @@ pub const MEET_M: f64 = 0.01;
 pub const OPPOSED_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Boxes that run into each other by no more than this touch, m; *assumed*: the precision of poses in a file.
 pub const TOUCH_M: f64 = 1e-3;
-
-/// `vector` of a body with heading `yaw_rad`, in the world.
-fn turned([x, y, z]: [f64; 3], yaw_rad: f64) -> [f64; 3] {
-    let (sin, cos) = yaw_rad.sin_cos();
-    [cos * x - sin * y, sin * x + cos * y, z]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
 
 /// Centre and outward normal of every connector of a body, in the world.
 #[must_use]
@@ -60,7 +47,7 @@ pub fn holds(first: (Pose, &Vehicle), second: (Pose, &Vehicle)) -> Option<(usize
 
 fn meeting(first: &[([f64; 3], [f64; 3])], second: &[([f64; 3], [f64; 3])]) -> Option<(usize, usize)> {
     let pairs = first.iter().enumerate().flat_map(|(i, a)| {
-        second.iter().enumerate().map(move |(j, b)| ((i, j), difference(a.0, b.0), dot(a.1, b.1)))
+        second.iter().enumerate().map(move |(j, b)| ((i, j), offset(b.0, a.0), dot(a.1, b.1)))
     });
     pairs
         .map(|(pair, between, cosine)| (pair, dot(between, between).sqrt(), cosine))
@@ -139,7 +126,7 @@ impl LevelBox {
     /// Greatest gap along any axis that can separate the two, m; below zero it is how deep they overlap.
     #[must_use]
     pub fn gap_m(&self, other: &Self) -> f64 {
-        let between = difference(other.centre_m, self.centre_m);
+        let between = offset(self.centre_m, other.centre_m);
         let (along, across) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         let axes = [
             [0.0, 0.0, 1.0],
@@ -271,7 +258,7 @@ mod tests {
             };
             let (first, second) = (draw(), draw());
             let inside = |b: &LevelBox, p: [f64; 3]| {
-                let local = turned(difference(p, b.centre_m), -b.yaw_rad);
+                let local = turned(offset(b.centre_m, p), -b.yaw_rad);
                 (0..3).all(|k| local[k].abs() <= b.half_m[k])
             };
             let shared = (0..20_000).any(|_| {

@@ -33,5 +33,6 @@ pub mod rate;
 pub mod response;
 pub mod route;
 pub mod strip;
+mod vector;
 pub mod vehicle;
 pub mod water;

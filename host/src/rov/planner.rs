@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use thiserror::Error;
 
 use super::balance::{Balance, Unbalanced, balance};
-use super::clearance::{Clearance, Resting, length};
+use super::clearance::{Clearance, Resting};
 use super::order::{self, Errands, NoOrder, Order, State};
 use super::plan::{Criterion, Holding, Manner, Move, Placed, Plan};
 use super::pose::Pose;
@@ -21,6 +21,7 @@ use super::power::{self, PowerError, PowerLaw};
 use super::problem::{Problem, Robot};
 use super::propulsion::{Propulsion, PropulsionError, Steady};
 use super::route::{Errand, Route, Swimmer};
+use super::vector::{length, offset};
 use super::vehicle::Vehicle;
 use super::water::Lattice;
 use crate::grid::theta::Search;
@@ -412,5 +413,5 @@ impl Errands for Office<'_> {
 }
 
 fn way(from: &Pose, to: &Pose) -> [f64; 3] {
-    std::array::from_fn(|k| to.position_m[k] - from.position_m[k])
+    offset(from.position_m, to.position_m)
 }

@@ -16,12 +16,13 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use super::clearance::{Clearance, length};
+use super::clearance::Clearance;
 use super::plan::{Action, ActionKind, Criterion, Manner};
 use super::pose::Pose;
 use super::problem::Rules;
 use super::propulsion::{Expense, Propulsion};
 use super::rate::{Heading, PowerMap, Rate};
+use super::vector::{length, offset, turned};
 use super::water::{CornerCost, Edges, Lattice, Water};
 use crate::grid::theta::Search;
 use crate::quantity::wrap_rad;
@@ -437,11 +438,6 @@ fn azimuth_rad([x, y, _]: [f64; 3]) -> Option<f64> {
 }
 
 /// A world vector in the body of a level robot.
-fn in_body([x, y, z]: [f64; 3], yaw_rad: f64) -> [f64; 3] {
-    let (sin, cos) = yaw_rad.sin_cos();
-    [cos * x + sin * y, cos * y - sin * x, z]
-}
-
-fn offset(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
+fn in_body(vector: [f64; 3], yaw_rad: f64) -> [f64; 3] {
+    turned(vector, -yaw_rad)
 }

@@ -7,8 +7,9 @@
 
 use std::cell::RefCell;
 
-use super::clearance::{Clearance, length};
+use super::clearance::Clearance;
 use super::rate::Rate;
+use super::vector::{length, offset};
 use crate::grid::theta::Space;
 
 /// A regular grid in the bounds of the water.
@@ -204,13 +205,13 @@ impl Space for Water<'_> {
             self.lattice.around(here_m, |next| {
                 let next_m = self.lattice.place_m(next);
                 if self.is_free(here_m, next_m) {
-                    visit(next, self.rate.cost(difference(here_m, next_m)));
+                    visit(next, self.rate.cost(offset(here_m, next_m)));
                 }
             });
         }
         let slot_m = self.clearance.slot.position_m;
         if vertex != self.slot() && self.is_beside_slot(here_m) && self.is_free(here_m, slot_m) {
-            visit(self.slot(), self.rate.cost(difference(here_m, slot_m)));
+            visit(self.slot(), self.rate.cost(offset(here_m, slot_m)));
         }
     }
 
@@ -220,23 +221,19 @@ impl Space for Water<'_> {
 
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
         let (from_m, to_m) = (self.place_m(from), self.place_m(to));
-        let cost = self.rate.cost(difference(from_m, to_m));
+        let cost = self.rate.cost(offset(from_m, to_m));
         (cost < limit && self.is_free(from_m, to_m)).then_some(cost)
     }
 
     fn turn(&self, before: usize, at: usize, to: usize) -> f64 {
         let Some(corner) = self.corner else { return 0.0 };
         let at_m = self.place_m(at);
-        let came_m = difference(self.place_m(before), at_m);
+        let came_m = offset(self.place_m(before), at_m);
         let came_m = (before != at && length(came_m) > 0.0).then_some(came_m);
-        corner(came_m, difference(at_m, self.place_m(to)), to == self.slot())
+        corner(came_m, offset(at_m, self.place_m(to)), to == self.slot())
     }
 
     fn bound(&self, vertex: usize, goal: usize) -> f64 {
-        self.rate.bound(difference(self.place_m(vertex), self.place_m(goal)))
+        self.rate.bound(offset(self.place_m(vertex), self.place_m(goal)))
     }
-}
-
-fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [b[0] - a[0], b[1] - a[1], b[2] - a[2]]
 }

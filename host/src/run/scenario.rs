@@ -214,16 +214,8 @@ impl Scenario {
         if let Some((_, text)) = built_in.filter(|_| path.is_dir() || !path.exists()) {
             return Self::parse(&format!("{name}.toml"), text);
         }
-        let bytes = read(path).map_err(|source| match source.kind() {
-            ErrorKind::NotFound => ScenarioError::Unknown { name: name.to_owned() },
-            _ => ScenarioError::Unreadable { path: path.to_owned(), source },
-        })?;
-        let text = std::str::from_utf8(&bytes).map_err(|error| ScenarioError::Invalid {
-            file: name.to_owned(),
-            line: line_at(&bytes, error.valid_up_to()),
-            message: "is not a text in UTF-8".to_owned(),
-        })?;
-        Self::parse(name, text)
+        let text = text_of(path)?.ok_or_else(|| ScenarioError::Unknown { name: name.to_owned() })?;
+        Self::parse(name, &text)
     }
 
     /// Reads a scenario from `text`; `file` is its name in error messages.
@@ -377,8 +369,22 @@ pub(super) fn unfit(name: &str) -> Option<String> {
     })
 }
 
+/// The text of a file; nothing if there is no such file.
+pub(super) fn text_of(path: &Path) -> Result<Option<String>, ScenarioError> {
+    let bytes = match read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(source) => return Err(ScenarioError::Unreadable { path: path.to_owned(), source }),
+    };
+    String::from_utf8(bytes).map(Some).map_err(|error| ScenarioError::Invalid {
+        file: path.display().to_string(),
+        line: line_at(error.as_bytes(), error.utf8_error().valid_up_to()),
+        message: "is not a text in UTF-8".to_owned(),
+    })
+}
+
 /// The whole of a file that is not absurdly long (`/dev/zero` has no end).
-pub(super) fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(FILE_MAX + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > FILE_MAX {

@@ -1,13 +1,11 @@
 //! Vehicles by name or from files.
 
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use thiserror::Error;
 
-use super::scenario::read;
+use super::scenario::{ScenarioError, text_of};
 use crate::rov::vehicle::{BUILT_IN, Vehicle, VehicleError};
-use crate::toml_lines::line_at;
 
 /// Why there is no such vehicle.
 #[derive(Debug, Error)]
@@ -19,13 +17,8 @@ pub enum OpenError {
         name: String,
     },
     /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Unreadable {
-        /// Which file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] ScenarioError),
     /// The file is no vehicle.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
@@ -46,14 +39,6 @@ pub fn open(name: &str) -> Result<Vehicle, OpenError> {
     if let Some(vehicle) = Vehicle::built_in(name).filter(|_| path.is_dir() || !path.exists()) {
         return Ok(vehicle);
     }
-    let bytes = read(path).map_err(|source| match source.kind() {
-        ErrorKind::NotFound => OpenError::Unknown { name: name.to_owned() },
-        _ => OpenError::Unreadable { path: path.to_owned(), source },
-    })?;
-    let text = std::str::from_utf8(&bytes).map_err(|error| VehicleError::Invalid {
-        file: name.to_owned(),
-        line: line_at(&bytes, error.valid_up_to()),
-        message: "is not a text in UTF-8".to_owned(),
-    })?;
-    Ok(Vehicle::parse(name, text)?)
+    let text = text_of(path)?.ok_or_else(|| OpenError::Unknown { name: name.to_owned() })?;
+    Ok(Vehicle::parse(name, &text)?)
 }

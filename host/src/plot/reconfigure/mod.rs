@@ -47,15 +47,7 @@ pub fn write_all(records: &[Record], directory: &Path) -> Result<Vec<PathBuf>, P
         ("power.svg", power::svg(records)),
         ("pwm.svg", pwm::svg(records)),
     ];
-    pictures
-        .into_iter()
-        .map(|(name, picture)| {
-            let file = directory.join(name);
-            let svg = picture.map_err(|e| PlotError::Draw { file: file.clone(), reason: e.to_string() })?;
-            std::fs::write(&file, svg).map_err(|source| PlotError::Write { file: file.clone(), source })?;
-            Ok(file)
-        })
-        .collect()
+    super::write(pictures, directory)
 }
 
 #[cfg(test)]

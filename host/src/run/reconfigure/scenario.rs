@@ -1,17 +1,16 @@
 //! Reconfiguration scenarios: a problem from a TOML file. A mistake in one is reported with its file, line and value.
 
-use std::io::ErrorKind;
 use std::path::Path;
 
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::super::scenario::{ScenarioError, read, unfit};
+use super::super::scenario::{ScenarioError, text_of, unfit};
 use crate::rov::conditions::{Place, ProblemError};
 use crate::rov::pose::Pose;
 use crate::rov::problem::{Problem, Robot, Rules, Slot, Tool};
 use crate::rov::vehicle::{Vehicle, VehicleError};
-use crate::toml_lines::{self, Lengths, line_at, line_of};
+use crate::toml_lines::{self, Lengths, line_of};
 
 /// The reconfigurations that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 4] = [
@@ -123,11 +122,9 @@ impl ReconfigureScenario {
         if let Some((_, text)) = built_in.filter(|_| path.is_dir() || !path.exists()) {
             return Ok(Self::parse(&format!("{name}.toml"), text, Path::new(""))?);
         }
-        let bytes = read(path).map_err(|source| match source.kind() {
-            ErrorKind::NotFound => ReconfigureScenarioError::Unknown { name: name.to_owned() },
-            _ => ScenarioError::Unreadable { path: path.to_owned(), source }.into(),
-        })?;
-        Ok(Self::parse(name, utf8(name, &bytes)?, path.parent().unwrap_or(Path::new("")))?)
+        let text =
+            text_of(path)?.ok_or_else(|| ReconfigureScenarioError::Unknown { name: name.to_owned() })?;
+        Ok(Self::parse(name, &text, path.parent().unwrap_or(Path::new("")))?)
     }
 
     /// Reads a scenario from `text`; `file` is its name in error messages, and files of vehicles are looked for in
@@ -224,33 +221,16 @@ fn key(error: &ProblemError, problem: &Problem) -> Vec<String> {
     }
 }
 
-fn utf8<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, ScenarioError> {
-    std::str::from_utf8(bytes).map_err(|error| ScenarioError::Invalid {
-        file: file.to_owned(),
-        line: line_at(bytes, error.valid_up_to()),
-        message: "is not a text in UTF-8".to_owned(),
-    })
-}
-
 /// The built-in vehicle of that name, or that of a file in `folder`; nothing if there is neither.
 fn vehicle(name: &str, folder: &Path) -> Result<Option<Vehicle>, ScenarioError> {
     if let Some(vehicle) = Vehicle::built_in(name) {
         return Ok(Some(vehicle));
     }
     let path = folder.join(name);
-    match read(&path) {
-        Ok(bytes) => {
-            let file = path.display().to_string();
-            let VehicleError::Invalid { file, line, message } =
-                match Vehicle::parse(&file, utf8(&file, &bytes)?) {
-                    Ok(vehicle) => return Ok(Some(vehicle)),
-                    Err(error) => error,
-                };
-            Err(ScenarioError::Invalid { file, line, message })
-        }
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        Err(source) => Err(ScenarioError::Unreadable { path, source }),
-    }
+    let Some(text) = text_of(&path)? else { return Ok(None) };
+    Vehicle::parse(&path.display().to_string(), &text).map(Some).map_err(
+        |VehicleError::Invalid { file, line, message }| ScenarioError::Invalid { file, line, message },
+    )
 }
 
 #[cfg(test)]
