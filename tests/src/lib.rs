@@ -5,6 +5,7 @@
 //! |---|---|
 //! | [`checker`] | whether a plan keeps its word, by code of its own |
 //! | [`convert`] | from the host's types to the checker's numbers |
+//! | [`demands`] | seeded demands inside a share of the envelope, alone or in a walk |
 //! | [`random`] | seeded shapes and demands |
 //! | [`reconfigure`] | seeded reconfigurations of ROVs |
 //! | [`rules`] | import rules and bans, read off the source text |
@@ -13,6 +14,7 @@
 
 pub mod checker;
 pub mod convert;
+pub mod demands;
 pub mod figures;
 pub mod random;
 pub mod reconfigure;

@@ -8,7 +8,7 @@ use std::time::Instant;
 use host::modboat::distance::DistanceToCollision;
 use host::modboat::motion::{Swing, Wrench};
 use host::modboat::parameters::Parameters;
-use host::modboat::plan::Planner;
+use host::modboat::planner::Planner;
 use host::modboat::planner_config::PlannerConfig;
 use host::modboat::structure::Structure;
 use rand::{RngExt, SeedableRng};

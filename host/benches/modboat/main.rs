@@ -7,8 +7,16 @@ mod comparison;
 mod demands;
 mod geometry;
 mod planning;
+mod transitions;
 
 use criterion::{criterion_group, criterion_main};
 
-criterion_group!(benches, comparison::print, geometry::geometry, planning::plan, planning::transition);
+criterion_group!(
+    benches,
+    comparison::print,
+    geometry::geometry,
+    planning::plan,
+    planning::transition,
+    transitions::solver
+);
 criterion_main!(benches);

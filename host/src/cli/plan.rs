@@ -7,13 +7,14 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-use super::planner::PlannerKind;
+use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::{Failure, filter};
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::parameters::Parameters;
-use crate::modboat::plan::{Outcome, Plan, Planner};
+use crate::modboat::plan::{Outcome, Plan};
+use crate::modboat::planner::Planner;
 use crate::modboat::planner_config::PlannerConfig;
 use crate::modboat::structure::Structure;
 use crate::modboat::table::Table;
@@ -31,9 +32,8 @@ const TAIL_MAX_RAD: f64 = 1e6;
                         \"tail_rad\" holds the tails' present angles (rad, unwrapped), null for a first cycle, or\n\
                         \"previous\" to go on from this stream's last plan.")]
 pub(super) struct Arguments {
-    /// Which planner
-    #[arg(long, value_enum, default_value_t = PlannerKind::PotentialField)]
-    planner: PlannerKind,
+    #[command(flatten)]
+    planner: PlannerArguments,
     /// Take modules and planner settings from this scenario
     #[arg(long, value_name = "SCENARIO")]
     scenario: Option<String>,
@@ -67,7 +67,7 @@ enum Previous {
 struct Reply<'a> {
     outcome: &'static str,
     cycle: &'a [Swing],
-    transition: Option<&'a [Turn]>,
+    transition: Option<Vec<Rotation>>,
     wrench: Wrench,
     error: f64,
     travel_rad: f64,
@@ -77,11 +77,20 @@ struct Reply<'a> {
     solve_us: u64,
 }
 
+/// One module's part of a transition.
+#[derive(Serialize)]
+struct Rotation {
+    #[serde(flatten)]
+    turn: Turn,
+    /// Where it is between the two steps of a transition that has two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    via_rad: Option<f64>,
+}
+
 /// Planners and the last plan, kept from line to line.
 struct Stream {
     parameters: Parameters,
     config: PlannerConfig,
-    planner: &'static str,
     distance: Arc<DistanceToCollision>,
     table: Option<Arc<Table>>,
     planners: HashMap<Vec<[i32; 2]>, Planner>,
@@ -96,19 +105,18 @@ struct Last {
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
-    let (parameters, config) = match &arguments.scenario {
+    let (parameters, mut config) = match &arguments.scenario {
         Some(name) => {
             let scenario = Scenario::open(name).map_err(|error| Failure::Bad(error.to_string()))?;
             (scenario.modboat, scenario.planner)
         }
         None => (Parameters::default(), PlannerConfig::default()),
     };
+    arguments.planner.apply(&mut config);
     let distance = Arc::new(DistanceToCollision::new(&parameters));
     // Shows itself on a terminal only, and only if there is a table to load.
     let table = distances::table(&parameters, &config, &mut Bar::new("plan"));
-    let planner = arguments.planner.name();
-    let mut stream =
-        Stream { parameters, config, planner, distance, table, planners: HashMap::new(), previous: None };
+    let mut stream = Stream { parameters, config, distance, table, planners: HashMap::new(), previous: None };
     filter::run(|line| stream.answer(line))
 }
 
@@ -150,19 +158,20 @@ impl Stream {
             previous.as_deref(),
         );
         let solve_us = began.elapsed().as_micros() as u64;
-        let Plan { outcome, cycle, transition, wrench, error, travel_rad, clearance_m, loss_tolerant } =
-            &plan;
+        let Plan {
+            outcome, cycle, transition, wrench, error, travel_rad, clearance_m, loss_tolerant, ..
+        } = &plan;
         let reply = Reply {
             outcome: outcome.name(),
             cycle,
-            transition: transition.as_deref(),
+            transition: rotations(&plan),
             wrench: *wrench,
             error: *error,
             travel_rad: *travel_rad,
             // Alone, a module has nothing to be clear of; JSON has no infinity.
             clearance_m: clearance_m.is_finite().then_some(*clearance_m),
             loss_tolerant: *loss_tolerant,
-            planner: self.planner,
+            planner: self.config.kind.name(),
             solve_us,
         };
         let answer = serde_json::to_string(&reply).map_err(|error| error.to_string())?;
@@ -199,6 +208,12 @@ impl Stream {
         }
         Ok(cells.to_vec())
     }
+}
+
+fn rotations(plan: &Plan) -> Option<Vec<Rotation>> {
+    let via = |module: usize| plan.via_rad.as_ref().map(|via| via[module]);
+    let turns = plan.transition.as_ref()?.iter().enumerate();
+    Some(turns.map(|(module, &turn)| Rotation { turn, via_rad: via(module) }).collect())
 }
 
 fn check(angles: &[f64], modules: usize) -> Result<(), String> {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use super::folder::Folder;
-use super::planner::PlannerKind;
+use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::{Failure, report, signal, tell, written};
 use crate::link::udp::UdpRadio;
@@ -39,9 +39,8 @@ pub(super) struct Arguments {
     /// Share of datagrams lost, instead of the scenario's
     #[arg(long, value_name = "SHARE")]
     loss: Option<f64>,
-    /// Which planner
-    #[arg(long, value_enum, default_value_t = PlannerKind::PotentialField)]
-    planner: PlannerKind,
+    #[command(flatten)]
+    planner: PlannerArguments,
     /// Follow the wall clock (always so with --radio udp)
     #[arg(long)]
     realtime: bool,
@@ -64,8 +63,8 @@ pub(super) enum RadioKind {
 
 pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
     let bad = |error: &dyn std::fmt::Display| Failure::Bad(error.to_string());
-    let PlannerKind::PotentialField = arguments.planner;
     let mut scenario = Scenario::open(&arguments.scenario).map_err(|error| bad(&error))?;
+    arguments.planner.apply(&mut scenario.planner);
     if let Some(loss) = arguments.loss {
         scenario.radio.loss = loss;
         scenario.radio.validate().map_err(|error| Failure::Bad(format!("--loss: {error}")))?;

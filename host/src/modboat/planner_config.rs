@@ -1,7 +1,8 @@
-//! The knobs of the potential-field planner; a scenario's `[planner]` table overrides them.
+//! The knobs of the planners; a scenario's `[planner]` table overrides them.
 
 use serde::{Deserialize, Serialize};
 
+use super::planner::PlannerKind;
 use crate::quantity::ParameterError;
 
 /// What the search takes distances to collision from. Plans are checked with the exact geometry either way.
@@ -15,10 +16,27 @@ pub enum DistanceSource {
     Table,
 }
 
+/// What is asked of plans that some modules may never hear of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LossTolerance {
+    /// Loss tolerant where it costs no accuracy.
+    #[default]
+    Prefer,
+    /// Loss tolerant, whatever the wrench error.
+    Require,
+    /// Nothing is asked.
+    Off,
+}
+
 /// Settings of Algorithm 1 and of what surrounds it. The paper gives the weights; the rest is *assumed*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlannerConfig {
+    /// `"exact"` or `"potential-field"`.
+    pub kind: PlannerKind,
+    /// `"prefer"`, `"require"` or `"off"`; the potential field knows no preference.
+    pub loss_tolerant: LossTolerance,
     /// `"direct"` or `"table"`.
     pub distance: DistanceSource,
     /// Epochs N of Algorithm 1 per start.
@@ -52,6 +70,8 @@ pub struct PlannerConfig {
 impl Default for PlannerConfig {
     fn default() -> Self {
         Self {
+            kind: PlannerKind::default(),
+            loss_tolerant: LossTolerance::default(),
             distance: DistanceSource::Direct,
             epochs: 5,
             stages: [4, 10, 4],

@@ -39,6 +39,7 @@ use crate::quantity::wrap_rad;
 use gaps::Gaps;
 
 mod gaps;
+pub mod planner;
 
 /// Sets whose every centerline and amplitude lie nearer than this count as the same, rad.
 const DISTINCT_RAD: f64 = 0.3;

@@ -18,6 +18,7 @@ use std::time::Duration;
 
 use super::experiment::Progress;
 use crate::modboat::parameters::Parameters;
+use crate::modboat::planner::PlannerKind;
 use crate::modboat::planner_config::{DistanceSource, PlannerConfig};
 use crate::modboat::table::Table;
 
@@ -30,7 +31,7 @@ pub fn table(
     config: &PlannerConfig,
     progress: &mut dyn Progress,
 ) -> Option<Arc<Table>> {
-    if config.distance == DistanceSource::Direct {
+    if config.kind != PlannerKind::PotentialField || config.distance == DistanceSource::Direct {
         return None;
     }
     let (done, total) = (AtomicU64::new(0), AtomicU64::new(0));

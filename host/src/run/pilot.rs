@@ -23,7 +23,8 @@ use crate::modboat::control::{Controller, Observation, Target};
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::observer::{Fix, Observer};
-use crate::modboat::plan::{Outcome, Plan, Planner};
+use crate::modboat::plan::{Outcome, Plan};
+use crate::modboat::planner::Planner;
 use crate::modboat::table::Table;
 use crate::quantity::ParameterError;
 

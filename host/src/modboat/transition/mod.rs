@@ -7,30 +7,22 @@
 //! ```
 //!
 //! Turns take all of t_trans at constant speed, so the motion of a pair is a straight segment in its phase
-//! space (φᵢ, φⱼ). As in the paper, the amplitudes of all modules may be negated at once, which moves every
-//! start to the other end of its swing and changes no force.
+//! space (φᵢ, φⱼ).
 //!
-//! As in the paper's Fig. 5, rows and columns are sub-problems whose arc-consistent sets are intersected. The
-//! paper then enumerates what is left, exponential in the number of modules; here a branch and bound with
-//! propagation over *all* pairs takes its place (see [`search`]), which also covers pairs that are neither in
-//! a row nor in a column.
+//! The paper (Fig. 5) prunes rows and columns and enumerates what is left, exponential in the number of modules. Here the
+//! choice is exact at any width that a frontier can pass over and bounded beyond ([`choice`]); amplitudes may be negated
+//! one by one, a transition may take two steps, and it may be asked to survive losses ([`solver`]). [`solve`] is the
+//! paper's own question: one step, and the amplitudes of all modules negated at once or not at all.
 
-pub mod domain;
-pub mod search;
-
-use std::f64::consts::TAU;
+pub mod choice;
+pub mod solver;
 
 use super::motion::{Swing, Turn};
 use super::pairs::Pairs;
-use crate::quantity::wrap_rad;
-use domain::{Allowed, Domain, propagate};
-use search::Problem;
+use solver::{Clearance, Problem, Signs, Solver};
 
 /// A rotation below this is none at all, rad.
 pub const STILL_RAD: f64 = 1e-9;
-
-/// Branches after which the least travel need not be proved.
-const NODE_LIMIT: usize = 2000;
 
 /// A transition for every module.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,100 +45,48 @@ impl Transition {
     }
 }
 
-/// Rotations by the short and the long way, rad, and which of them are open within `limit_rad`.
-fn ways(from_rad: f64, to_rad: f64, limit_rad: f64) -> ([f64; 2], Domain) {
-    let short = wrap_rad(to_rad - from_rad);
-    if short.abs() < STILL_RAD {
-        return ([0.0, 0.0], Domain::only(0));
+/// Turns only: nobody asks about swims where all amplitudes keep or change their sign together.
+struct Turns<F>(F);
+
+impl<F: Fn(usize, [f64; 2], [f64; 2]) -> bool> Clearance for Turns<F> {
+    fn turn(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        self.0(offset, from_rad, to_rad)
     }
-    let long = if short > 0.0 { short - TAU } else { short + TAU };
-    let mut open = Domain::EMPTY;
-    for (way, rotation) in [short, long].into_iter().enumerate() {
-        if rotation.abs() <= limit_rad + STILL_RAD {
-            open = open.union(Domain::only(way));
-        }
+
+    fn swim(&self, _: usize, _: Swing, _: Swing) -> bool {
+        true
     }
-    ([short, long], open)
 }
 
 /// The transition with the least travel from the poses `from_rad` into `cycle`, over both signs of the
 /// amplitudes; `None` if it is proved that there is none.
 ///
-/// `cells` are the lattice cells by module, `limit_rad` the greatest |rotation|, and `clear(offset, from, to)`
-/// says whether two neighbours at that offset index may turn along the segment from → to of (φᵢ, φⱼ).
+/// `limit_rad` is the greatest |rotation|, and `clear(offset, from, to)` says whether two neighbours at that offset index
+/// may turn along the segment from → to of (φᵢ, φⱼ).
 #[must_use]
 pub fn solve(
     pairs: &Pairs,
-    cells: &[[i32; 2]],
+    _cells: &[[i32; 2]],
     from_rad: &[f64],
     cycle: &[Swing],
     limit_rad: f64,
     clear: impl Fn(usize, [f64; 2], [f64; 2]) -> bool,
 ) -> Option<Transition> {
+    let problem = Problem { pairs, from_rad, cycle, limit_rad, stranded: false };
+    let (mut solver, clear) = (Solver::default(), Turns(clear));
     let mut best: Option<Transition> = None;
-    for negated in [false, true] {
-        let sign = if negated { -1.0 } else { 1.0 };
-        let to_rad = |swing: &Swing| swing.centerline_rad + sign * swing.amplitude_rad;
-        let (rotations, domains): (Vec<_>, Vec<_>) =
-            from_rad.iter().zip(cycle).map(|(&from, swing)| ways(from, to_rad(swing), limit_rad)).unzip();
-        if domains.iter().any(|d| d.is_empty()) {
-            continue;
-        }
-        let Some(answer) = one_sign(pairs, cells, from_rad, &rotations, &domains, &clear) else { continue };
-        let turns: Vec<Turn> = (from_rad.iter().zip(&rotations).zip(&answer.ways))
-            .map(|((&from, rotation), &way)| Turn { from_rad: from, to_rad: from + rotation[way] })
-            .collect();
-        let travel_rad = turns.iter().map(|turn| turn.rotation_rad().abs()).sum();
-        if best.as_ref().is_none_or(|best| travel_rad < best.travel_rad) {
-            best = Some(Transition { turns, negated, travel_rad, exact: answer.exact });
+    for signs in [Signs::Given, Signs::Negated] {
+        let Some(least) = solver.one_step(&problem, signs, &clear) else { continue };
+        if best.as_ref().is_none_or(|best| least.travel_rad < best.travel_rad) {
+            best = Some(Transition {
+                turns: least.turns.to_vec(),
+                negated: signs == Signs::Negated,
+                travel_rad: least.travel_rad,
+                exact: least.travel_rad <= least.bound_rad,
+            });
         }
     }
     best
-}
-
-fn one_sign(
-    pairs: &Pairs,
-    cells: &[[i32; 2]],
-    from_rad: &[f64],
-    rotations: &[[f64; 2]],
-    domains: &[Domain],
-    clear: &impl Fn(usize, [f64; 2], [f64; 2]) -> bool,
-) -> Option<search::Answer> {
-    let allowed: Vec<Allowed> = pairs
-        .all()
-        .iter()
-        .map(|pair| {
-            let from = [from_rad[pair.i], from_rad[pair.j]];
-            let mut allowed = Allowed::default();
-            for way_i in (0..2).filter(|&way| domains[pair.i].has(way)) {
-                for way_j in (0..2).filter(|&way| domains[pair.j].has(way)) {
-                    let to = [from[0] + rotations[pair.i][way_i], from[1] + rotations[pair.j][way_j]];
-                    if clear(pair.offset, from, to) {
-                        allowed.allow(way_i, way_j);
-                    }
-                }
-            }
-            allowed
-        })
-        .collect();
-    // Rows, then columns, each from the full sets; what both leave goes on.
-    let mut remaining = domains.to_vec();
-    for axis in [1, 0] {
-        let same_line = |index: usize| {
-            let pair = pairs.all()[index];
-            cells[pair.i][axis] == cells[pair.j][axis]
-        };
-        let mut line = domains.to_vec();
-        let (mut queue, mut trail) = ((0..line.len()).collect(), Vec::new());
-        if !propagate(pairs, &allowed, &mut line, &mut queue, &mut trail, same_line) {
-            return None;
-        }
-        for (kept, line) in remaining.iter_mut().zip(line) {
-            *kept = kept.intersect(line);
-        }
-    }
-    let travel_rad: Vec<[f64; 2]> = rotations.iter().map(|r| r.map(f64::abs)).collect();
-    Problem { pairs, allowed: &allowed, travel_rad: &travel_rad, node_limit: NODE_LIMIT }.solve(remaining)
 }
 
 #[cfg(test)]

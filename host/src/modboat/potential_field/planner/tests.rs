@@ -4,15 +4,22 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::modboat::distance::DistanceToCollision;
+use crate::modboat::parameters::Parameters;
+use crate::modboat::planner_config::{DistanceSource, PlannerConfig};
+use crate::modboat::structure::Structure;
+use crate::quantity::wrap_rad;
 
-fn planner(word: &str, parameters: &Parameters) -> Planner {
-    Planner::new(&Structure::from_word(word).expect(word), parameters, &PlannerConfig::default())
+fn planner(word: &str, parameters: &Parameters) -> FieldPlanner {
+    let (structure, distance) =
+        (Structure::from_word(word).expect(word), Arc::new(DistanceToCollision::new(parameters)));
+    FieldPlanner::new(Setting::new(&structure, parameters, &PlannerConfig::default(), distance))
 }
 
 /// A demand that thrusts of at most `share` of the greatest yield.
-fn demand(planner: &Planner, share: f64, rng: &mut ChaCha8Rng) -> Wrench {
-    let thrust_max_n = planner.parameters.thrust_n(planner.parameters.amplitude_max_rad);
-    planner.positions_m.iter().fold(Wrench::default(), |sum, [x, y]| {
+fn demand(planner: &FieldPlanner, share: f64, rng: &mut ChaCha8Rng) -> Wrench {
+    let thrust_max_n = planner.setting.parameters.thrust_n(planner.setting.parameters.amplitude_max_rad);
+    planner.setting.positions_m.iter().fold(Wrench::default(), |sum, [x, y]| {
         let (f, angle) = (share * thrust_max_n * rng.random_range(0.0..1.0_f64), rng.random_range(-PI..PI));
         let (fx, fy) = (f * angle.cos(), f * angle.sin());
         sum + Wrench { fx_n: fx, fy_n: fy, tau_nm: x * fy - y * fx }
@@ -24,8 +31,13 @@ fn start(cycle: &[Swing]) -> Vec<f64> {
 }
 
 /// Least surface distance of any two tails over transition and cycle, by samples, when only `moving` take part.
-fn sampled_clearance_m(planner: &Planner, plan: &Plan, tails: &[f64], moving: impl Fn(usize) -> bool) -> f64 {
-    let (tail, mut least) = (*planner.distance.tail(), f64::INFINITY);
+fn sampled_clearance_m(
+    planner: &FieldPlanner,
+    plan: &Plan,
+    tails: &[f64],
+    moving: impl Fn(usize) -> bool,
+) -> f64 {
+    let (tail, mut least) = (*planner.setting.distance.tail(), f64::INFINITY);
     for k in 0..=600 {
         let share = f64::from(k) / 600.0;
         for phase in 0..2 {
@@ -39,7 +51,8 @@ fn sampled_clearance_m(planner: &Planner, plan: &Plan, tails: &[f64], moving: im
                 .collect();
             for i in 0..tails.len() {
                 for j in 0..tails.len() {
-                    let offset = [0, 1].map(|axis| planner.cells[j][axis] - planner.cells[i][axis]);
+                    let offset =
+                        [0, 1].map(|axis| planner.setting.cells[j][axis] - planner.setting.cells[i][axis]);
                     if offset[0].abs() + offset[1].abs() == 1 {
                         least = least.min(tail.clearance_m(offset, angles[i], angles[j]));
                     }
@@ -103,8 +116,10 @@ fn square_structures_nearly_always_have_a_transition() {
     let (mut all_found, mut all_tried) = (0, 0);
     for (side, runs) in [(2, 150), (3, 100), (4, 60), (5, 40)] {
         let structure = Structure::from_word(&format!("{side}x{side}")).expect("a square");
-        let (parameters, config) = (Parameters::default(), PlannerConfig::default());
-        let mut planner = Planner::with_distance(&structure, &parameters, &config, Arc::clone(&distance));
+        let config = PlannerConfig::default();
+        let distance = Arc::clone(&distance);
+        let mut planner =
+            FieldPlanner::new(Setting::new(&structure, &Parameters::default(), &config, distance));
         let (mut found, mut tried, mut planned) = (0_u32, 0_u32, 0);
         let mut before: Option<Vec<Swing>> = None;
         for seed in 0..runs {
@@ -138,15 +153,18 @@ fn a_search_by_the_table_keeps_the_margin_too() {
     let parameters = Parameters { amplitude_min_rad: 2.2, ..Default::default() };
     let config = PlannerConfig { distance: DistanceSource::Table, ..Default::default() };
     let structure = Structure::from_word("2x2").expect("a square");
-    let mut planner = Planner::new(&structure, &parameters, &config);
+    let distance = Arc::new(DistanceToCollision::new(&parameters));
+    let table = Arc::new(Table::generate(&parameters, &|_, _| {}));
+    let setting = Setting::new(&structure, &parameters, &config, distance);
+    let mut planner = FieldPlanner::new(setting).with_table(table);
     let mut tails: Option<Vec<f64>> = None;
     for seed in 0..20 {
         let demand = demand(&planner, 0.8, &mut ChaCha8Rng::seed_from_u64(seed));
         let plan = planner.plan(demand, tails.as_deref(), None);
         assert_eq!(plan.outcome, Outcome::Planned, "seed {seed}");
-        for pair in planner.pairs.all() {
+        for pair in planner.setting.pairs.all() {
             let [from, to] = swim_ends(&plan.cycle, pair);
-            let doc_rad = planner.distance.along(pair.offset, from, to);
+            let doc_rad = planner.setting.distance.along(pair.offset, from, to);
             assert!(doc_rad >= config.margin_rad, "seed {seed}: {doc_rad} rad");
         }
         tails = Some(start(&plan.cycle));
@@ -192,9 +210,6 @@ fn held_when_not_even_that_is_possible() {
 #[test]
 fn odd_input_is_answered() {
     let mut planner = planner("3x1", &Parameters::default());
-    // Lengths that do not fit count as unknown.
-    let plan = planner.plan(Wrench { fx_n: 0.02, ..Default::default() }, Some(&[0.0]), Some(&[]));
-    assert!(plan.outcome == Outcome::Planned && plan.transition.is_none());
     // What is not a number is not obeyed.
     let plan = planner.plan(Wrench { fx_n: f64::NAN, ..Default::default() }, Some(&[1.5; 3]), None);
     assert_eq!(plan.outcome, Outcome::Held);

@@ -1,0 +1,236 @@
+//! The envelope of a structure: every wrench it could give if each module pushed with up to its greatest thrust in
+//! any horizontal direction and no tail were in another's way. What a demand is measured against.
+//!
+//! The envelope is the sum of one disc of thrusts a module, carried to the centre of mass:
+//!
+//! W = { Σ (uᵢ, rᵢ × uᵢ) : ‖uᵢ‖ ≤ F(A_max) },  r × u = x·u_y − y·u_x                   (e1)
+//!
+//! It is convex, closed and symmetric about zero, and so described by its support function, the greatest n·w in it:
+//!
+//! h(n) = F·Σ ‖Mᵢn‖,  Mᵢn = (n_x − n_τ·yᵢ, n_y + n_τ·xᵢ)                               (e2)
+//!
+//! A wrench w can be multiplied by λ = min { h(n) : n·w = 1 } until it leaves W (the multiplier of the nearest plane
+//! that holds W back), and its gauge is 1/λ:
+//!
+//! gauge(w) = max n·w / h(n)                                                            (e3)
+//!
+//! Written with the pole c = (−n_y, n_x)/n_τ, the same minimum is that of F·Σ‖rᵢ − c‖ over the torque of w about c.
+//! For a pure torque it is the least sum of distances to the modules, Fermat's point.
+//!
+//! How: with torques divided by the radius of gyration ρ, n = d + B·y over the unit demand d and a basis B of its
+//! complement: a convex problem in two unknowns, Σ ‖Mᵢ(d + B·y)‖. Each norm has a kink where Mᵢn = 0, and the least
+//! value often sits on one (the middle of three in a row). Each norm is therefore smoothed to sᵢ = √(‖Mᵢn‖² + μ²),
+//! solved by Newton's method, and followed as μ → 0: the solution moves on linearly in μ near a kink, and that step is
+//! taken along with μ. The thrusts uᵢ = F·Mᵢn/sᵢ of a smoothed solution are allowed and give a multiple of d: a lower
+//! bound on λ, which says when to stop.
+//!
+//! | symbol | unit | meaning |
+//! |---|---|---|
+//! | F | N | thrust F(A_max) of law (2) |
+//! | rᵢ = (xᵢ, yᵢ) | m | centre of module i in S, from the centre of mass |
+//! | w | N, N, N·m | wrench (Fx, Fy, τ) |
+//! | n | – , – , 1/m | normal of a plane in the space of wrenches |
+//! | ρ | m | radius of gyration √(Σ‖rᵢ‖²/N) of the centres |
+//!
+//! Limits: the value of (e3) is off by 1e-10 of itself at most. One module alone gives no torque at all.
+
+use super::motion::Wrench;
+use super::parameters::Parameters;
+
+/// Where the bounds on λ have come this close, relative to λ, it is found.
+const TOLERANCE: f64 = 1e-11;
+/// A step of Newton's method that promises less than this share of the gap between the bounds is not worth taking.
+const CENTRED: f64 = 1e-2;
+/// Factor on μ from one smoothed problem to the next.
+const SHRINK: f64 = 0.03;
+/// More steps than any structure needs (about 20).
+const STEPS_MAX: usize = 200;
+
+/// The wrenches that a structure could give if no tail were in another's way.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Envelope {
+    /// F, N.
+    thrust_n: f64,
+    /// ρ, m; zero for one module alone.
+    gyration_m: f64,
+    /// rᵢ/ρ.
+    places: Vec<[f64; 2]>,
+}
+
+/// The smoothed problem at one point: Σ over the modules.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    /// Σ‖v‖ and Σs, with v = Mᵢn.
+    value: f64,
+    smooth: f64,
+    /// How far Σ‖v‖ lies above the lower bound, if the gradient is zero.
+    gap: f64,
+    /// Gradient of Σs, its derivative by μ, and the Hessian (11, 12, 22).
+    gradient: [f64; 2],
+    drift: [f64; 2],
+    hessian: [f64; 3],
+}
+
+impl Envelope {
+    /// Of modules at `positions_m` in S, from the centre of mass, as
+    /// [`Structure::positions_m`](super::structure::Structure::positions_m) gives them.
+    #[must_use]
+    pub fn new(positions_m: &[[f64; 2]], parameters: &Parameters) -> Self {
+        let squares_m2: f64 = positions_m.iter().map(|[x_m, y_m]| x_m * x_m + y_m * y_m).sum();
+        let gyration_m = (squares_m2 / positions_m.len().max(1) as f64).sqrt();
+        let scale = if gyration_m > 0.0 { 1.0 / gyration_m } else { 0.0 };
+        Self {
+            thrust_n: parameters.thrust_n(parameters.amplitude_max_rad),
+            gyration_m,
+            places: positions_m.iter().map(|r_m| r_m.map(|v| v * scale)).collect(),
+        }
+    }
+
+    /// The greatest n·w over the envelope: N for a force, N·m for n = (0, 0, 1). By (e2).
+    #[must_use]
+    pub fn support(&self, normal: [f64; 3]) -> f64 {
+        let n = [normal[0], normal[1], normal[2] * self.gyration_m];
+        // h(n) = F·Σ ‖Mᵢn‖                                                              (e2)
+        self.thrust_n * self.places.iter().map(|&place| length(carry(place, n))).sum::<f64>()
+    }
+
+    /// The share of the envelope that a wrench takes up: 0 at zero, 1 on the border, more outside, +∞ where no
+    /// multiple of the wrench can be given at all (a torque on one module alone) or it is no number.
+    #[must_use]
+    pub fn gauge(&self, wrench: Wrench) -> f64 {
+        let Wrench { fx_n, fy_n, tau_nm } = wrench;
+        if !wrench.to_array().iter().all(|v| v.is_finite()) {
+            return f64::INFINITY;
+        }
+        if self.gyration_m == 0.0 {
+            return match (fx_n.hypot(fy_n), tau_nm) {
+                (0.0, 0.0) => 0.0,
+                (force_n, 0.0) => force_n / (self.thrust_n * self.places.len() as f64),
+                _ => f64::INFINITY,
+            };
+        }
+        let demand = [fx_n, fy_n, tau_nm / self.gyration_m];
+        let size = demand.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        if size == 0.0 {
+            return 0.0;
+        }
+        // Two steps, so that no square can overflow or vanish.
+        let demand = demand.map(|v| v / size);
+        let rest = demand.iter().map(|v| v * v).sum::<f64>().sqrt();
+        size * rest / (self.thrust_n * self.reach(demand.map(|v| v / rest)))
+    }
+
+    /// The farthest wrench of the envelope in the direction of `wrench`; zero where there is none.
+    #[must_use]
+    pub fn boundary(&self, wrench: Wrench) -> Wrench {
+        let gauge = self.gauge(wrench);
+        if gauge == 0.0 || gauge.is_infinite() {
+            return Wrench::default();
+        }
+        Wrench::from_array(wrench.to_array().map(|v| v / gauge))
+    }
+
+    /// The least Σ‖Mᵢn‖ over n·d = 1 for a unit vector d.
+    fn reach(&self, d: [f64; 3]) -> f64 {
+        let basis = complement(d);
+        let (mut y, mut mu) = ([0.0; 2], 0.5);
+        let mut here = self.sums(d, basis, y, mu);
+        let mut least = here.value;
+        for _ in 0..STEPS_MAX {
+            let step = solve(here.hessian, here.gradient.map(|g| -g));
+            let promise = -dot(here.gradient, step);
+            if promise <= CENTRED * here.gap || promise <= 1e-14 * here.smooth {
+                if here.gap <= TOLERANCE * least {
+                    break;
+                }
+                // Solved for this μ. On to the next, along dy/dμ.
+                let ahead = solve(here.hessian, here.drift).map(|v| v * (1.0 - SHRINK) * mu);
+                y = [y[0] + step[0] + ahead[0], y[1] + step[1] + ahead[1]];
+                mu *= SHRINK;
+                here = self.sums(d, basis, y, mu);
+            } else {
+                let mut share = 1.0;
+                loop {
+                    let next = [y[0] + share * step[0], y[1] + share * step[1]];
+                    let there = self.sums(d, basis, next, mu);
+                    let bar = here.smooth - 1e-4 * share * promise + 1e-15 * here.smooth;
+                    if there.smooth <= bar || share < 1e-6 {
+                        (y, here) = (next, there);
+                        break;
+                    }
+                    share *= 0.5;
+                }
+            }
+            // Whatever n is, h(n) is an upper bound.
+            least = least.min(here.value);
+        }
+        least
+    }
+
+    /// Value, gradient and Hessian of the smoothed problem at n = d + B·y.
+    fn sums(&self, d: [f64; 3], [b, c]: [[f64; 3]; 2], y: [f64; 2], mu: f64) -> Sums {
+        let n = [0, 1, 2].map(|k| d[k] + b[k] * y[0] + c[k] * y[1]);
+        let mut sums = Sums::default();
+        for &place in &self.places {
+            let (v, g_b, g_c) = (carry(place, n), carry(place, b), carry(place, c));
+            let square = dot(v, v);
+            let (size, s) = (square.sqrt(), (square + mu * mu).sqrt());
+            sums.value += size;
+            sums.smooth += s;
+            // ‖v‖ − v·v/s, without cancellation
+            sums.gap += size * mu * mu / (s * (s + size));
+            let r = 1.0 / s;
+            let (along_b, along_c) = (dot(v, g_b) * r, dot(v, g_c) * r);
+            sums.gradient[0] += along_b;
+            sums.gradient[1] += along_c;
+            // ∂(v/s)/∂μ = −v·μ/s³
+            sums.drift[0] -= along_b * mu * r * r;
+            sums.drift[1] -= along_c * mu * r * r;
+            sums.hessian[0] += (dot(g_b, g_b) - along_b * along_b) * r;
+            sums.hessian[1] += (dot(g_b, g_c) - along_b * along_c) * r;
+            sums.hessian[2] += (dot(g_c, g_c) - along_c * along_c) * r;
+        }
+        sums
+    }
+}
+
+/// Mᵢn.
+fn carry([x, y]: [f64; 2], n: [f64; 3]) -> [f64; 2] {
+    [n[0] - n[2] * y, n[1] + n[2] * x]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn length(v: [f64; 2]) -> f64 {
+    dot(v, v).sqrt()
+}
+
+/// Two unit vectors at right angles to the unit vector d and to each other.
+fn complement(d: [f64; 3]) -> [[f64; 3]; 2] {
+    let cross = |a: [f64; 3], b: [f64; 3]| {
+        [0, 1, 2].map(|k| {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            a[i] * b[j] - a[j] * b[i]
+        })
+    };
+    // Away from the axis nearest to d.
+    let axis = if d[2].abs() < 0.7 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+    let b = cross(d, axis);
+    let size = b.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let b = b.map(|v| v / size);
+    [b, cross(d, b)]
+}
+
+/// H⁻¹·g for a symmetric H (11, 12, 22) without negative eigenvalues. Where H has no curvature (the problem may be
+/// flat between two kinks) a trace of it is lent.
+fn solve([a, b, c]: [f64; 3], g: [f64; 2]) -> [f64; 2] {
+    let lent = 1e-13 * (a + c);
+    let (a, c) = (a + lent, c + lent);
+    let det = a * c - b * b;
+    [(c * g[0] - b * g[1]) / det, (a * g[1] - b * g[0]) / det]
+}
+
+#[cfg(test)]
+mod tests;

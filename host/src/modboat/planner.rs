@@ -1,0 +1,110 @@
+//! The planners by name, and what calls them: from a demanded wrench and the tails' present angles to one [`Plan`].
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::distance::DistanceToCollision;
+use super::exact::ExactPlanner;
+use super::motion::{Swing, Wrench};
+use super::parameters::Parameters;
+use super::plan::Plan;
+use super::planner_config::{DistanceSource, PlannerConfig};
+use super::potential_field::planner::FieldPlanner;
+use super::setting::Setting;
+use super::structure::Structure;
+use super::table::Table;
+
+/// Which planner.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlannerKind {
+    /// Exact allocation between free rest poses, exact transitions; see [`exact`](super::exact).
+    Exact,
+    /// The potential field of Qiao, Knizhnik and Yim; see [`potential_field`](super::potential_field).
+    #[default]
+    PotentialField,
+}
+
+impl PlannerKind {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Exact, Self::PotentialField];
+
+    /// `exact` or `potential-field`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::PotentialField => "potential-field",
+        }
+    }
+}
+
+/// Plans for one structure.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    modules: usize,
+    which: Which,
+}
+
+#[derive(Clone, Debug)]
+enum Which {
+    Exact(Box<ExactPlanner>),
+    PotentialField(Box<FieldPlanner>),
+}
+
+impl Planner {
+    /// The planner that `config` names. Works out the collision regions, and generates the table if the search is to use
+    /// it; for many structures of the same modules see [`Self::with_distance`] and [`Self::with_table`].
+    #[must_use]
+    pub fn new(structure: &Structure, parameters: &Parameters, config: &PlannerConfig) -> Self {
+        let distance = Arc::new(DistanceToCollision::new(parameters));
+        let planner = Self::with_distance(structure, parameters, config, distance);
+        match (config.kind, config.distance) {
+            (PlannerKind::PotentialField, DistanceSource::Table) => {
+                planner.with_table(Arc::new(Table::generate(parameters, &|_, _| {})))
+            }
+            _ => planner,
+        }
+    }
+
+    /// The same with the collision regions of these very `parameters`, worked out before. The potential field searches by
+    /// them until it is given a table.
+    #[must_use]
+    pub fn with_distance(
+        structure: &Structure,
+        parameters: &Parameters,
+        config: &PlannerConfig,
+        distance: Arc<DistanceToCollision>,
+    ) -> Self {
+        let setting = Setting::new(structure, parameters, config, distance);
+        let which = match config.kind {
+            PlannerKind::Exact => Which::Exact(Box::new(ExactPlanner::new(setting))),
+            PlannerKind::PotentialField => Which::PotentialField(Box::new(FieldPlanner::new(setting))),
+        };
+        Self { modules: structure.len(), which }
+    }
+
+    /// The same planner; a potential field searches by the table of these very parameters from now on.
+    #[must_use]
+    pub fn with_table(mut self, table: Arc<Table>) -> Self {
+        if let Which::PotentialField(field) = self.which {
+            self.which = Which::PotentialField(Box::new(field.with_table(table)));
+        }
+        self
+    }
+
+    /// The decision for `demand`. `tails` are the present angles (rad, may be unwrapped), `previous` the cycle before.
+    /// Either counts as unknown if its length is not the number of modules.
+    ///
+    /// With unknown angles there is no transition, and a cycle that is held is at the end of the previous one, or at
+    /// zero.
+    pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+        let tails = tails.filter(|t| t.len() == self.modules);
+        let previous = previous.filter(|p| p.len() == self.modules);
+        match &mut self.which {
+            Which::Exact(exact) => exact.plan(demand, tails, previous),
+            Which::PotentialField(field) => field.plan(demand, tails, previous),
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! What every planner knows of one structure, and the examination that every plan passes before it is given out.
+//!
+//! The examination uses the exact tail geometry ([`Tail`](super::tail::Tail)), which shares nothing with the collision
+//! regions that planners search by: a plan in which two tails touch is no plan.
+
+use std::sync::Arc;
+
+use super::distance::DistanceToCollision;
+use super::motion::{Swing, Turn, Wrench};
+use super::pairs::{Pair, Pairs};
+use super::parameters::Parameters;
+use super::plan::{Outcome, Plan};
+use super::planner_config::PlannerConfig;
+use super::structure::Structure;
+use super::transition::STILL_RAD;
+use crate::quantity::wrap_rad;
+
+/// A cycle "starts where the tails are" if none is further away than this, rad.
+const THERE_RAD: f64 = 0.1;
+
+/// A structure of modules, its neighbours, and where their tails collide.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// The modules.
+    pub parameters: Parameters,
+    /// Settings of the planners.
+    pub config: PlannerConfig,
+    /// Lattice cells by module.
+    pub cells: Vec<[i32; 2]>,
+    /// Module centres in S by module, m.
+    pub positions_m: Vec<[f64; 2]>,
+    /// Modules whose tails can touch.
+    pub pairs: Pairs,
+    /// Where they do.
+    pub distance: Arc<DistanceToCollision>,
+}
+
+/// How the tails get from where they are to the start of a cycle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Approach {
+    /// Each module's rotation.
+    pub turns: Vec<Turn>,
+    /// Where the tails are between its two steps, if it has two.
+    pub via_rad: Option<Vec<f64>>,
+    /// How long it takes if anybody moves, s.
+    pub transition_s: f64,
+}
+
+impl Approach {
+    /// True if nothing moves.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        self.via_rad.is_none() && self.turns.iter().all(|turn| turn.rotation_rad().abs() < STILL_RAD)
+    }
+
+    /// Σ |rotation|, over both steps where there are two, rad.
+    #[must_use]
+    pub fn travel_rad(&self) -> f64 {
+        let via = |module: usize, turn: &Turn| self.via_rad.as_ref().map_or(turn.from_rad, |via| via[module]);
+        self.turns
+            .iter()
+            .enumerate()
+            .map(|(module, turn)| {
+                let via_rad = via(module, turn);
+                (via_rad - turn.from_rad).abs() + (turn.to_rad - via_rad).abs()
+            })
+            .sum()
+    }
+
+    /// Its steps as segments: each module's pose before and after.
+    fn steps(&self) -> Vec<Vec<Turn>> {
+        let Some(via) = &self.via_rad else { return vec![self.turns.clone()] };
+        let first =
+            self.turns.iter().zip(via).map(|(turn, &via)| Turn { from_rad: turn.from_rad, to_rad: via });
+        let second =
+            self.turns.iter().zip(via).map(|(turn, &via)| Turn { from_rad: via, to_rad: turn.to_rad });
+        vec![first.collect(), second.collect()]
+    }
+}
+
+impl Setting {
+    /// Of one structure; `distance` holds the collision regions of these very `parameters`.
+    #[must_use]
+    pub fn new(
+        structure: &Structure,
+        parameters: &Parameters,
+        config: &PlannerConfig,
+        distance: Arc<DistanceToCollision>,
+    ) -> Self {
+        let pairs = Pairs::new(
+            structure.len(),
+            distance.offsets().iter().enumerate().flat_map(|(offset, &cells)| {
+                structure.neighbours(cells).map(move |(i, j)| Pair { i, j, offset })
+            }),
+        );
+        Self {
+            parameters: parameters.clone(),
+            config: config.clone(),
+            cells: structure.cells().to_vec(),
+            positions_m: structure.positions_m(parameters.pitch_m),
+            pairs,
+            distance,
+        }
+    }
+
+    /// The greatest |rotation| within `transition_s`, rad.
+    #[must_use]
+    pub fn rotation_max_rad(&self) -> f64 {
+        self.parameters.tail_speed_max_rad_s * self.parameters.transition_s
+    }
+
+    /// The wrench of a cycle by (7).
+    #[must_use]
+    pub fn wrench(&self, cycle: &[Swing]) -> Wrench {
+        let modules = cycle.iter().zip(&self.positions_m);
+        modules.fold(Wrench::default(), |sum, (swing, &at)| sum + swing.wrench(&self.parameters, at))
+    }
+
+    /// ‖w∘(F_des − F)‖ / ‖w∘F_des‖; for a zero demand ‖w∘F‖, N.
+    #[must_use]
+    pub fn error(&self, demand: Wrench, wrench: Wrench) -> f64 {
+        let error_n = (demand - wrench).weighted_norm(self.config.weights);
+        let norm_n = demand.weighted_norm(self.config.weights);
+        if norm_n == 0.0 { error_n } else { error_n / norm_n }
+    }
+
+    /// The plan, if no two tails touch in it by the exact test. `tails` are the present angles, `approach` the way from
+    /// there, both `None` where they are not known.
+    #[must_use]
+    pub fn examine(
+        &self,
+        outcome: Outcome,
+        cycle: Vec<Swing>,
+        approach: Option<Approach>,
+        tails: Option<&[f64]>,
+        demand: Wrench,
+    ) -> Option<Plan> {
+        let steps = approach.as_ref().filter(|a| !a.is_still()).map_or_else(Vec::new, Approach::steps);
+        let mut clearance_m = self.clearance_m(f64::INFINITY, |pair| swim_ends(&cycle, pair));
+        for turns in &steps {
+            clearance_m = self.clearance_m(clearance_m, |pair| turn_ends(turns, pair));
+        }
+        // Not "≤ 0": a NaN is no clearance either.
+        if clearance_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+            return None;
+        }
+        let loss_tolerant = tails.is_some_and(|tails| self.loss_tolerant(&steps, &cycle, tails));
+        let wrench = self.wrench(&cycle);
+        let approach = approach.filter(|approach| !approach.is_still());
+        let (travel_rad, transition_s) =
+            approach.as_ref().map_or((0.0, 0.0), |approach| (approach.travel_rad(), approach.transition_s));
+        let (transition, via_rad) = approach.map_or((None, None), |a| (Some(a.turns), a.via_rad));
+        Some(Plan {
+            outcome,
+            error: self.error(demand, wrench),
+            cycle,
+            transition,
+            via_rad,
+            transition_s,
+            wrench,
+            travel_rad,
+            clearance_m,
+            loss_tolerant,
+        })
+    }
+
+    /// The previous cycle once more, as it was, if the tails are where it starts.
+    #[must_use]
+    pub fn repeat(&self, demand: Wrench, tails: &[f64], previous: &[Swing]) -> Option<Plan> {
+        let near_rad = THERE_RAD.min(self.rotation_max_rad());
+        let there = |(tail, swing): (&f64, &Swing)| wrap_rad(swing.start_rad() - tail).abs() <= near_rad;
+        if !tails.iter().zip(previous).all(there) {
+            return None;
+        }
+        let turns: Vec<Turn> = tails
+            .iter()
+            .zip(previous)
+            .map(|(&from_rad, swing)| {
+                let rotation_rad = wrap_rad(swing.start_rad() - from_rad);
+                let still = rotation_rad.abs() < STILL_RAD;
+                Turn { from_rad, to_rad: if still { from_rad } else { from_rad + rotation_rad } }
+            })
+            .collect();
+        let approach = Approach { turns, via_rad: None, transition_s: self.parameters.transition_s };
+        self.examine(Outcome::Repeated, previous.to_vec(), Some(approach), Some(tails), demand)
+    }
+
+    /// Everybody holds still: at the present angles, or at the end of the previous cycle, or at zero.
+    #[must_use]
+    pub fn hold(&self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+        let rest_rad = |module: usize| match (tails, previous) {
+            (Some(tails), _) => tails[module],
+            (None, Some(previous)) => previous[module].start_rad(),
+            (None, None) => 0.0,
+        };
+        let cycle: Vec<Swing> = (0..self.cells.len())
+            .map(|module| Swing { centerline_rad: rest_rad(module), amplitude_rad: 0.0 })
+            .collect();
+        let clearance_m = self.clearance_m(f64::INFINITY, |pair| swim_ends(&cycle, pair));
+        Plan {
+            outcome: Outcome::Held,
+            transition: None,
+            via_rad: None,
+            transition_s: 0.0,
+            wrench: Wrench::default(),
+            error: if demand == Wrench::default() { 0.0 } else { 1.0 },
+            travel_rad: 0.0,
+            clearance_m,
+            loss_tolerant: tails.is_some() && clearance_m > 0.0,
+            cycle,
+        }
+    }
+
+    /// The lesser of `known_m` and the least clearance of any pair along the motion that `ends` gives it, m.
+    fn clearance_m(&self, known_m: f64, ends: impl Fn(&Pair) -> [[f64; 2]; 2]) -> f64 {
+        let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
+        self.pairs.all().iter().fold(known_m, |least_m, pair| {
+            let [from, to] = ends(pair);
+            tail.least_along_m(offsets[pair.offset], from, to, least_m)
+        })
+    }
+
+    /// Whether each pair stays clear with only i moving, and with only j; both moving is known to be.
+    fn loss_tolerant(&self, steps: &[Vec<Turn>], cycle: &[Swing], tails: &[f64]) -> bool {
+        let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
+        self.pairs.all().iter().all(|pair| {
+            let rest = [tails[pair.i], tails[pair.j]];
+            let motions = steps.iter().map(|turns| turn_ends(turns, pair)).chain([swim_ends(cycle, pair)]);
+            motions.into_iter().all(|[from, to]| {
+                let offset = offsets[pair.offset];
+                !tail.collides_along(offset, [from[0], rest[1]], [to[0], rest[1]])
+                    && !tail.collides_along(offset, [rest[0], from[1]], [rest[0], to[1]])
+            })
+        })
+    }
+}
+
+/// Both ends of a swim cycle of two modules in their phase space (φᵢ, φⱼ).
+#[must_use]
+pub fn ends(i: Swing, j: Swing) -> [[f64; 2]; 2] {
+    let far = |swing: Swing| swing.centerline_rad - swing.amplitude_rad;
+    [[i.start_rad(), j.start_rad()], [far(i), far(j)]]
+}
+
+/// The same of a pair in a cycle.
+#[must_use]
+pub fn swim_ends(cycle: &[Swing], pair: &Pair) -> [[f64; 2]; 2] {
+    ends(cycle[pair.i], cycle[pair.j])
+}
+
+fn turn_ends(turns: &[Turn], pair: &Pair) -> [[f64; 2]; 2] {
+    let (i, j) = (turns[pair.i], turns[pair.j]);
+    [[i.from_rad, j.from_rad], [i.to_rad, j.to_rad]]
+}
