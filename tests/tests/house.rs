@@ -58,7 +58,10 @@ fn tests_by_path(sources: &[(String, String)]) -> BTreeSet<String> {
 fn imports_run_one_way_and_planners_are_pure() {
     let sources = sources();
     let tests = tests_by_path(&sources);
-    assert!(tests.contains("host/src/modboat/plan/tests"), "test modules are recognised: {tests:?}");
+    assert!(
+        tests.contains("host/src/modboat/potential_field/planner/tests"),
+        "test modules are recognised: {tests:?}"
+    );
     let is_test = |file: &str| {
         let path = file.trim_end_matches(".rs");
         tests

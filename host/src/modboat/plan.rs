@@ -52,6 +52,9 @@ pub struct Plan {
     pub travel_rad: f64,
     /// Least distance between the surfaces of two tails over transition and cycle, m; +∞ if no two tails can meet.
     pub clearance_m: f64,
+    /// True if the demand lies outside the envelope, so that nothing could have met it; the wrench is then the farthest
+    /// found in its direction.
+    pub outside_envelope: bool,
     /// True if any subset of the modules may miss the plan and stay as it is; false with unknown angles.
     pub loss_tolerant: bool,
 }

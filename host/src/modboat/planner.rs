@@ -20,9 +20,9 @@ use super::table::Table;
 #[serde(rename_all = "kebab-case")]
 pub enum PlannerKind {
     /// Exact allocation between free rest poses, exact transitions; see [`exact`](super::exact).
+    #[default]
     Exact,
     /// The potential field of Qiao, Knizhnik and Yim; see [`potential_field`](super::potential_field).
-    #[default]
     PotentialField,
 }
 

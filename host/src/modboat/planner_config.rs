@@ -54,6 +54,13 @@ pub struct PlannerConfig {
     /// have a transition with 0.2 rad, 99.1 % with 0.1 rad, 99.5 % with 0.05 rad, 99.9 % with none. With the default
     /// geometry 0.05 rad keep tails 4 mm apart, and 25 modules in the tank do not touch.
     pub transition_margin_rad: f64,
+    /// Least distance to collision of two neighbours that swim a cycle of the exact planner together, rad. Tails that swim
+    /// in step lag in step, along the very segment that is kept clear, so that less is needed than by a search that may
+    /// turn any tail in between. Free rest poses leave 0.12 rad to have.
+    pub swim_margin_rad: f64,
+    /// Relative wrench error that a transition as long as the period is worth: with 0 the demand is met whatever the tails
+    /// have to travel, with more a little error is taken for a cycle that starts where the last ended.
+    pub travel_weight: f64,
     /// Weights w of (4) for Fx, Fy and τ: 1, 1, 1/m.
     pub weights: [f64; 3],
     /// Seed of the random starts and of the order in which modules are updated.
@@ -79,6 +86,8 @@ impl Default for PlannerConfig {
             last_step_rad: 0.005,
             margin_rad: 0.2,
             transition_margin_rad: 0.05,
+            swim_margin_rad: 0.1,
+            travel_weight: 1e-7,
             weights: [1.0, 1.0, 10.0],
             seed: 1,
             starts: 12,
@@ -109,6 +118,9 @@ impl PlannerConfig {
         check("margin_rad", self.margin_rad, "rad", 0.0..=0.5, "must be from 0 to 0.5")?;
         let reason = "must be from 0 to margin_rad";
         check("transition_margin_rad", self.transition_margin_rad, "rad", 0.0..=self.margin_rad, reason)?;
+        let reason = "must be from 0 to 0.5";
+        check("swim_margin_rad", self.swim_margin_rad, "rad", 0.0..=0.5, reason)?;
+        check("travel_weight", self.travel_weight, "", 0.0..=1e3, "must be from 0 to 1000")?;
         for weight in self.weights {
             check("weights", weight, "", 1e-6..=1e6, "must each be from 1e-6 to 1e6")?;
         }

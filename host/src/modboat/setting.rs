@@ -1,8 +1,9 @@
 //! What every planner knows of one structure, and the examination that every plan passes before it is given out.
 //!
-//! The examination uses the exact tail geometry ([`Tail`](super::tail::Tail)), which shares nothing with the collision
+//! The examination uses the exact tail geometry ([`Tail`]), which shares nothing with the collision
 //! regions that planners search by: a plan in which two tails touch is no plan.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::distance::DistanceToCollision;
@@ -12,6 +13,7 @@ use super::parameters::Parameters;
 use super::plan::{Outcome, Plan};
 use super::planner_config::PlannerConfig;
 use super::structure::Structure;
+use super::tail::Tail;
 use super::transition::STILL_RAD;
 use crate::quantity::wrap_rad;
 
@@ -33,6 +35,39 @@ pub struct Setting {
     pub pairs: Pairs,
     /// Where they do.
     pub distance: Arc<DistanceToCollision>,
+    /// By offset: the direction from a module to that neighbour, and the greatest angle off it at which a tail can still
+    /// touch the neighbour's, rad.
+    pub reaches: Vec<Reach>,
+}
+
+/// Where a tail can touch a neighbour's at one lattice offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Direction from i to j, rad from x_S.
+    pub towards_rad: f64,
+    /// Greatest angle off it of tail i, or off the opposite of tail j, at which they can touch, rad.
+    pub within_rad: f64,
+}
+
+impl Reach {
+    /// Of tails of this kind.
+    #[must_use]
+    pub fn new(tail: &Tail, offset: [i32; 2]) -> Self {
+        let [col, row] = offset.map(f64::from);
+        Self { towards_rad: row.atan2(col), within_rad: tail.reach_rad(offset) }
+    }
+
+    /// Whether tail i is out of j's reach at this angle, wherever tail j is.
+    #[must_use]
+    pub fn clears_i(&self, phi_i_rad: f64) -> bool {
+        wrap_rad(phi_i_rad - self.towards_rad).abs() >= self.within_rad
+    }
+
+    /// Whether tail j is out of i's reach at this angle, wherever tail i is.
+    #[must_use]
+    pub fn clears_j(&self, phi_j_rad: f64) -> bool {
+        wrap_rad(phi_j_rad - self.towards_rad - PI).abs() >= self.within_rad
+    }
 }
 
 /// How the tails get from where they are to the start of a cycle.
@@ -99,6 +134,7 @@ impl Setting {
             cells: structure.cells().to_vec(),
             positions_m: structure.positions_m(parameters.pitch_m),
             pairs,
+            reaches: distance.offsets().iter().map(|&offset| Reach::new(distance.tail(), offset)).collect(),
             distance,
         }
     }
@@ -160,6 +196,7 @@ impl Setting {
             wrench,
             travel_rad,
             clearance_m,
+            outside_envelope: false,
             loss_tolerant,
         })
     }
@@ -206,6 +243,7 @@ impl Setting {
             error: if demand == Wrench::default() { 0.0 } else { 1.0 },
             travel_rad: 0.0,
             clearance_m,
+            outside_envelope: false,
             loss_tolerant: tails.is_some() && clearance_m > 0.0,
             cycle,
         }
@@ -225,6 +263,10 @@ impl Setting {
         let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
         self.pairs.all().iter().all(|pair| {
             let rest = [tails[pair.i], tails[pair.j]];
+            let reach = &self.reaches[pair.offset];
+            if reach.clears_i(rest[0]) && reach.clears_j(rest[1]) {
+                return true;
+            }
             let motions = steps.iter().map(|turns| turn_ends(turns, pair)).chain([swim_ends(cycle, pair)]);
             motions.into_iter().all(|[from, to]| {
                 let offset = offsets[pair.offset];

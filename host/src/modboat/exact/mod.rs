@@ -1,24 +1,156 @@
-//! The exact planner: cycles that start where the last ended.
+//! The exact planner: the demanded wrench met to rounding, by cycles that start where the last ended.
+//!
+//! Every cycle starts and ends at a rest pose pᵢ = φ₀ᵢ + Aᵢ that is out of the neighbours' reach ([`rest`]). That has three
+//! consequences:
+//!
+//! - the next cycle, φ₀' + A' = p, needs no transition: one free parameter per module is left, and three numbers to hit
+//!   ([`allocation`]);
+//! - anybody may miss a cycle: who holds its last pose is in nobody's way;
+//! - where tails must turn after all ([`orientation`] says whereto), there is always a way ([`approach`]), in two steps if not
+//!   in one.
+//!
+//! In the order of a decision: stay where the tails rest; else turn to other rest poses; else the cycle before once more;
+//! else hold. With `travel_weight` a small error is taken for not turning. Outside the envelope, the farthest wrench in the
+//! direction of the demand is looked for.
+//!
+//! Modules without any free pose (long tails, neighbours on all sides) rest on the diagonals, and every pair is looked at with
+//! both moving, only i, only j ([`neighbours`]).
+//!
+//! | file | what |
+//! |---|---|
+//! | [`rest`] | rest poses out of everybody's reach |
+//! | [`law`] | what a module can push from a rest pose |
+//! | [`neighbours`] | which cycles go together |
+//! | [`allocation`] | amplitudes for a wrench: coordinate descent, Newton's method |
+//! | [`orientation`] | rest poses for a wrench and those about it |
+//! | [`approach`] | the way from here to there |
+//! | [`search`] | staying or turning |
 
+pub mod allocation;
+pub mod approach;
+pub mod law;
+pub mod neighbours;
+pub mod orientation;
+pub mod rest;
+pub mod search;
+
+use crate::modboat::envelope::Envelope;
 use crate::modboat::motion::{Swing, Wrench};
-use crate::modboat::plan::Plan;
+use crate::modboat::plan::{Outcome, Plan};
+use crate::modboat::planner_config::LossTolerance;
 use crate::modboat::setting::Setting;
+use search::{Found, Search};
+
+/// Halvings of the interval in which the farthest wrench in a direction is looked for.
+const HALVINGS: usize = 6;
 
 /// Plans for one structure.
 #[derive(Clone, Debug)]
 pub struct ExactPlanner {
     setting: Setting,
+    envelope: Envelope,
+    search: Search,
+    /// Whether every module has a free pose: then a plan that meets the demand is loss tolerant too.
+    all_free: bool,
 }
 
 impl ExactPlanner {
     /// For one structure.
     #[must_use]
     pub fn new(setting: Setting) -> Self {
-        Self { setting }
+        let envelope = Envelope::new(&setting.positions_m, &setting.parameters);
+        let search = Search::new(&setting);
+        Self { all_free: search.all_free(), setting, envelope, search }
     }
 
     /// See [`Planner::plan`](crate::modboat::planner::Planner::plan).
     pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
-        self.setting.hold(demand, tails, previous)
+        let known = tails.is_none_or(|tails| tails.iter().all(|tail| tail.is_finite()));
+        if !(known && demand.to_array().iter().all(|component| component.is_finite())) {
+            return self.setting.hold(demand, tails, previous);
+        }
+        let mut found = self.solve(demand, tails, previous);
+        let mut outside_envelope = false;
+        if !found.as_ref().is_some_and(|found| found.met) {
+            let gauge = self.envelope.gauge(demand);
+            outside_envelope = gauge > 1.0;
+            if outside_envelope && gauge.is_finite() {
+                found = self.farthest(demand, 1.0 / gauge, tails, previous).or(found);
+            }
+        }
+        found
+            .and_then(|found| self.examine(found, tails, demand))
+            .or_else(|| self.setting.repeat(demand, tails?, previous?))
+            .map(|plan| Plan { outside_envelope, ..plan })
+            .unwrap_or_else(|| Plan { outside_envelope, ..self.setting.hold(demand, tails, previous) })
+    }
+
+    fn examine(&self, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
+        let plan = self.setting.examine(Outcome::Planned, found.cycle, found.approach, tails, demand)?;
+        // With unknown angles there is nobody who could have stayed anywhere.
+        let required = self.setting.config.loss_tolerant == LossTolerance::Require && tails.is_some();
+        (plan.loss_tolerant || !required).then_some(plan)
+    }
+
+    /// The best found for one demand: met if it can be, else the nearest.
+    fn solve(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Option<Found> {
+        let tolerances: &[bool] = match self.setting.config.loss_tolerant {
+            LossTolerance::Off => &[false],
+            LossTolerance::Require => &[true],
+            // Between free poses whatever is clear is loss tolerant.
+            LossTolerance::Prefer
+                if self.all_free && tails.is_none_or(|tails| self.search.may_stay(tails)) =>
+            {
+                &[true]
+            }
+            LossTolerance::Prefer => &[true, false],
+        };
+        let Self { setting, search, .. } = self;
+        let price = |found: &Found| {
+            let error = if found.met { 0.0 } else { found.error };
+            let transition_s = found.approach.as_ref().map_or(0.0, |approach| approach.transition_s);
+            error + setting.config.travel_weight * transition_s / setting.parameters.period_s
+        };
+        let mut best: Option<(Found, f64)> = None;
+        let mut consider = |found: Option<Found>| {
+            let Some(found) = found else { return false };
+            let own = price(&found);
+            let done = own <= setting.config.travel_weight;
+            if best.as_ref().is_none_or(|(_, least)| own < *least) {
+                best = Some((found, own));
+            }
+            done
+        };
+        for &loss_tolerant in tolerances {
+            if let Some(tails) = tails
+                && consider(search.stay(setting, demand, tails, previous, loss_tolerant))
+            {
+                break;
+            }
+            if consider(search.turn(setting, demand, tails, loss_tolerant)) {
+                break;
+            }
+        }
+        best.map(|(found, _)| found)
+    }
+
+    /// The farthest wrench in the direction of `demand`, up to `share` of it, that is met.
+    fn farthest(
+        &mut self,
+        demand: Wrench,
+        share: f64,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+    ) -> Option<Found> {
+        let (mut low, mut high, mut best) = (0.0, share, None);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            let wanted = Wrench::from_array(demand.to_array().map(|component| middle * component));
+            match self.solve(wanted, tails, previous).filter(|found| found.met) {
+                Some(found) => (low, best) = (middle, Some(found)),
+                None => high = middle,
+            }
+        }
+        best
     }
 }

@@ -1,0 +1,77 @@
+//! Whether two neighbours may do what they are about to do: the constraint that every search here prunes by.
+
+use super::rest::RestPoses;
+use crate::modboat::motion::Swing;
+use crate::modboat::pairs::Pair;
+use crate::modboat::setting::{Setting, ends};
+
+/// One module's cycle as the search sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cycle {
+    /// Rest pose, where it starts and ends, rad.
+    pub rest_rad: f64,
+    /// Signed amplitude, rad; 0: it rests.
+    pub amplitude_rad: f64,
+}
+
+impl Cycle {
+    /// Its waveform (1): φ₀ = p − A.
+    #[must_use]
+    pub fn swing(self) -> Swing {
+        Swing { centerline_rad: self.rest_rad - self.amplitude_rad, amplitude_rad: self.amplitude_rad }
+    }
+}
+
+/// What neighbours are asked to keep.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules<'a> {
+    /// The structure.
+    pub setting: &'a Setting,
+    /// Its free poses.
+    pub rest: &'a RestPoses,
+    /// Whether anybody may miss the cycle and stay where it rests.
+    pub loss_tolerant: bool,
+}
+
+impl Rules<'_> {
+    /// Whether i and j of `pair` keep the margin in these cycles.
+    #[must_use]
+    pub fn allow(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {
+        let (moves_i, moves_j) = (i.amplitude_rad != 0.0, j.amplitude_rad != 0.0);
+        let stays_i = Cycle { amplitude_rad: 0.0, ..i };
+        let stays_j = Cycle { amplitude_rad: 0.0, ..j };
+        // Who rests in a free pose is in nobody's way.
+        let free_i = || self.rest.is_free(pair.i, i.rest_rad);
+        let free_j = || self.rest.is_free(pair.j, j.rest_rad);
+        match (moves_i, moves_j) {
+            (false, false) => true,
+            (true, false) => free_j() || self.clear(pair, i, stays_j),
+            (false, true) => free_i() || self.clear(pair, stays_i, j),
+            (true, true) => {
+                self.clear(pair, i, j)
+                    && (!self.loss_tolerant
+                        || (free_j() || self.clear(pair, i, stays_j))
+                            && (free_i() || self.clear(pair, stays_i, j)))
+            }
+        }
+    }
+
+    fn clear(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {
+        let [from, to] = ends(i.swing(), j.swing());
+        let config = &self.setting.config;
+        self.setting.distance.clear(pair.offset, from, to, config.swim_margin_rad)
+    }
+
+    /// Whether `module` may do `cycle` beside what its neighbours do by `others`.
+    pub fn allow_among(&self, module: usize, cycle: Cycle, others: impl Fn(usize) -> Cycle) -> bool {
+        let pairs = &self.setting.pairs;
+        pairs.of(module).iter().all(|&index| {
+            let pair = &pairs.all()[index];
+            if pair.i == module {
+                self.allow(pair, cycle, others(pair.j))
+            } else {
+                self.allow(pair, others(pair.i), cycle)
+            }
+        })
+    }
+}
