@@ -12,18 +12,20 @@
 //! ```
 //!
 //! - no two tails overlap, in transition and swim, at samples between which no tip moves more than [`STEP_M`];
-//! - every turn begins where the tail is and ends, a number of turns aside, at φ₀ + A; no tail is faster than it can be;
-//! - |A| lies in its range, or nothing moves at all and the plan is called held;
+//! - every turn begins where the tail is and ends, a number of turns aside, at φ₀ + A, in one step or by way of a pose that
+//!   all tails rest at; no tail is faster than it can be;
+//! - |A| lies in its range, or is zero and that tail rests; if the plan is called held, all do;
 //! - wrench, error, travel and clearance are what the motion makes them;
-//! - a plan called loss tolerant stays clear when either module of a pair rests where it was.
+//! - a plan called loss tolerant stays clear when either module of a pair rests where it was, or between the two steps.
 //!
 //! Pairs are all modules up to three cells apart whose tails' circles meet. Limits: an overlap of less than [`STEP_M`] that
 //! comes and goes between two samples is not seen.
 
 use std::f64::consts::TAU;
 
-use serde_json::Value;
+pub use answer::{Answer, Request};
 
+mod answer;
 pub mod geometry;
 
 /// The farthest that a tip moves from one sample to the next, m.
@@ -32,6 +34,8 @@ pub const STEP_M: f64 = 5e-4;
 const ANGLE_RAD: f64 = 1e-6;
 /// Forces, torques and errors that should be equal may differ by this, N, N·m, –.
 const ROUNDING: f64 = 1e-9;
+/// A turn may be this much faster, rad/s: its time is rounded to whole microseconds.
+const SPEED_RAD_S: f64 = 1e-4;
 
 /// The checker's own copy of what it needs to know of a module.
 #[derive(Clone, Debug)]
@@ -96,82 +100,6 @@ impl Modboat {
 
     fn weighted(&self, wrench: [f64; 3]) -> f64 {
         wrench.iter().zip(self.weights).map(|(f, w)| (w * f) * (w * f)).sum::<f64>().sqrt()
-    }
-}
-
-/// What was asked.
-#[derive(Clone, Debug)]
-pub struct Request {
-    /// Cells [col, row] by module.
-    pub cells: Vec<[i32; 2]>,
-    /// (Fx, Fy, τ), N, N, N·m.
-    pub demand: [f64; 3],
-    /// Present tail angles, rad, if they are known.
-    pub tail_rad: Option<Vec<f64>>,
-    /// The cycle before, (φ₀, A) by module, if there was one.
-    pub previous: Option<Vec<[f64; 2]>>,
-}
-
-/// What was answered.
-#[derive(Clone, Debug)]
-pub struct Answer {
-    /// `planned`, `repeated` or `held`.
-    pub outcome: String,
-    /// (φ₀, A) by module, rad.
-    pub cycle: Vec<[f64; 2]>,
-    /// (from, to) by module, rad.
-    pub transition: Option<Vec<[f64; 2]>>,
-    /// (Fx, Fy, τ), N, N, N·m.
-    pub wrench: [f64; 3],
-    /// Relative error of the wrench.
-    pub error: f64,
-    /// Σ |to − from|, rad.
-    pub travel_rad: f64,
-    /// Least distance of two tails' surfaces, m; none where no two can meet.
-    pub clearance_m: Option<f64>,
-    /// Whether any module may miss it.
-    pub loss_tolerant: bool,
-}
-
-impl Answer {
-    /// Reads one line of `flotilla plan`.
-    ///
-    /// # Errors
-    /// What is missing, or not what it should be. A transition by way of a third angle is not known here.
-    pub fn from_json(line: &str) -> Result<Self, String> {
-        let value: Value = serde_json::from_str(line).map_err(|error| error.to_string())?;
-        let number = |value: &Value, key: &str| {
-            value[key].as_f64().ok_or_else(|| format!("{key} is {}, not a number", value[key]))
-        };
-        let twos = |list: &Value, keys: [&str; 2]| -> Result<Vec<[f64; 2]>, String> {
-            let items = list.as_array().ok_or_else(|| format!("{list} is no list of {keys:?}"))?;
-            let two = |item: &Value| {
-                let known = item.as_object().is_some_and(|object| object.len() == 2);
-                if !known {
-                    return Err(format!("{item} should have the keys {keys:?} and no other"));
-                }
-                Ok([number(item, keys[0])?, number(item, keys[1])?])
-            };
-            items.iter().map(two).collect()
-        };
-        let wrench = &value["wrench"];
-        let optional =
-            |key: &str| if value[key].is_null() { Ok(None) } else { number(&value, key).map(Some) };
-        Ok(Self {
-            outcome: value["outcome"].as_str().ok_or("outcome is no text")?.to_owned(),
-            cycle: twos(&value["cycle"], ["centerline_rad", "amplitude_rad"])?,
-            transition: match &value["transition"] {
-                Value::Null => None,
-                turns => Some(twos(turns, ["from_rad", "to_rad"])?),
-            },
-            wrench: [number(wrench, "fx_n")?, number(wrench, "fy_n")?, number(wrench, "tau_nm")?],
-            error: number(&value, "error")?,
-            travel_rad: number(&value, "travel_rad")?,
-            clearance_m: optional("clearance_m")?,
-            loss_tolerant: value["loss_tolerant"]
-                .as_bool()
-                .ok_or("loss_tolerant is neither true nor false")?,
-        })
     }
 }
 
@@ -251,7 +179,11 @@ fn least_m(modboat: &Modboat, apart_m: [f64; 2], i: Course, j: Course) -> Result
 /// The first broken promise, with module numbers (from 1), time and figures.
 pub fn check(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<Option<f64>, String> {
     let modules = request.cells.len();
-    if answer.cycle.len() != modules || answer.transition.as_ref().is_some_and(|t| t.len() != modules) {
+    let other = |length: Option<usize>| length.is_some_and(|length| length != modules);
+    if answer.cycle.len() != modules
+        || other(answer.transition.as_ref().map(Vec::len))
+        || other(answer.via_rad.as_ref().map(Vec::len))
+    {
         return Err(format!("{modules} modules asked, {} answered", answer.cycle.len()));
     }
     match answer.outcome.as_str() {
@@ -281,12 +213,12 @@ pub fn check_without(
 ) -> Result<(), String> {
     let tails = request.tail_rad.as_ref().ok_or("nobody knows where the tails are")?;
     for pair in pairs(modboat, &request.cells) {
-        for phase in 0..2 {
-            let course = |k: usize| match (&answer.transition, phase) {
+        let steps = answer.steps();
+        for phase in 0..=steps.len() {
+            let course = |k: usize| match steps.get(phase) {
                 _ if missing.contains(&k) => Course::Rest(tails[k]),
-                (Some(turns), 0) => Course::Turn { from: turns[k][0], to: turns[k][1] },
-                (None, 0) => Course::Rest(tails[k]),
-                _ => Course::Swing { centerline: answer.cycle[k][0], amplitude: answer.cycle[k][1] },
+                Some(turns) => Course::Turn { from: turns[k][0], to: turns[k][1] },
+                None => Course::Swing { centerline: answer.cycle[k][0], amplitude: answer.cycle[k][1] },
             };
             least_m(modboat, pair.apart_m, course(pair.i), course(pair.j)).map_err(|(_, clearance_m)| {
                 format!("modules {} and {}: {:.3} mm", pair.i + 1, pair.j + 1, clearance_m * 1e3)
@@ -320,7 +252,8 @@ fn check_held(request: &Request, answer: &Answer) -> Result<(), String> {
 fn check_amplitudes(modboat: &Modboat, answer: &Answer) -> Result<(), String> {
     let range = modboat.amplitude_min_rad - ROUNDING..=modboat.amplitude_max_rad + ROUNDING;
     for (k, &[centerline, amplitude]) in answer.cycle.iter().enumerate() {
-        if !range.contains(&amplitude.abs()) || !centerline.is_finite() {
+        let fits = amplitude == 0.0 || range.contains(&amplitude.abs());
+        if !fits || !centerline.is_finite() {
             return Err(format!("module {}: ({centerline}, {amplitude}) rad is out of range", k + 1));
         }
         let peak_rad_s = TAU / modboat.period_s * amplitude.abs();
@@ -355,9 +288,28 @@ fn check_turns(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<
         if !same_angle(to, start) {
             return Err(format!("module {id}: comes to {to} rad, but its cycle starts at {start} rad"));
         }
-        let rad_s = (to - from).abs() / modboat.transition_s;
-        if rad_s > modboat.tail_speed_max_rad_s + ANGLE_RAD || rad_s.is_nan() {
-            return Err(format!("module {id}: turns at {rad_s} rad/s"));
+    }
+    check_speeds(modboat, answer)
+}
+
+/// No tail is faster than it can be, in any step. Where only the whole time is known, the steps share it by their longest
+/// turns.
+fn check_speeds(modboat: &Modboat, answer: &Answer) -> Result<(), String> {
+    let steps = answer.steps();
+    let longest =
+        |turns: &Vec<[f64; 2]>| turns.iter().map(|[from, to]| (to - from).abs()).fold(0.0, f64::max);
+    let whole_rad: f64 = steps.iter().map(longest).sum();
+    for turns in &steps {
+        let length_s = match answer.turning_s {
+            Some(whole_s) if whole_rad > 0.0 => whole_s * longest(turns) / whole_rad,
+            _ => modboat.transition_s,
+        };
+        for (k, [from, to]) in turns.iter().enumerate() {
+            let turn_rad = (to - from).abs();
+            let rad_s = if turn_rad > 0.0 { turn_rad / length_s } else { turn_rad };
+            if rad_s > modboat.tail_speed_max_rad_s + SPEED_RAD_S || rad_s.is_nan() {
+                return Err(format!("module {}: turns at {rad_s} rad/s", k + 1));
+            }
         }
     }
     Ok(())
@@ -386,8 +338,7 @@ fn check_figures(modboat: &Modboat, request: &Request, answer: &Answer) -> Resul
     if differs(answer.error, error) {
         return Err(format!("error {} said, {error} found", answer.error));
     }
-    let turns = answer.transition.iter().flatten();
-    let travel_rad: f64 = turns.map(|[from, to]| (to - from).abs()).sum();
+    let travel_rad: f64 = answer.steps().iter().flatten().map(|[from, to]| (to - from).abs()).sum();
     // Turns too small to be made need not be counted.
     if answer.travel_rad.is_nan() || (answer.travel_rad - travel_rad).abs() > ANGLE_RAD {
         return Err(format!("travel {} rad said, {travel_rad} rad found", answer.travel_rad));
@@ -402,11 +353,7 @@ fn check_tails(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<
         let [centerline, amplitude] = answer.cycle[k];
         Course::Swing { centerline, amplitude }
     };
-    let turn = |k: usize| {
-        let turns = answer.transition.as_ref()?;
-        Some(Course::Turn { from: turns[k][0], to: turns[k][1] })
-    };
-    let rest = |k: usize| request.tail_rad.as_ref().map(|tails| Course::Rest(tails[k]));
+    let steps = answer.steps();
     if answer.loss_tolerant && request.tail_rad.is_none() {
         return Err("loss tolerant, with tails nobody knows where".to_owned());
     }
@@ -425,11 +372,11 @@ fn check_tails(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<
                 )
             })
         };
-        let mut phases = vec![("swim", modboat.period_s, swing(i), swing(j))];
-        if let (Some(a), Some(b)) = (turn(i), turn(j)) {
-            phases.push(("transition", modboat.transition_s, a, b));
-        }
-        for (what, length_s, a, b) in phases {
+        let turn = |k: usize, step: usize| Course::Turn { from: steps[step][k][0], to: steps[step][k][1] };
+        let turns = (0..steps.len())
+            .map(|step| (step, "transition", modboat.transition_s, turn(i, step), turn(j, step)));
+        let swim = (steps.len(), "swim", modboat.period_s, swing(i), swing(j));
+        for (phase, what, length_s, a, b) in turns.chain([swim]) {
             match look(what, length_s, a, b) {
                 Ok(clearance_m) => least = Some(least.map_or(clearance_m, |least| least.min(clearance_m))),
                 // Tails that touched before they were asked about may be told to stay as they are.
@@ -439,10 +386,13 @@ fn check_tails(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<
                 }
                 Err(overlap) => return Err(overlap),
             }
-            if let (true, Some(rest_i), Some(rest_j)) = (answer.loss_tolerant, rest(i), rest(j)) {
+            // Who missed all of it rests where it was; who had the first of two steps and missed the second, after that.
+            let between = answer.via_rad.as_ref().filter(|_| phase > 0);
+            let rests = [request.tail_rad.as_ref(), between].into_iter().flatten();
+            for tails in rests.filter(|_| answer.loss_tolerant) {
                 let alone = format!("{what}, which one of them missed");
-                look(&alone, length_s, a, rest_j)?;
-                look(&alone, length_s, rest_i, b)?;
+                look(&alone, length_s, a, Course::Rest(tails[j]))?;
+                look(&alone, length_s, Course::Rest(tails[i]), b)?;
             }
         }
     }

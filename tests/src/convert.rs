@@ -23,6 +23,8 @@ pub fn of_plan(plan: &Plan) -> Answer {
         outcome: plan.outcome.name().to_owned(),
         cycle: swings(&plan.cycle),
         transition: plan.transition.as_deref().map(turns),
+        via_rad: plan.via_rad.clone(),
+        turning_s: plan.transition.is_some().then_some(plan.transition_s),
         wrench: plan.wrench.to_array(),
         error: plan.error,
         travel_rad: plan.travel_rad,
@@ -31,7 +33,7 @@ pub fn of_plan(plan: &Plan) -> Answer {
     }
 }
 
-/// What a run asked its planner and was answered. Of loss tolerance a run keeps no record: none is claimed.
+/// What a run asked its planner and was answered.
 #[must_use]
 pub fn of_cycle(record: &RunRecord, cycle: &CycleRecord) -> (Request, Answer) {
     let request = Request {
@@ -44,11 +46,14 @@ pub fn of_cycle(record: &RunRecord, cycle: &CycleRecord) -> (Request, Answer) {
         outcome: cycle.outcome.to_owned(),
         cycle: swings(&cycle.swings),
         transition: (cycle.transition_s > 0.0).then(|| turns(&cycle.turns)),
+        via_rad: cycle.via.as_ref().map(|via| via.via_rad.clone()),
+        turning_s: (cycle.transition_s > 0.0)
+            .then(|| cycle.transition_s - cycle.via.as_ref().map_or(0.0, |via| via.rest_s)),
         wrench: cycle.commanded.to_array(),
         error: cycle.error,
         travel_rad: cycle.travel_rad,
         clearance_m: cycle.clearance_m.is_finite().then_some(cycle.clearance_m),
-        loss_tolerant: false,
+        loss_tolerant: cycle.loss_tolerant,
     };
     (request, answer)
 }

@@ -47,6 +47,15 @@ fn reference_rad(cycles: &[CycleRecord], module: usize, t_s: f64) -> Option<f64>
     }
     let (turn, swing) = (cycle.turns[module], cycle.swings[module]);
     let since_s = t_s - cycle.start_s;
+    if let Some(via) = cycle.via.as_ref().filter(|_| since_s < cycle.transition_s) {
+        let second_s = since_s - via.turning_s - via.rest_s;
+        let (via_rad, length_s) = (via.via_rad[module], cycle.transition_s - via.turning_s - via.rest_s);
+        return Some(if second_s < 0.0 {
+            turn.from_rad + (since_s / via.turning_s).min(1.0) * (via_rad - turn.from_rad)
+        } else {
+            via_rad + second_s / length_s * (turn.to_rad - via_rad)
+        });
+    }
     if since_s < cycle.transition_s {
         let share = since_s / cycle.transition_s;
         return Some(turn.from_rad + share * (turn.to_rad - turn.from_rad));

@@ -8,6 +8,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod compare;
+mod envelope;
 mod filter;
 mod folder;
 mod module;
@@ -36,6 +38,8 @@ const EXAMPLE: &str =
 enum Command {
     /// Plan, dispatch, execute and observe in a closed loop; leaves figures and pictures in a folder
     Run(run::Arguments),
+    /// Run several planners on one scenario with the same seeds, and set their figures side by side
+    Compare(compare::Arguments),
     /// Filter: one JSON request a line in, one JSON plan a line out
     Plan(plan::Arguments),
     /// Filter: 6-DOF motion of an ROV under given forces or pulses, one JSON request a line in, one JSON reply out
@@ -61,6 +65,7 @@ enum Failure {
 pub fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(arguments) => run::main(arguments),
+        Command::Compare(arguments) => compare::main(&arguments),
         Command::Plan(arguments) => plan::main(&arguments),
         Command::Simulate(arguments) => simulate::main(&arguments),
         Command::Path(arguments) => path::main(&arguments),

@@ -2,6 +2,7 @@
 //! gives an `{"error": …}` line and the stream goes on.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -9,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::planner::PlannerArguments;
 use super::progress::Bar;
-use super::{Failure, filter};
+use super::{Failure, envelope, filter};
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::parameters::Parameters;
@@ -27,8 +28,11 @@ const DEMAND_MAX: f64 = 1e6;
 const TAIL_MAX_RAD: f64 = 1e6;
 
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  echo '{\"cells\":[[0,0],[1,0],[2,0]],\
-                        \"demand\":{\"fx_n\":0.02,\"fy_n\":0.0,\"tau_nm\":0.0},\"tail_rad\":null}' | flotilla plan\n\n\
+#[command(after_help = "Examples:\n  echo '{\"cells\":[[0,0],[1,0],[2,0]],\
+                        \"demand\":{\"fx_n\":0.02,\"fy_n\":0.0,\"tau_nm\":0.0},\"tail_rad\":null}' | flotilla plan\n  \
+                        echo '{\"cells\":[[0,0],[1,0],[2,0]],\
+                        \"demand\":{\"fx_n\":0.2,\"fy_n\":0.0,\"tau_nm\":0.01}}' \
+                        | flotilla plan --envelope --plot envelope.svg\n\n\
                         \"tail_rad\" holds the tails' present angles (rad, unwrapped), null for a first cycle, or\n\
                         \"previous\" to go on from this stream's last plan.")]
 pub(super) struct Arguments {
@@ -37,15 +41,38 @@ pub(super) struct Arguments {
     /// Take modules and planner settings from this scenario
     #[arg(long, value_name = "SCENARIO")]
     scenario: Option<String>,
+    /// Plan nothing: tell for each demand how far it lies inside or outside of what the modules could give together if
+    /// no tail were in another's way
+    #[arg(long, conflicts_with_all = ["planner", "loss_tolerant"])]
+    envelope: bool,
+    /// Draw the first request's envelope with the demands on it
+    #[arg(long, value_name = "FILE", requires = "envelope")]
+    plot: Option<PathBuf>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Request {
-    cells: Vec<[i32; 2]>,
-    demand: Wrench,
+pub(super) struct Request {
+    pub(super) cells: Vec<[i32; 2]>,
+    pub(super) demand: Wrench,
     #[serde(default)]
     tail_rad: Tails,
+}
+
+impl Request {
+    /// From a line, with a demand that can be computed with.
+    pub(super) fn read(line: &str) -> Result<Self, String> {
+        let request: Self = filter::read(line)?;
+        let Wrench { fx_n, fy_n, tau_nm } = request.demand;
+        for (key, value, unit) in [("fx_n", fx_n, "N"), ("fy_n", fy_n, "N"), ("tau_nm", tau_nm, "N·m")] {
+            if !value.is_finite() || value.abs() > DEMAND_MAX {
+                return Err(format!(
+                    "demand.{key} = {value:e} {unit}: must be at most {DEMAND_MAX:e} in size"
+                ));
+            }
+        }
+        Ok(request)
+    }
 }
 
 #[derive(Default, Deserialize)]
@@ -112,6 +139,9 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         }
         None => (Parameters::default(), PlannerConfig::default()),
     };
+    if arguments.envelope {
+        return envelope::main(&parameters, arguments.plot.as_deref());
+    }
     arguments.planner.apply(&mut config);
     let distance = Arc::new(DistanceToCollision::new(&parameters));
     // Shows itself on a terminal only, and only if there is a table to load.
@@ -122,15 +152,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
 
 impl Stream {
     fn answer(&mut self, line: &str) -> Result<String, String> {
-        let request: Request = filter::read(line)?;
-        let Wrench { fx_n, fy_n, tau_nm } = request.demand;
-        for (key, value, unit) in [("fx_n", fx_n, "N"), ("fy_n", fy_n, "N"), ("tau_nm", tau_nm, "N·m")] {
-            if !value.is_finite() || value.abs() > DEMAND_MAX {
-                return Err(format!(
-                    "demand.{key} = {value:e} {unit}: must be at most {DEMAND_MAX:e} in size"
-                ));
-            }
-        }
+        let request = Request::read(line)?;
         let modules = request.cells.len();
         let planner = self.planner(&request.cells)?;
         let (tails, previous) = match request.tail_rad {

@@ -23,6 +23,16 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
             leg.heading_rms_rad
         )?;
     }
+    for (index, leg) in summary.legs.iter().enumerate() {
+        let Some(station) = &leg.station else { continue };
+        let [x, y] = station.position_m;
+        let (rms_mm, max_mm) = (1e3 * station.rms_m, 1e3 * station.max_m);
+        writeln!(
+            out,
+            "  {:>3}   station {x:.3} {y:.3}: off by {rms_mm:.1} mm RMS, {max_mm:.1} mm at most after 20 s",
+            index + 1
+        )?;
+    }
     writeln!(out)?;
     writeln!(
         out,
@@ -31,7 +41,15 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
     )?;
     writeln!(
         out,
-        "  planner    wrench error {:.1} % on average; {:.2} ms median, {:.2} ms at most",
+        "  intervals  {:.2} s on average; {:.0} % without transition, {:.0} % loss tolerant",
+        cycles.mean_interval_s,
+        100.0 * cycles.without_transition_share,
+        100.0 * cycles.loss_tolerant_share
+    )?;
+    writeln!(
+        out,
+        "  planner    {}: wrench error {:.1} % on average; {:.2} ms median, {:.2} ms at most",
+        summary.planner,
         100.0 * cycles.mean_error,
         cycles.solve_us_median as f64 * 1e-3,
         cycles.solve_us_max as f64 * 1e-3

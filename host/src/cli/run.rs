@@ -24,7 +24,8 @@ pub(super) const DEFAULT: &str = "holonomic-1";
 #[command(after_help = "Examples:\n  flotilla run\n  flotilla run holonomic-4 --seed 7 --loss 0.3\n  \
                         flotilla run my-boats.toml --radio udp --listen 0.0.0.0:4870")]
 pub(super) struct Arguments {
-    /// A scenario file, or one that comes with the program: holonomic-1, holonomic-2, holonomic-3, holonomic-4
+    /// A scenario file, or one that comes with the program: holonomic-1, holonomic-2, holonomic-3, holonomic-4, six, nine,
+    /// twenty-five, ring, line-12, station-keeping, square-path
     #[arg(default_value = DEFAULT)]
     scenario: String,
     /// Seed of everything random, instead of the scenario's
@@ -138,7 +139,7 @@ fn invitation(arguments: &Arguments, mut address: SocketAddr) -> String {
 }
 
 /// `invitation` is empty where modules are not processes.
-fn failure(error: RunError, invitation: &str) -> Failure {
+pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
     match error {
         RunError::Silent { modules, waited_s, .. } => {
             let Some(first) = modules.first() else {

@@ -19,6 +19,13 @@
 //! x_S = (sin Θ, −cos Θ),  y_S = (cos Θ, sin Θ)
 //! ```
 //!
+//! Position, where a station is to be kept instead of a velocity (the paper has none):
+//!
+//! ```text
+//! e_x = x_des − (x_obs + v_obs·h)
+//! v_des = K_x e_x,  shortened to v_max where it is longer                              (20)
+//! ```
+//!
 //! What was changed, and why:
 //! - (13) predicts over T, but a decision holds for the transition too: h is the caller's whole horizon.
 //! - (14): the heading wanted is constant within a leg, so that de_Θ/dt = −Ω, without the noise of a difference.
@@ -41,6 +48,10 @@
 //!
 //! Velocity: with M·a in (19) an error shrinks by 1 − K_p,v·h = 0.5 a decision, whatever the speed. The leaky sum
 //! trims what is left: K_p,v·h/(1 − γ) = 10 lowers the effect of a drag that is 15 % wrong below 1 %.
+//!
+//! Position: with the velocity loop inside, ẍ = K_p,v·(K_x e − ẋ), critically damped at K_x = K_p,v/4 = 0.06 1/s. The
+//! prediction over h adds damping, which allows a little more: 0.08 1/s. What a current asks for is kept by the leaky sum, so that
+//! the offset that remains is small and not zero.
 
 use serde::{Deserialize, Serialize};
 
@@ -62,6 +73,10 @@ pub struct ControlConfig {
     pub velocity_proportional_1_s: f64,
     /// K_d,v, dimensionless. Zero by default: a difference over one interval is mostly noise.
     pub velocity_derivative: f64,
+    /// K_x of (20), 1/s.
+    pub position_proportional_1_s: f64,
+    /// v_max of (20), m/s.
+    pub position_speed_max_m_s: f64,
     /// γ of (18): what is left of the sum after one interval.
     pub leak: f64,
     /// Water that turns with the structure: total inertia / dry inertia.
@@ -82,6 +97,8 @@ impl Default for ControlConfig {
             yaw_derivative_1_s: 0.3,
             velocity_proportional_1_s: 0.25,
             velocity_derivative: 0.0,
+            position_proportional_1_s: 0.08,
+            position_speed_max_m_s: 0.04,
             leak: 0.95,
             added_inertia_factor: 1.2,
             added_mass_factor: 1.5,
@@ -104,6 +121,8 @@ impl ControlConfig {
             ("yaw_derivative_1_s", self.yaw_derivative_1_s, "1/s", 0.0..=10.0, gain),
             ("velocity_proportional_1_s", self.velocity_proportional_1_s, "1/s", 0.0..=10.0, gain),
             ("velocity_derivative", self.velocity_derivative, "", 0.0..=10.0, gain),
+            ("position_proportional_1_s", self.position_proportional_1_s, "1/s", 0.0..=10.0, gain),
+            ("position_speed_max_m_s", self.position_speed_max_m_s, "m/s", 0.0..=10.0, gain),
             ("leak", self.leak, "", 0.0..=1.0, "must be from 0 to 1"),
             ("added_inertia_factor", self.added_inertia_factor, "", 1.0..=10.0, "must be from 1 to 10"),
             ("added_mass_factor", self.added_mass_factor, "", 0.0..=10.0, "must be from 0 to 10"),
@@ -215,6 +234,25 @@ impl Controller {
         self.sum_m_s2 = [0, 1]
             .map(|k| if scale < 1.0 && acceleration[k] * commanded[k] > 0.0 { held[k] } else { full[k] });
         Wrench { fx_n: scale * fx_n, fy_n: scale * fy_n, tau_nm }
+    }
+
+    /// The velocity (world) to ask for on the way to a station, (20); `horizon_s` as for [`demand`](Self::demand).
+    #[must_use]
+    pub fn towards(
+        &self,
+        station_m: [f64; 2],
+        position_m: [f64; 2],
+        observed: &Observation,
+        horizon_s: f64,
+    ) -> [f64; 2] {
+        // e_x = x_des − (x_obs + v_obs·h),  v_des = K_x e_x, at most v_max                (20)
+        let wanted = [0, 1].map(|k| {
+            let ahead_m = position_m[k] + observed.velocity_m_s[k] * horizon_s;
+            self.config.position_proportional_1_s * (station_m[k] - ahead_m)
+        });
+        let speed = wanted[0].hypot(wanted[1]);
+        let most = self.config.position_speed_max_m_s;
+        if speed > most { wanted.map(|v| v * most / speed) } else { wanted }
     }
 
     fn torque(&self, target: &Target, observed: &Observation, horizon_s: f64) -> f64 {

@@ -37,6 +37,8 @@
 use super::motion::Wrench;
 use super::parameters::Parameters;
 
+/// A gauge up to this counts as inside, so that a wrench of the border, whatever its last digits, does.
+pub const ON_BORDER: f64 = 1.0 + 1e-9;
 /// Where the bounds on λ have come this close, relative to λ, it is found.
 const TOLERANCE: f64 = 1e-11;
 /// A step of Newton's method that promises less than this share of the gap between the bounds is not worth taking.

@@ -10,6 +10,7 @@
 //! Θ̇ = Ω + l₁·e_Θ      Ω̇ = (τ − C_R·Ω|Ω|)/(I + I_a) + d_Θ + l₂·e_Θ           ḋ_Θ = l₃·e_Θ         (o2)
 //! (s + ω)²·(s + p) = s³ + l₁s² + l₂s + l₃                                                        (o3)
 //! v_out = v − c + mean of c over the last T,        c = ∫ l₂·e dt                                 (o4)
+//! x_out = s + mean of (fix − s) over the last T,    s = ∫ v_out dt                                 (o5)
 //! ```
 //!
 //! | symbol | unit | meaning |
@@ -18,10 +19,13 @@
 //! | d, d_Θ | m/s², rad/s² | acceleration the model does not know (current, wrong drag), world frame |
 //! | ω, p | rad/s | double pole of the correction, pole of the unknown acceleration |
 //! | c | m/s, rad/s | all that the fixes have added to the velocity |
+//! | s | m, rad | the way by dead reckoning, from anywhere |
 //!
 //! By (o4) what the model predicts passes without lag, and what only the fixes know passes T/2 later, rid of every
 //! harmonic of the period. The unknown acceleration takes away the lasting error that a current
-//! would leave.
+//! would leave. By (o5) the same holds for position and heading: three modules whose tails swing in phase yaw by
+//! J/(I + I_a)·|ΣA| = 0.007 rad either way, and the decision always falls at one phase of that. Angular momentum says so,
+//! Θ(t) = Θ₀ − J/(I + I_a)·Σφᵢ(t), and experiment 2 shows it.
 //!
 //! Assumptions and limits: mass, added mass and drag as in [`ObserverParameters`] and [`Parameters`]; no Coriolis
 //! terms. A transition breaks the periodicity, so for one period after it (o4) averages imperfectly.
@@ -60,11 +64,11 @@ pub struct Fix {
 pub struct Estimate {
     /// When, s.
     pub t_s: f64,
-    /// Centre of mass in the world, m.
+    /// Centre of mass in the world, m, averaged over the wobble.
     pub position_m: [f64; 2],
     /// Velocity in the world, m/s, averaged over the wobble.
     pub velocity_m_s: [f64; 2],
-    /// Heading Θ, rad (unwrapped: counts turns since the first fix).
+    /// Heading Θ, rad, averaged over the wobble (unwrapped: counts turns since the first fix).
     pub heading_rad: f64,
     /// Angular velocity Ω, rad/s, averaged over the wobble.
     pub yaw_rate_rad_s: f64,
@@ -130,9 +134,14 @@ pub struct Observer {
     pose: Axes,
     rate: Axes,
     unknown: Axes,
-    /// c of (o4), and its course over the last period.
+    /// c of (o4).
     correction: Axes,
-    corrections: VecDeque<(f64, Axes)>,
+    /// Mean of c over the last period, less c: what (o4) adds to the velocity.
+    smoothing: Axes,
+    /// s of (o5).
+    reckoned: Axes,
+    /// The last period's fixes: when, c, and fix − s.
+    last_period: VecDeque<(f64, Axes, Axes)>,
 }
 
 impl Observer {
@@ -162,7 +171,9 @@ impl Observer {
             rate: [0.0; 3],
             unknown: [0.0; 3],
             correction: [0.0; 3],
-            corrections: VecDeque::new(),
+            smoothing: [0.0; 3],
+            reckoned: [0.0; 3],
+            last_period: VecDeque::new(),
         })
     }
 
@@ -198,6 +209,7 @@ impl Observer {
         let Some(now_s) = self.t_s else {
             self.pose = measured;
             (self.t_s, self.last_fix_s) = (Some(fix.t_s), fix.t_s);
+            self.last_period.push_back((fix.t_s, self.correction, measured));
             return;
         };
         if fix.t_s < now_s {
@@ -211,8 +223,11 @@ impl Observer {
         if gap_s > GAP_MAX_S {
             // Too long alone to tell how it came here: take the pose, keep the velocity.
             (0..3).for_each(|axis| self.pose[axis] += error[axis]);
+            self.last_period.clear();
+            self.remember(fix.t_s, self.pose);
             return;
         }
+        let unwrapped = [0, 1, 2].map(|axis| self.pose[axis] + error[axis]);
         let dt_s = gap_s.min(WEIGHT_MAX_S);
         let [l1, l2, l3] = self.gains;
         for (axis, e) in error.into_iter().enumerate() {
@@ -221,28 +236,40 @@ impl Observer {
             self.unknown[axis] += l3 * e * dt_s;
             self.correction[axis] += l2 * e * dt_s;
         }
-        self.corrections.push_back((fix.t_s, self.correction));
+        self.remember(fix.t_s, unwrapped);
+    }
+
+    /// Keeps what (o4) and (o5) need of a fix, for a period.
+    fn remember(&mut self, t_s: f64, fix: Axes) {
+        let beyond = [0, 1, 2].map(|axis| fix[axis] - self.reckoned[axis]);
+        self.last_period.push_back((t_s, self.correction, beyond));
         // Exactly one period: the oldest sample is the first after t − T (a microsecond of slack for rounding).
-        while self.corrections.front().is_some_and(|&(t_s, _)| t_s <= fix.t_s - self.period_s + 1e-6) {
-            self.corrections.pop_front();
+        while self.last_period.front().is_some_and(|&(then_s, ..)| then_s <= t_s - self.period_s + 1e-6) {
+            self.last_period.pop_front();
         }
+        self.smoothing = self.mean_of(|(_, c, _), axis| c[axis] - self.correction[axis]);
+    }
+
+    /// The mean over the last period's fixes, axis by axis.
+    fn mean_of(&self, what: impl Fn(&(f64, Axes, Axes), usize) -> f64) -> Axes {
+        let count = self.last_period.len().max(1) as f64;
+        [0, 1, 2].map(|axis| self.last_period.iter().map(|at| what(at, axis)).sum::<f64>() / count)
     }
 
     /// The estimate at the time of the last prediction or fix; none before the first fix.
     #[must_use]
     pub fn estimate(&self) -> Option<Estimate> {
         let t_s = self.t_s?;
-        let count = self.corrections.len().max(1) as f64;
         // v_out = v − c + mean of c over the last T                                                (o4)
-        let rate = [0, 1, 2].map(|axis| {
-            let from_now = |(_, c): &(f64, Axes)| c[axis] - self.correction[axis];
-            self.rate[axis] + self.corrections.iter().map(from_now).sum::<f64>() / count
-        });
+        let rate = [0, 1, 2].map(|axis| self.rate[axis] + self.smoothing[axis]);
+        // x_out = s + mean of (fix − s) over the last T                                            (o5)
+        let beyond = self.mean_of(|(.., beyond), axis| beyond[axis]);
+        let pose = [0, 1, 2].map(|axis| self.reckoned[axis] + beyond[axis]);
         Some(Estimate {
             t_s,
-            position_m: [self.pose[0], self.pose[1]],
+            position_m: [pose[0], pose[1]],
             velocity_m_s: [rate[0], rate[1]],
-            heading_rad: self.pose[2],
+            heading_rad: pose[2],
             yaw_rate_rad_s: rate[2],
         })
     }
@@ -254,6 +281,7 @@ impl Observer {
         let middle = self.acceleration(self.pose[2] + 0.5 * dt_s * self.rate[2], middle_rate);
         for axis in 0..3 {
             self.pose[axis] += middle_rate[axis] * dt_s;
+            self.reckoned[axis] += (middle_rate[axis] + self.smoothing[axis]) * dt_s;
             self.rate[axis] += middle[axis] * dt_s;
         }
     }

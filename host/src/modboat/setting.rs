@@ -258,20 +258,30 @@ impl Setting {
         })
     }
 
-    /// Whether each pair stays clear with only i moving, and with only j; both moving is known to be.
+    /// Whether each pair stays clear with only i moving, and with only j; both moving is known to be. Of two steps a module
+    /// may miss both, or the second: then it rests between them.
     fn loss_tolerant(&self, steps: &[Vec<Turn>], cycle: &[Swing], tails: &[f64]) -> bool {
         let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
         self.pairs.all().iter().all(|pair| {
+            let offset = offsets[pair.offset];
+            let clear = |rest: [f64; 2], [from, to]: [[f64; 2]; 2]| {
+                !tail.collides_along(offset, [from[0], rest[1]], [to[0], rest[1]])
+                    && !tail.collides_along(offset, [rest[0], from[1]], [rest[0], to[1]])
+            };
             let rest = [tails[pair.i], tails[pair.j]];
+            let between = match steps {
+                [first, _] => Some([first[pair.i].to_rad, first[pair.j].to_rad]),
+                _ => None,
+            };
+            // Who rests out of reach is in nobody's way.
             let reach = &self.reaches[pair.offset];
-            if reach.clears_i(rest[0]) && reach.clears_j(rest[1]) {
+            let away = |rest: [f64; 2]| reach.clears_i(rest[0]) && reach.clears_j(rest[1]);
+            if away(rest) && between.is_none_or(away) {
                 return true;
             }
             let motions = steps.iter().map(|turns| turn_ends(turns, pair)).chain([swim_ends(cycle, pair)]);
-            motions.into_iter().all(|[from, to]| {
-                let offset = offsets[pair.offset];
-                !tail.collides_along(offset, [from[0], rest[1]], [to[0], rest[1]])
-                    && !tail.collides_along(offset, [rest[0], from[1]], [rest[0], to[1]])
+            motions.enumerate().all(|(phase, ends)| {
+                clear(rest, ends) && between.filter(|_| phase > 0).is_none_or(|rest| clear(rest, ends))
             })
         })
     }

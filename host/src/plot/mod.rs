@@ -7,8 +7,9 @@
 //! | `tails.svg` | tail angles over time |
 //! | `phase-space.svg` | the run's swim cycles around the collision regions |
 //!
-//! Beside a run's there are the picture of a map with paths, [`path`], and those of a reconfiguration of ROVs,
-//! [`reconfigure`].
+//! Those of a comparison of planners, `trajectories.svg` and `heading.svg`, are in [`compare`].
+//! Beside a run's there are the picture of a map with paths, [`path`], that of the wrenches a structure can give,
+//! [`envelope`], and those of a reconfiguration of ROVs, [`reconfigure`].
 //!
 //! Each picture is a pure function from the record to a text; only [`write_all`] touches the disk.
 
@@ -18,10 +19,13 @@ use thiserror::Error;
 
 use crate::modboat::region::CollisionRegion;
 use crate::modboat::tail::Tail;
+use crate::run::compare::Comparison;
 use crate::run::record::RunRecord;
 use phase_space::NeighbourKind;
 
 pub mod axis;
+pub mod compare;
+pub mod envelope;
 pub mod lines;
 pub mod path;
 pub mod phase_space;
@@ -67,6 +71,16 @@ pub fn write_all(record: &RunRecord, directory: &Path) -> Result<Vec<PathBuf>, P
         ("tails.svg", tails::svg(record)),
         ("phase-space.svg", phase_space::svg(record, &kinds)),
     ];
+    write(pictures, directory)
+}
+
+/// Writes the pictures of a comparison into an existing directory; returns the files in order.
+///
+/// # Errors
+/// As [`write_all`].
+pub fn write_comparison(compared: &Comparison, directory: &Path) -> Result<Vec<PathBuf>, PlotError> {
+    let pictures =
+        [("trajectories.svg", compare::trajectories(compared)), ("heading.svg", compare::headings(compared))];
     write(pictures, directory)
 }
 

@@ -20,6 +20,7 @@ pub fn run(columns: i32, rows: i32, leg_s: f64, courses: [[f64; 2]; 2]) -> RunRe
             start_s: n as f64 * leg_s,
             end_s: (n + 1) as f64 * leg_s,
             velocity_m_s: courses[n],
+            station_m: None,
             heading_rad: FRAC_PI_2,
         })
         .collect();
@@ -127,6 +128,8 @@ fn swim(
             solve_us: 900,
             swings,
             turns,
+            via: None,
+            loss_tolerant: true,
         });
     }
     (cycles, tails)

@@ -148,6 +148,12 @@ impl Curves {
             if cycle.transition_s > 0.0 {
                 planned.push((cycle.start_s, start_rad - turn.rotation_rad()));
             }
+            if let Some(via) = &cycle.via
+                && let Some(&via_rad) = via.via_rad.get(module)
+            {
+                let (there_s, via_rad) = (cycle.start_s + via.turning_s, start_rad - (turn.to_rad - via_rad));
+                planned.extend([(there_s, via_rad), (there_s + via.rest_s, via_rad)]);
+            }
             const STEPS: u32 = 48;
             planned.extend((0..=STEPS).map(|n| {
                 let share = f64::from(n) / f64::from(STEPS);

@@ -140,7 +140,13 @@ fn odd_runs_still_give_pictures() {
     for sample in &mut constant.tails {
         sample.actual_rad.fill(0.0);
     }
-    constant.legs = vec![LegRecord { start_s: 0.0, end_s: 40.0, velocity_m_s: [0.0; 2], heading_rad: 0.0 }];
+    constant.legs = vec![LegRecord {
+        start_s: 0.0,
+        end_s: 40.0,
+        velocity_m_s: [0.0; 2],
+        station_m: None,
+        heading_rad: 0.0,
+    }];
     let mut broken = whole.clone();
     broken.poses[3].position_m[0] = f64::NAN;
     broken.poses[9].velocity_m_s[1] = f64::INFINITY;

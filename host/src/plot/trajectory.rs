@@ -64,8 +64,12 @@ fn usable(poses: &[PoseSample]) -> Vec<PoseSample> {
     poses.iter().filter(is_finite).copied().collect()
 }
 
+fn is_finite(at: [f64; 2]) -> bool {
+    at.iter().all(|coordinate| coordinate.is_finite())
+}
+
 /// Where each leg began, and where its demand alone would have led.
-fn courses(record: &RunRecord, poses: &[PoseSample]) -> Vec<[Point; 2]> {
+pub(super) fn courses(record: &RunRecord, poses: &[PoseSample]) -> Vec<[Point; 2]> {
     record
         .legs
         .iter()
@@ -73,8 +77,12 @@ fn courses(record: &RunRecord, poses: &[PoseSample]) -> Vec<[Point; 2]> {
             let start = poses.iter().find(|p| p.t_s >= leg.start_s - 1e-9)?;
             let duration_s = leg.end_s - leg.start_s;
             let [x, y] = start.position_m;
+            // On the way to a station, the demand is the line to it.
+            if let Some(station_m) = leg.station_m {
+                return is_finite(station_m).then_some([(x, y), (station_m[0], station_m[1])]);
+            }
             let end = (x + leg.velocity_m_s[0] * duration_s, y + leg.velocity_m_s[1] * duration_s);
-            (end.0.is_finite() && end.1.is_finite()).then_some([(x, y), end])
+            is_finite(end.into()).then_some([(x, y), end])
         })
         .collect()
 }
@@ -122,12 +130,17 @@ fn map(
     } else {
         "Structure".to_owned()
     };
-    let legend = [
+    let mut legend = vec![
         (Key::Line(style::ORANGE, 1.0, 2.5), "centre of mass"),
         (Key::Dashed(style::DEMAND), "demand"),
         (Key::Ring(style::INK), "start"),
         (Key::Dot(style::INK), "end"),
     ];
+    let stations = record.legs.iter().filter_map(|leg| leg.station_m).filter(|&at| is_finite(at));
+    let stations: Vec<Point> = stations.map(|[x, y]| (x, y)).collect();
+    if !stations.is_empty() {
+        legend.push((Key::Ring(style::DEMAND), "station"));
+    }
     let panel = Panel {
         title: &title,
         legend: &legend,
@@ -146,6 +159,9 @@ fn map(
     }
     for [from, to] in courses(record, poses) {
         chart.dashed(&[from, to], style::line(style::DEMAND, 1.0, 1.5))?;
+    }
+    for &station in &stations {
+        chart.ring(station, 9.0, style::DEMAND)?;
     }
     let path: Vec<Point> = poses.iter().map(|p| (p.position_m[0], p.position_m[1])).collect();
     chart.line(lines::thin_path(&path, 0.6 * m_per_px), style::line(style::ORANGE, 1.0, 2.5))?;
@@ -256,7 +272,7 @@ fn history(
 ) -> Result<(), DrawError> {
     let end_s = extent(poses.iter().map(|p| p.t_s).chain(record.legs.iter().map(|l| l.end_s)));
     let (start_s, end_s) = end_s.map_or((0.0, 1.0), |(low, high)| (low.min(0.0), high));
-    let cycle_s = record.parameters.period_s + record.parameters.transition_s;
+    let cycle_s = record.mean_interval_s();
     let last = areas.len().saturating_sub(1);
     for (index, area) in areas.iter().enumerate() {
         let is_heading = index == 2;
@@ -269,6 +285,8 @@ fn history(
         let demands: Vec<[f64; 4]> = record
             .legs
             .iter()
+            // Who keeps a station has no velocity to keep.
+            .filter(|leg| is_heading || leg.station_m.is_none())
             .map(|leg| {
                 let [vx, vy] = leg.velocity_m_s;
                 let (demand, band) = match index {

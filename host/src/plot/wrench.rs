@@ -106,7 +106,7 @@ fn draw(area: &Area<'_>, record: &RunRecord, component: usize) -> Result<(), Dra
         }
     }
     // Steps of a few px in a long run need finer lines.
-    let step_px = chart.scale().0 * (record.parameters.period_s + record.parameters.transition_s);
+    let step_px = chart.scale().0 * record.mean_interval_s();
     let fine = (step_px / 8.0).clamp(0.5, 1.0);
     chart.line(demand, style::line(style::DEMAND, 0.3, 6.0 * fine))?;
     chart.line(commanded, style::line(style::BLUE, 1.0, 2.0 * fine))?;

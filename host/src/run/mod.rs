@@ -9,6 +9,7 @@
 //! | [`experiment`] | pilot, fleet and tank against the clock |
 //! | [`recorder`], [`record`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
+//! | [`compare`] | several planners on one scenario |
 //! | [`vehicles`] | ROVs by name or from files |
 //! | [`reconfigure`] | the same for ROVs that change their configuration |
 
@@ -17,6 +18,7 @@ use thiserror::Error;
 use crate::quantity::ParameterError;
 use crate::sim::module::ModuleError;
 
+pub mod compare;
 pub mod distances;
 pub mod experiment;
 pub mod fleet;

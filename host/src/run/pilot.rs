@@ -11,13 +11,22 @@
 //! end pose of the running cycle if the module certainly has it, where it reports to rest if not. While that is
 //! unknown of one module nothing is sent, everybody finishes and holds, and the loop starts again as soon as all
 //! are ready.
+//!
+//! Decisions follow each other as the plans say: one interval is the plan's own transition, none where nobody moves,
+//! and one period. The controller has to know the interval before there is a plan: it takes that of the decision
+//! before, and that of a full transition for the first.
+//!
+//! A transition in two steps goes out as two cycles ([`Via`]): the first turns to the poses between and
+//! rests there, the second, sent when everybody certainly has the first, does the rest. If somebody has not, the second
+//! is never sent: the fleet holds, at the poses between or where it was.
 
+use firmware::limits::Limits;
 use protocol::ModuleState;
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{DecodeError, ModboatCycle, Motion};
 use std::sync::Arc;
 
-use super::scenario::{Leg, Scenario};
+use super::scenario::{Demand, Leg, Scenario};
 use crate::link::dispatcher::{Dispatcher, Event};
 use crate::modboat::control::{Controller, Observation, Target};
 use crate::modboat::distance::DistanceToCollision;
@@ -35,8 +44,10 @@ pub struct Decision {
     pub number: u32,
     /// Start of the transition, fleet time.
     pub start: Micros,
-    /// Length of the transition; zero where none is needed.
+    /// Length of the transition, all of it; zero where none is needed.
     pub transition: MicrosSpan,
+    /// Its first step, where it has two.
+    pub via: Option<Via>,
     /// Length of the swim cycle.
     pub period: MicrosSpan,
     /// The wrench asked for.
@@ -49,7 +60,35 @@ pub struct Decision {
     pub solve_us: u64,
 }
 
+/// The first of two steps of a transition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Via {
+    /// Where it ends, rad by module.
+    pub rad: Vec<f64>,
+    /// How long it turns.
+    pub turning: MicrosSpan,
+    /// How long it rests then: the least period a module takes.
+    pub rest: MicrosSpan,
+}
+
+impl Via {
+    fn length(&self) -> MicrosSpan {
+        MicrosSpan(self.turning.0 + self.rest.0)
+    }
+}
+
 impl Decision {
+    /// Number of the last cycle that is sent for it.
+    #[must_use]
+    pub fn last_number(&self) -> u32 {
+        self.number + u32::from(self.via.is_some())
+    }
+
+    /// Start of the cycle with the last step.
+    fn last_start(&self) -> Micros {
+        self.via.as_ref().map_or(self.start, |via| self.start.after(via.length()))
+    }
+
     /// Start of the swim cycle.
     #[must_use]
     pub fn swim_start(&self) -> Micros {
@@ -78,6 +117,8 @@ pub struct Pilot<A> {
     decisions: Vec<Decision>,
     /// Whether the last decision is on its way or being executed.
     swimming: bool,
+    /// Whether its second step is still to be sent.
+    second: bool,
     /// After an attempt that found no plan, when to try again.
     retry: Micros,
     origin: Option<Micros>,
@@ -116,6 +157,7 @@ impl<A: Copy> Pilot<A> {
             wrench: Wrench::default(),
             decisions: Vec::new(),
             swimming: false,
+            second: false,
             retry: Micros(0),
             origin: None,
             finished: false,
@@ -160,6 +202,9 @@ impl<A: Copy> Pilot<A> {
         {
             self.finish();
             return;
+        }
+        if self.second {
+            self.send_second(now);
         }
         match self.decisions.last().filter(|_| self.swimming).map(Decision::end) {
             Some(end) if now.after(self.lead) >= end => self.decide(now, end),
@@ -238,7 +283,10 @@ impl<A: Copy> Pilot<A> {
         let link = &self.dispatcher.modules()[index];
         let report = link.telemetry()?;
         match self.decisions.last().filter(|_| self.swimming) {
-            Some(decision) if link.has(decision.number) => Some(decision.turns[index].to_rad),
+            Some(Decision { number, via: Some(via), .. }) if self.second && link.has(*number) => {
+                Some(via.rad[index])
+            }
+            Some(decision) if link.has(decision.last_number()) => Some(decision.turns[index].to_rad),
             _ => matches!(report.state, ModuleState::Ready | ModuleState::Holding)
                 .then(|| f64::from(report.tail.0)),
         }
@@ -254,17 +302,27 @@ impl<A: Copy> Pilot<A> {
             return;
         };
         let parameters = &self.scenario.modboat;
-        let (transition, period) = (span(parameters.transition_s), span(parameters.period_s));
-        let interval_s = parameters.transition_s + parameters.period_s;
+        // Of the plan that is to be made only the last one's interval is known.
+        let transition_s = self
+            .decisions
+            .last()
+            .map_or(parameters.transition_s, |last| f64::from(last.transition.as_secs_f32()));
+        let interval_s = transition_s + parameters.period_s;
         let horizon_s = start.as_secs_f64() - now.as_secs_f64() + interval_s;
         // A cycle that straddles two legs belongs to the one that has more of it.
         let start_s = self.origin.map_or(0.0, |origin| start.as_secs_f64() - origin.as_secs_f64());
         let leg_time_s = start_s + 0.5 * interval_s;
-        let &Leg { velocity_m_s, heading_rad, .. } = self.scenario.leg_at(leg_time_s);
+        let &Leg { demand, heading_rad, .. } = self.scenario.leg_at(leg_time_s);
         let observed = Observation {
             velocity_m_s: estimate.velocity_m_s,
             heading_rad: estimate.heading_rad,
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,
+        };
+        let velocity_m_s = match demand {
+            Demand::Velocity(velocity_m_s) => velocity_m_s,
+            Demand::Station(station_m) => {
+                self.controller.towards(station_m, estimate.position_m, &observed, horizon_s)
+            }
         };
         let target = Target { velocity_m_s, heading_rad };
         let demand = self.controller.demand(&target, &observed, interval_s, horizon_s);
@@ -273,46 +331,134 @@ impl<A: Copy> Pilot<A> {
         let previous = self.decisions.last().map(|decision| decision.plan.cycle.as_slice());
         let plan = self.planner.plan(demand, Some(&poses), previous);
         let solve_us = u64::from((self.stopwatch)().since(began).0);
+        self.carry_out(now, start, demand, &poses, plan, solve_us);
+    }
 
+    /// Sends what was planned for `start`, with the tails at `poses`.
+    fn carry_out(
+        &mut self,
+        now: Micros,
+        start: Micros,
+        demand: Wrench,
+        poses: &[f64],
+        plan: Plan,
+        solve_us: u64,
+    ) {
+        let period = span(self.scenario.modboat.period_s);
         let turns = plan
             .transition
             .clone()
             .unwrap_or_else(|| poses.iter().map(|&pose| Turn { from_rad: pose, to_rad: pose }).collect());
-        let transition = if plan.transition.is_some() { transition } else { MicrosSpan(0) };
-        let number = self.decisions.last().map_or(1, |decision| decision.number + 1);
-        let decision = Decision { number, start, transition, period, demand, turns, plan, solve_us };
+        let (via, transition) = steps(&plan, &turns);
+        let number = self.decisions.last().map_or(1, |decision| decision.last_number() + 1);
+        let decision = Decision { number, start, transition, via, period, demand, turns, plan, solve_us };
         self.swimming = decision.plan.outcome != Outcome::Held;
+        self.second = self.swimming && decision.via.is_some();
         if self.swimming {
             self.origin.get_or_insert(start);
-            self.dispatcher.dispatch(now, number, start, &cycles(&decision));
+            self.dispatcher.dispatch(now, number, start, &first_cycles(&decision));
         } else {
             self.retry = decision.end();
         }
         self.decisions.push(decision);
     }
 
+    /// Sends the second step of the last decision when it is due, or gives it up.
+    fn send_second(&mut self, now: Micros) {
+        let Some(decision) = self.decisions.last_mut() else { return };
+        let start = decision.last_start();
+        // A module keeps one cycle beside the one it runs: the first must have begun.
+        if now < decision.start || now.after(self.lead) < start {
+            return;
+        }
+        self.second = false;
+        if self.dispatcher.modules().iter().all(|link| link.has(decision.number)) {
+            self.dispatcher.dispatch(now, decision.last_number(), start, &cycles(decision));
+        } else {
+            self.swimming = false;
+            give_up_second(decision);
+        }
+    }
+
     /// A module that lost the running cycle (it rebooted, or never had it) leaves the rhythm of the others.
     fn swimming_over_if_unknown(&mut self) {
         let Some(decision) = self.decisions.last().filter(|_| self.swimming) else { return };
-        let number = decision.number;
+        let number = decision.last_number();
         if !self.dispatcher.modules().iter().all(|link| link.has(number)) {
             self.swimming = false;
         }
     }
 }
 
-/// What goes over the wire for one decision.
-fn cycles(decision: &Decision) -> Vec<Motion> {
-    let one = |(swing, turn): (&Swing, &Turn)| {
+/// The first step of a plan's transition, if it has two, and the length of all of it. Both steps are given shares of the
+/// planned time by their longest rotations: whatever speed the planner thought of, neither is faster.
+fn steps(plan: &Plan, turns: &[Turn]) -> (Option<Via>, MicrosSpan) {
+    if plan.transition.is_none() {
+        return (None, MicrosSpan(0));
+    }
+    let Some(via_rad) = plan.via_rad.as_ref().filter(|via| via.len() == turns.len()) else {
+        return (None, span(plan.transition_s));
+    };
+    let longest = |rotation: fn(&Turn, f64) -> f64| {
+        turns.iter().zip(via_rad).map(|(turn, &via)| rotation(turn, via).abs()).fold(0.0, f64::max)
+    };
+    let first = longest(|turn, via| via - turn.from_rad);
+    let second = longest(|turn, via| turn.to_rad - via);
+    let share = if first + second > 0.0 { first / (first + second) } else { 0.5 };
+    let turning = span(share * plan.transition_s);
+    // A cycle that only turns still has a period: the least that a module takes.
+    let rest = Limits::default().period_min;
+    (Some(Via { rad: via_rad.clone(), turning, rest }), MicrosSpan(span(plan.transition_s).0 + rest.0))
+}
+
+/// What is left of a decision whose second step was never sent: a turn to the poses between, and a rest there.
+fn give_up_second(decision: &mut Decision) {
+    let Some(via) = decision.via.take() else { return };
+    (decision.transition, decision.period) = (via.turning, via.rest);
+    for (turn, &rad) in decision.turns.iter_mut().zip(&via.rad) {
+        turn.to_rad = rad;
+    }
+    let plan = &mut decision.plan;
+    plan.outcome = Outcome::Held;
+    plan.cycle = via.rad.iter().map(|&rad| Swing { centerline_rad: rad, amplitude_rad: 0.0 }).collect();
+    plan.wrench = Wrench::default();
+    plan.error = if decision.demand == Wrench::default() { 0.0 } else { 1.0 };
+    plan.transition = Some(decision.turns.clone());
+    plan.via_rad = None;
+    plan.transition_s = f64::from(via.turning.as_secs_f32());
+    plan.travel_rad = decision.turns.iter().map(|turn| turn.rotation_rad().abs()).sum();
+}
+
+/// What goes over the wire first: all of a decision, or the first of its two steps.
+fn first_cycles(decision: &Decision) -> Vec<Motion> {
+    let Some(via) = &decision.via else { return cycles(decision) };
+    let one = |(turn, &rad): (&Turn, &f64)| {
         Motion::Modboat(ModboatCycle {
-            rotation: Radians(turn.rotation_rad() as f32),
+            rotation: Radians((rad - turn.from_rad) as f32),
+            centerline: Radians(rad as f32),
+            amplitude: Radians(0.0),
+            transition: via.turning,
+            period: via.rest,
+        })
+    };
+    decision.turns.iter().zip(&via.rad).map(one).collect()
+}
+
+/// What goes over the wire for the last step of a decision, and its swim cycle.
+fn cycles(decision: &Decision) -> Vec<Motion> {
+    let via = decision.via.as_ref();
+    let transition = MicrosSpan(decision.transition.0 - via.map_or(0, |via| via.length().0));
+    let from_rad = |module: usize, turn: &Turn| via.map_or(turn.from_rad, |via| via.rad[module]);
+    let one = |(module, (swing, turn)): (usize, (&Swing, &Turn))| {
+        Motion::Modboat(ModboatCycle {
+            rotation: Radians((turn.to_rad - from_rad(module, turn)) as f32),
             centerline: Radians(swing.centerline_rad as f32),
             amplitude: Radians(swing.amplitude_rad as f32),
-            transition: decision.transition,
+            transition,
             period: decision.period,
         })
     };
-    decision.plan.cycle.iter().zip(&decision.turns).map(one).collect()
+    decision.plan.cycle.iter().zip(&decision.turns).enumerate().map(one).collect()
 }
 
 fn span(seconds: f64) -> MicrosSpan {

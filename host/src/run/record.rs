@@ -11,8 +11,10 @@ pub struct LegRecord {
     pub start_s: f64,
     /// Last instant, s.
     pub end_s: f64,
-    /// Demanded velocity in the world (x east, y north), m/s.
+    /// Demanded velocity in the world (x east, y north), m/s; zero where a station is to be kept.
     pub velocity_m_s: [f64; 2],
+    /// The station to be kept, if that is what is demanded, m.
+    pub station_m: Option<[f64; 2]>,
     /// Demanded heading Θ of the surge axis, rad counter-clockwise from world x.
     pub heading_rad: f64,
 }
@@ -33,7 +35,7 @@ pub struct CycleRecord {
     pub number: u32,
     /// Start of its transition, s.
     pub start_s: f64,
-    /// Length of its transition, s (0: none needed).
+    /// Length of its transition, s, with both steps and the rest between them where it has two (0: none needed).
     pub transition_s: f64,
     /// Length of its swim cycle, s.
     pub period_s: f64,
@@ -57,6 +59,21 @@ pub struct CycleRecord {
     pub swings: Vec<Swing>,
     /// Each module's transition; where a tail does not move, from = to.
     pub turns: Vec<Turn>,
+    /// The first of two steps of the transition, where it has two.
+    pub via: Option<ViaRecord>,
+    /// Whether any modules may miss it without a collision.
+    pub loss_tolerant: bool,
+}
+
+/// The first step of a transition in two.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ViaRecord {
+    /// Where each tail is after it, rad (unwrapped).
+    pub via_rad: Vec<f64>,
+    /// How long it turns, s.
+    pub turning_s: f64,
+    /// How long it rests then, s.
+    pub rest_s: f64,
 }
 
 /// Everything that was measured in one run.
@@ -80,4 +97,15 @@ pub struct RunRecord {
     pub tails: Vec<TailSample>,
     /// Cycles in order.
     pub cycles: Vec<CycleRecord>,
+}
+
+impl RunRecord {
+    /// Mean time from the start of one decision's transition to the end of its swim cycle, s.
+    #[must_use]
+    pub fn mean_interval_s(&self) -> f64 {
+        match self.cycles.len() {
+            0 => self.parameters.period_s,
+            n => self.cycles.iter().map(|cycle| cycle.transition_s + cycle.period_s).sum::<f64>() / n as f64,
+        }
+    }
 }

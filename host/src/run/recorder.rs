@@ -3,8 +3,8 @@
 use protocol::units::Micros;
 
 use super::pilot::Decision;
-use super::record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample};
-use super::scenario::Scenario;
+use super::record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample, ViaRecord};
+use super::scenario::{Demand, Scenario};
 use crate::modboat::motion::Wrench;
 use crate::sim::TailState;
 
@@ -88,15 +88,26 @@ impl Recorder {
                     solve_us: decision.solve_us,
                     swings: plan.cycle.clone(),
                     turns: decision.turns.clone(),
+                    via: decision.via.as_ref().map(|via| ViaRecord {
+                        via_rad: via.rad.clone(),
+                        turning_s: f64::from(via.turning.as_secs_f32()),
+                        rest_s: f64::from(via.rest.as_secs_f32()),
+                    }),
+                    loss_tolerant: plan.loss_tolerant,
                 }
             })
             .collect();
         let mut start_s = 0.0;
         let legs = scenario.legs.iter().map(|leg| {
+            let (velocity_m_s, station_m) = match leg.demand {
+                Demand::Velocity(velocity_m_s) => (velocity_m_s, None),
+                Demand::Station(station_m) => ([0.0; 2], Some(station_m)),
+            };
             let record = LegRecord {
                 start_s,
                 end_s: start_s + leg.duration_s,
-                velocity_m_s: leg.velocity_m_s,
+                velocity_m_s,
+                station_m,
                 heading_rad: leg.heading_rad,
             };
             start_s = record.end_s;

@@ -20,13 +20,12 @@ use crate::sim::motor::MotorParameters;
 use crate::sim::tank::TankParameters;
 use crate::toml_lines::{self, Lengths, line_at, line_of};
 
-/// The scenarios that come with the program, by name.
-pub const BUILT_IN: [(&str, &str); 4] = [
-    ("holonomic-1", include_str!("../../scenarios/holonomic-1.toml")),
-    ("holonomic-2", include_str!("../../scenarios/holonomic-2.toml")),
-    ("holonomic-3", include_str!("../../scenarios/holonomic-3.toml")),
-    ("holonomic-4", include_str!("../../scenarios/holonomic-4.toml")),
-];
+pub use built_in::BUILT_IN;
+use leg::LegTable;
+pub use leg::{Demand, Leg};
+
+mod built_in;
+mod leg;
 
 /// Everything a run needs to know.
 #[derive(Clone, Debug)]
@@ -65,18 +64,6 @@ pub struct Scenario {
     pub radio: FaultParameters,
 }
 
-/// One demand and how long it lasts.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Leg {
-    /// How long, s.
-    pub duration_s: f64,
-    /// Velocity in the world (x east, y north), m/s.
-    pub velocity_m_s: [f64; 2],
-    /// Heading Θ of the surge axis, rad counter-clockwise from world x.
-    pub heading_rad: f64,
-}
-
 /// Pose at time zero; the structure starts at rest.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -112,6 +99,7 @@ const FILE_MAX: u64 = 1 << 20;
 const LENGTHS: Lengths<'_> = &[
     (&["structure", "cells", "*"], 2),
     (&["leg", "*", "velocity_m_s"], 2),
+    (&["leg", "*", "position_m"], 2),
     (&["start", "position_m"], 2),
     (&["tank", "current_m_s"], 2),
     (&["planner", "stages"], 3),
@@ -129,7 +117,7 @@ struct Tables {
     seed: u64,
     structure: Shape,
     #[serde(rename = "leg", default)]
-    legs: Vec<Leg>,
+    legs: Vec<LegTable>,
     #[serde(default)]
     start: Start,
     #[serde(default)]
@@ -291,18 +279,20 @@ impl Scenario {
         if parsed.legs.is_empty() {
             return Err(at(&["leg"], "a scenario needs at least one [[leg]]".to_owned()));
         }
+        let mut legs = Vec::with_capacity(parsed.legs.len());
         for (index, leg) in parsed.legs.iter().enumerate() {
-            leg.validate().map_err(|error| {
-                let line = line_of(text, &["leg", &index.to_string(), error.key]);
-                invalid(line, format!("[[leg]] {}: {error}", index + 1))
+            let leg = leg.check().map_err(|(key, message)| {
+                let line = line_of(text, &["leg", &index.to_string(), key]);
+                invalid(line, format!("[[leg]] {}: {message}", index + 1))
             })?;
+            legs.push(leg);
         }
         Ok(Self {
             name: parsed.name,
             description: parsed.description,
             seed: parsed.seed,
             structure,
-            legs: parsed.legs,
+            legs,
             start: parsed.start,
             modboat: parsed.modboat,
             planner: parsed.planner,
@@ -338,23 +328,6 @@ impl Scenario {
     #[must_use]
     pub fn start_heading_rad(&self) -> f64 {
         self.start.heading_rad.unwrap_or(self.legs[0].heading_rad)
-    }
-}
-
-impl Leg {
-    fn validate(&self) -> Result<(), ParameterError> {
-        let [vx, vy] = self.velocity_m_s;
-        for (key, value, unit, range, reason) in [
-            ("duration_s", self.duration_s, "s", 1e-3..=1e5, "must lie between 0.001 and 100000"),
-            ("velocity_m_s", vx, "m/s", -10.0..=10.0, "must lie between −10 and 10"),
-            ("velocity_m_s", vy, "m/s", -10.0..=10.0, "must lie between −10 and 10"),
-            ("heading_rad", self.heading_rad, "rad", -1e3..=1e3, "must lie between −1000 and 1000"),
-        ] {
-            if !range.contains(&value) {
-                return Err(ParameterError { key, value, unit, reason });
-            }
-        }
-        Ok(())
     }
 }
 

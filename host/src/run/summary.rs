@@ -24,6 +24,8 @@ pub struct Summary {
     pub modules: usize,
     /// Seed of everything random.
     pub seed: u64,
+    /// The planner.
+    pub planner: &'static str,
     /// Time from the start of the first cycle, s.
     pub duration_s: f64,
     /// Time the scenario takes, s.
@@ -67,6 +69,19 @@ pub struct LegFigures {
     pub heading_rad: f64,
     /// RMS of the heading error from 20 s after the start of the leg on, rad.
     pub heading_rms_rad: f64,
+    /// How the station was kept, where one was to be.
+    pub station: Option<StationFigures>,
+}
+
+/// How a station was kept, from 20 s after the start of the leg on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StationFigures {
+    /// The station, m.
+    pub position_m: [f64; 2],
+    /// RMS of the distance from it, m.
+    pub rms_m: f64,
+    /// Greatest distance from it, m.
+    pub max_m: f64,
 }
 
 /// What became of the decisions.
@@ -82,6 +97,12 @@ pub struct CycleFigures {
     pub held: usize,
     /// That needed a transition.
     pub with_transition: usize,
+    /// Share of all that needed none.
+    pub without_transition_share: f64,
+    /// Share of all that any modules may miss without a collision.
+    pub loss_tolerant_share: f64,
+    /// Mean time from one decision to the next, s.
+    pub mean_interval_s: f64,
     /// Mean relative error of the wrench.
     pub mean_error: f64,
     /// Mean tail travel in the transitions, rad a module.
@@ -139,6 +160,7 @@ impl Summary {
             scenario: scenario.name.clone(),
             modules: scenario.structure.len(),
             seed,
+            planner: scenario.planner.kind.name(),
             duration_s,
             planned_s: scenario.duration_s(),
             complete: duration_s >= scenario.duration_s() - 0.1,
@@ -208,12 +230,21 @@ fn leg_figures(leg: &LegRecord, record: &RunRecord) -> Option<LegFigures> {
         let error = wrap_rad(pose.heading_rad - leg.heading_rad);
         (sum + error * error, count + 1.0)
     });
+    let station = leg.station_m.map(|position_m| {
+        let (mut square_m2, mut max_m) = (0.0, 0.0_f64);
+        for pose in within(settled_s) {
+            let off_m = (pose.position_m[0] - position_m[0]).hypot(pose.position_m[1] - position_m[1]);
+            (square_m2, max_m) = (square_m2 + off_m * off_m, max_m.max(off_m));
+        }
+        StationFigures { position_m, rms_m: f64::sqrt(square_m2 / f64::max(count, 1.0)), max_m }
+    });
     Some(LegFigures {
         demand_m_s: leg.velocity_m_s,
         mean_m_s,
         velocity_error: dx.hypot(dy) / if demand > 0.0 { demand } else { 1.0 },
         heading_rad: leg.heading_rad,
         heading_rms_rad: if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 },
+        station,
     })
 }
 
@@ -231,6 +262,9 @@ fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigure
         repeated: outcome("repeated"),
         held: outcome("held"),
         with_transition: cycles.iter().filter(|cycle| cycle.transition_s > 0.0).count(),
+        without_transition_share: mean(&|cycle| f64::from(u8::from(cycle.transition_s == 0.0))),
+        loss_tolerant_share: mean(&|cycle| f64::from(u8::from(cycle.loss_tolerant))),
+        mean_interval_s: record.mean_interval_s(),
         mean_error: mean(&|cycle| cycle.error),
         mean_travel_rad: mean(&|cycle| cycle.travel_rad / cycle.swings.len().max(1) as f64),
         solve_us_median: solve_us.get(solve_us.len() / 2).copied().unwrap_or(0),

@@ -19,6 +19,8 @@ fn cleared() -> (Request, Answer) {
         outcome: "planned".to_owned(),
         cycle,
         transition: Some(vec![[start - 0.5, start], [start - 0.25, start]]),
+        via_rad: None,
+        turning_s: None,
         wrench,
         error: 0.5,
         travel_rad: 0.75,
@@ -36,7 +38,7 @@ fn brute_clearance_m(answer: &Answer) -> f64 {
         let share = f64::from(k) / 10_000.0;
         let swing = |m: usize| answer.cycle[m][0] + answer.cycle[m][1] * (TAU * share).cos();
         let mut poses = vec![[swing(0), swing(1)]];
-        if let Some(turns) = &answer.transition {
+        for turns in answer.steps() {
             poses.push([0, 1].map(|m| turns[m][0] + share * (turns[m][1] - turns[m][0])));
         }
         for [a, b] in poses {
@@ -194,6 +196,8 @@ fn a_held_fleet_stays_where_it_is() {
         outcome: "held".to_owned(),
         cycle: vec![[0.0, 0.0], [7.0, 0.0]],
         transition: None,
+        via_rad: None,
+        turning_s: None,
         wrench: [0.0; 3],
         error: 1.0,
         travel_rad: 0.0,
@@ -224,8 +228,82 @@ fn a_line_of_json_is_read() {
     assert_eq!(answer.cycle, [[0.5, -1.5]]);
     assert_eq!(answer.transition, Some(vec![[1.0, -1.0]]));
     assert_eq!((answer.wrench, answer.clearance_m), ([1.0, 2.0, 3.0], None));
-    let by_way = line.replace(r#""from_rad":1.0,"#, r#""from_rad":1.0,"via_rad":0.0,"#);
-    assert!(Answer::from_json(&by_way).expect_err("unknown key").contains("via_rad"));
+    let by_way = line.replace(r#""from_rad":1.0,"#, r#""from_rad":1.0,"via_rad":0.5,"#);
+    let steps = Answer::from_json(&by_way).expect("valid").steps();
+    assert_eq!(steps, [[[1.0, 0.5]], [[0.5, -1.0]]]);
+    let unknown = by_way.replace("via_rad", "by_rad");
+    assert!(Answer::from_json(&unknown).expect_err("unknown key").contains("by_rad"));
     assert!(Answer::from_json(r#"{"error":"no"}"#).is_err());
     assert!(Answer::from_json(&line.replace("null", "\"far\"")).is_err());
+}
+
+/// From north to the south, module 1 by way of east and module 2 of west: not both at once, but in two steps.
+fn in_two_steps(via: [f64; 2]) -> (Request, Answer) {
+    let (mut request, mut answer) = cleared();
+    let (from, to) = ([FRAC_PI_2; 2], [0.5 - FRAC_PI_2, 1.5 * PI - 0.5]);
+    answer.cycle = vec![[-FRAC_PI_2 - 0.5, 1.0], [0.5 - FRAC_PI_2, -1.0]];
+    request.tail_rad = Some(from.to_vec());
+    answer.transition = Some(vec![[from[0], to[0]], [from[1], to[1]]]);
+    answer.via_rad = Some(via.to_vec());
+    let fy_n = 0.006 * 0.5_f64.cos();
+    (answer.wrench, answer.error) = ([0.0, fy_n, 0.0], (0.012 + fy_n) / 0.012);
+    answer.travel_rad = (0..2).map(|m| (via[m] - from[m]).abs() + (to[m] - via[m]).abs()).sum();
+    answer.clearance_m = Some(brute_clearance_m(&answer));
+    (request, answer)
+}
+
+#[test]
+fn two_steps_are_accepted_where_one_is_not_and_an_overlap_in_either_is_refused() {
+    let modboat = Modboat::default();
+    let (north, south) = (FRAC_PI_2, [0.5 - FRAC_PI_2, 1.5 * PI - 0.5]);
+    // One after the other, and any of them may miss it.
+    let (request, mut answer) = in_two_steps([south[0], north]);
+    answer.loss_tolerant = true;
+    check(&modboat, &request, &answer).expect("true");
+    for (via, which) in [([south[0], south[1]], "first"), ([north, north], "second")] {
+        let (request, answer) = in_two_steps(via);
+        let message = check(&modboat, &request, &answer).expect_err(which);
+        assert!(message.contains("of the transition"), "{which}: {message}");
+    }
+    // Module 2 comes by while module 1 leaves the way between them: if it never hears of leaving, they meet.
+    let (request, mut answer) = in_two_steps([0.0, north]);
+    check(&modboat, &request, &answer).expect("both go on");
+    answer.loss_tolerant = true;
+    let message = check(&modboat, &request, &answer).expect_err("one stays between");
+    assert!(message.contains("which one of them missed"), "{message}");
+}
+
+#[test]
+fn speed_and_travel_of_two_steps_are_both_looked_at() {
+    let modboat = Modboat::default();
+    let (request, answer) = in_two_steps([0.5 - FRAC_PI_2, FRAC_PI_2]);
+    // 2.64 rad each, one step after the other.
+    let fast = Answer { turning_s: Some(0.40), ..answer.clone() };
+    assert!(check(&modboat, &request, &fast).expect_err("too fast").contains("module 1: turns at 13.2"));
+    check(&modboat, &request, &Answer { turning_s: Some(0.41), ..answer.clone() }).expect("slow enough");
+    let direct = Answer { travel_rad: 5.28, ..answer };
+    check(&modboat, &request, &Answer { travel_rad: 5.2, ..direct }).expect_err("less than it travels");
+    // A way about: there and back counts twice.
+    let (request, mut about) = in_two_steps([0.0 - PI, FRAC_PI_2]);
+    about.travel_rad = 2.0 * (PI - 0.5);
+    assert!(check(&modboat, &request, &about).expect_err("too little").contains("travel"));
+}
+
+#[test]
+fn a_module_may_rest_in_a_planned_cycle() {
+    let (mut request, mut answer) = cleared();
+    // Module 1 points up and to the left, away from module 2.
+    answer.cycle[0] = [FRAC_PI_2 + 1.0, 0.0];
+    let torque = -0.003 * 0.075;
+    answer.wrench = [0.0, -0.003, torque];
+    request.demand = [0.0, -0.012, 0.0];
+    answer.error = 0.009_f64.hypot(10.0 * torque) / 0.012;
+    answer.clearance_m = Some(brute_clearance_m(&answer));
+    check(&Modboat::default(), &request, &answer).expect("true");
+    // It gives nothing, whatever the plan says.
+    answer.wrench = [0.0, -0.006, 0.0];
+    assert!(check(&Modboat::default(), &request, &answer).expect_err("rests").contains("by (7)"));
+    // Nor is a little more than nothing a rest.
+    answer.cycle[0][1] = 1e-3;
+    assert!(check(&Modboat::default(), &request, &answer).expect_err("swings").contains("out of range"));
 }
