@@ -172,7 +172,12 @@ impl Setting {
         demand: Wrench,
     ) -> Option<Plan> {
         let steps = approach.as_ref().filter(|a| !a.is_still()).map_or_else(Vec::new, Approach::steps);
-        let mut clearance_m = self.clearance_m(f64::INFINITY, |pair| swim_ends(&cycle, pair));
+        // The ends of the swings first: the less is known to be left, the less is looked at after that.
+        let mut clearance_m = self.clearance_m(f64::INFINITY, |pair| {
+            let [start, _] = swim_ends(&cycle, pair);
+            [start, start]
+        });
+        clearance_m = self.clearance_m(clearance_m, |pair| swim_ends(&cycle, pair));
         for turns in &steps {
             clearance_m = self.clearance_m(clearance_m, |pair| turn_ends(turns, pair));
         }

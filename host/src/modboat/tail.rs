@@ -22,9 +22,8 @@ use super::parameters::Parameters;
 pub const CLEARANCE_TOLERANCE_M: f64 = 1e-5;
 /// The longest turn that is looked at, rad; a longer one counts as colliding, with a clearance of −∞.
 pub const TURN_MAX_RAD: f64 = 1e3;
-/// Intervals that the search along a segment may hold at once: one more at every halving, and 60 halvings exhaust an
-/// f64.
-const STACK: usize = 64;
+/// Halvings at most, and so intervals held at once: 40 take the longest turn down to 1e-9 rad.
+const STACK: usize = 40;
 
 /// The capsule that every module of a fleet swings about its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +50,22 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[1] - a[1] * b[0]
+}
+
+/// e(φ).
+fn unit(phi_rad: f64) -> [f64; 2] {
+    let (sin, cos) = phi_rad.sin_cos();
+    [cos, sin]
+}
+
+/// e(φ + δ) from e(φ) and e(δ).
+fn turned(along: [f64; 2], by: [f64; 2]) -> [f64; 2] {
+    [along[0] * by[0] - along[1] * by[1], along[1] * by[0] + along[0] * by[1]]
+}
+
+/// e(φ − δ) from e(φ) and e(δ).
+fn unturned(along: [f64; 2], by: [f64; 2]) -> [f64; 2] {
+    turned(along, [by[0], -by[1]])
 }
 
 /// The vector from the segment `0 … end` to `point`, by the shortest way.
@@ -82,10 +97,9 @@ impl Tail {
         x_m.hypot(y_m)
     }
 
-    fn pose(&self, vector_m: [f64; 2], phi_i_rad: f64, phi_j_rad: f64) -> Pose {
-        let ((sin_i, cos_i), (sin_j, cos_j)) = (phi_i_rad.sin_cos(), phi_j_rad.sin_cos());
-        let tail_i = [self.length_m * cos_i, self.length_m * sin_i];
-        let tail_j = [self.length_m * cos_j, self.length_m * sin_j];
+    /// Both tails with the directions e(φᵢ), e(φⱼ).
+    fn pose(&self, vector_m: [f64; 2], along: [[f64; 2]; 2]) -> Pose {
+        let [tail_i, tail_j] = along.map(|e| [self.length_m * e[0], self.length_m * e[1]]);
         // Two segments o₁ + s·e₁ and o₂ + t·e₂ cross where s·(e₁×e₂) = o×e₂ and t·(e₁×e₂) = o×e₁ with s, t ∈ [0, 1].
         let determinant = cross(tail_i, tail_j);
         if determinant != 0.0 {
@@ -116,7 +130,7 @@ impl Tail {
     /// Distance between the surfaces of tail i at the origin and tail j at `offset`, m; negative: they overlap.
     #[must_use]
     pub fn clearance_m(&self, offset: [i32; 2], phi_i_rad: f64, phi_j_rad: f64) -> f64 {
-        self.pose(self.vector_m(offset), phi_i_rad, phi_j_rad).distance_m - self.width_m
+        self.pose(self.vector_m(offset), [phi_i_rad, phi_j_rad].map(unit)).distance_m - self.width_m
     }
 
     /// The lattice offsets at which two tails can touch at all, one of each ± pair: the one with col > 0, or with col = 0
@@ -208,21 +222,26 @@ impl Tail {
     ) -> f64 {
         let vector_m = self.vector_m(offset);
         let step = [to_rad[0] - from_rad[0], to_rad[1] - from_rad[1]];
-        let at =
-            |share: f64| self.pose(vector_m, from_rad[0] + share * step[0], from_rad[1] + share * step[1]);
-        let mut least_m = at(0.0).distance_m.min(at(1.0).distance_m);
+        let mut least_m = f64::INFINITY;
+        for end_rad in [from_rad, to_rad] {
+            least_m = least_m.min(self.pose(vector_m, end_rad.map(unit)).distance_m);
+        }
         // A NaN, an infinity or an absurd turn never clears.
         if !(least_m.is_finite() && step[0].abs() <= TURN_MAX_RAD && step[1].abs() <= TURN_MAX_RAD) {
             return f64::NEG_INFINITY;
         }
         least_m = least_m.min(known_m + self.width_m);
-        let mut stack = [(0.0, 0.0); STACK];
-        stack[0] = (0.5, 0.5);
+        // An interval's half-length as a share of the whole, how often it was halved, and the directions in its middle. Halving
+        // turns those by the same angles for all intervals of a depth: e(step·2^−(depth + 2)).
+        let middle = [0, 1].map(|k| unit(from_rad[k] + 0.5 * step[k]));
+        let mut stack = [(0.5, 0, middle); STACK];
         let mut held = 1;
+        let mut turns: [[[f64; 2]; 2]; STACK] = [[[0.0; 2]; 2]; STACK];
+        let mut deepest = 0;
         while held > 0 && least_m > 0.0 && least_m - self.width_m >= enough_m {
             held -= 1;
-            let (middle, half) = stack[held];
-            let pose = at(middle);
+            let (half, depth, along) = stack[held];
+            let pose = self.pose(vector_m, along);
             least_m = least_m.min(pose.distance_m);
             let reach_i = extent_m(pose.tail_i, pose.normal, half * step[0].abs());
             let back = [-pose.normal[0], -pose.normal[1]];
@@ -231,9 +250,17 @@ impl Tail {
             // What is certainly above the least so far or the margin asked for needs no closer look.
             let above = bound_m >= least_m - CLEARANCE_TOLERANCE_M
                 || (enough_m.is_finite() && bound_m - self.width_m >= enough_m);
-            if !above && held + 2 <= STACK {
-                stack[held] = (middle - half / 2.0, half / 2.0);
-                stack[held + 1] = (middle + half / 2.0, half / 2.0);
+            if !above && held + 2 <= STACK && depth < STACK {
+                let quarter = 0.5 * half;
+                if depth == deepest {
+                    turns[depth] = [0, 1].map(|k| unit(quarter * step[k]));
+                    deepest += 1;
+                }
+                let [i, j] = turns[depth];
+                let earlier = [unturned(along[0], i), unturned(along[1], j)];
+                let later = [turned(along[0], i), turned(along[1], j)];
+                stack[held] = (quarter, depth + 1, earlier);
+                stack[held + 1] = (quarter, depth + 1, later);
                 held += 2;
             }
         }

@@ -18,14 +18,16 @@
 
 use super::law::{Law, turned};
 use super::neighbours::{Cycle, Rules};
+use super::rest::RestPoses;
 
 /// Relative weighted error that counts as none.
 pub const EXACT: f64 = 1e-9;
 /// Weighted error that counts as none whatever the demand, N.
 const EXACT_N: f64 = 1e-13;
-/// Newton steps at most, and rounds of taking back what neighbours do not allow.
+/// Newton steps at most.
 const STEPS: usize = 14;
-const ROUNDS: usize = 8;
+/// Steps in a row that do not halve the residual, after which no more are tried.
+const SLOW_STEPS: usize = 3;
 /// The longest Newton step, rad.
 const STEP_MAX_RAD: f64 = 0.5;
 /// μ as a share of the trace of J Jᵀ.
@@ -46,6 +48,8 @@ pub struct Aim {
     pub recentre: f64,
     /// Whether rest poses may turn within their free arcs too.
     pub turn_rests: bool,
+    /// Rounds of taking back what neighbours do not allow; with none, that is a failure.
+    pub rounds: usize,
 }
 
 /// Whether an aim is met to rounding.
@@ -215,19 +219,29 @@ impl Allocation {
     }
 
     /// Newton's method in continuous amplitudes.
-    pub fn polish(&mut self, rules: &Rules<'_>, law: &Law, aim: &Aim) -> Met {
+    pub fn polish(&mut self, rules: &Rules<'_>, rest: &RestPoses, law: &Law, aim: &Aim) -> Met {
         let norm_n = dot(aim.target_n, aim.target_n).sqrt();
         let goal_n = (0.01 * EXACT * norm_n).max(EXACT_N);
         self.refresh(law, aim.target_n);
         self.frozen.iter_mut().for_each(|frozen| *frozen = false);
-        for round in 0..ROUNDS {
+        for round in 0..=aim.rounds {
             let before_n = self.error_n();
             self.trial.copy_from_slice(&self.cycles);
-            let met = self.newton(rules, law, aim, goal_n, if round == 0 { aim.recentre } else { 0.0 });
+            let met = self.newton(rest, law, aim, goal_n, if round == 0 { aim.recentre } else { 0.0 });
+            if aim.rounds == 0 {
+                // All or nothing.
+                if met && self.trial_allowed(rules) {
+                    std::mem::swap(&mut self.trial, &mut self.cycles);
+                    return Met::Yes;
+                }
+                return Met::No;
+            }
             let taken_back = self.take_back(rules);
             std::mem::swap(&mut self.trial, &mut self.cycles);
-            for (turn, cycle) in self.turns.iter_mut().zip(&self.cycles) {
-                *turn = cycle.rest_rad.sin_cos();
+            if aim.turn_rests {
+                for (turn, cycle) in self.turns.iter_mut().zip(&self.cycles) {
+                    *turn = cycle.rest_rad.sin_cos();
+                }
             }
             self.refresh(law, aim.target_n);
             if self.error_n() <= goal_n {
@@ -242,10 +256,11 @@ impl Allocation {
     }
 
     /// Newton steps on the trial, starting from the cycles; true if it meets the goal.
-    fn newton(&mut self, rules: &Rules<'_>, law: &Law, aim: &Aim, goal_n: f64, recentre: f64) -> bool {
+    fn newton(&mut self, rest: &RestPoses, law: &Law, aim: &Aim, goal_n: f64, recentre: f64) -> bool {
         let [least_rad, most_rad] = law.range_rad;
         let modules = self.trial.len();
         let mut pull = recentre;
+        let (mut last_n, mut slow) = (f64::INFINITY, 0);
         for _ in 0..STEPS {
             // Residual and slopes at the trial.
             let mut residual_n = aim.target_n;
@@ -274,10 +289,16 @@ impl Allocation {
                     self.slopes[module][1] = self.wrench_n(module, [-thrust_n[1], thrust_n[0]]);
                 }
             }
-            if dot(residual_n, residual_n).sqrt() <= goal_n && pull == 0.0 {
+            let size_n = dot(residual_n, residual_n).sqrt();
+            if size_n <= goal_n && pull == 0.0 {
                 return true;
             }
-            self.outward(rules, law, residual_n, aim);
+            slow = if size_n > 0.5 * last_n { slow + 1 } else { 0 };
+            if slow >= SLOW_STEPS {
+                return false;
+            }
+            last_n = size_n;
+            self.outward(rest, law, residual_n, aim);
             for slopes in &self.slopes {
                 for slope in slopes {
                     for (row, &a) in normal.iter_mut().zip(slope) {
@@ -315,7 +336,7 @@ impl Allocation {
                 moved_rad = moved_rad.max((sign * magnitude - cycle.amplitude_rad).abs());
                 cycle.amplitude_rad = sign * magnitude;
                 if aim.turn_rests && dot(p, p) > 0.0 {
-                    let [back, on] = rules.rest.room_rad(module, cycle.rest_rad);
+                    let [back, on] = rest.room_rad(module, cycle.rest_rad);
                     let turn_rad = (share * dot(p, y)).clamp(back, on);
                     moved_rad = moved_rad.max(turn_rad.abs());
                     cycle.rest_rad += turn_rad;
@@ -330,7 +351,7 @@ impl Allocation {
     }
 
     /// Lets go of what stands at a bound and would be pushed beyond it: its slope counts as zero in this step.
-    fn outward(&mut self, rules: &Rules<'_>, law: &Law, residual_n: [f64; 3], aim: &Aim) {
+    fn outward(&mut self, rest: &RestPoses, law: &Law, residual_n: [f64; 3], aim: &Aim) {
         let [least_rad, most_rad] = law.range_rad;
         // The direction of steepest descent stands for that of the step, which is not known yet.
         for (module, slopes) in self.slopes.iter_mut().enumerate() {
@@ -341,13 +362,18 @@ impl Allocation {
                 slopes[0] = [0.0; 3];
             }
             if aim.turn_rests && dot(slopes[1], slopes[1]) > 0.0 {
-                let [back, on] = rules.rest.room_rad(module, cycle.rest_rad);
+                let [back, on] = rest.room_rad(module, cycle.rest_rad);
                 let along = dot(slopes[1], residual_n);
                 if (along > 0.0 && on < 1e-12) || (along < 0.0 && back > -1e-12) {
                     slopes[1] = [0.0; 3];
                 }
             }
         }
+    }
+
+    fn trial_allowed(&self, rules: &Rules<'_>) -> bool {
+        let pairs = &rules.setting.pairs;
+        pairs.all().iter().all(|pair| rules.allow(pair, self.trial[pair.i], self.trial[pair.j]))
     }
 
     /// Where the trial breaks the rules, both modules go back to what they did; they stay so from now on.

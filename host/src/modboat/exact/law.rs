@@ -22,7 +22,7 @@ use crate::modboat::parameters::Parameters;
 
 /// Amplitudes of each sign in the coarse set.
 const STEPS: usize = 12;
-/// Directions in which the support function is tabulated.
+/// Directions in which the support function is tabulated: a power of two.
 const DIRECTIONS: usize = 256;
 
 /// The coarse set of amplitudes with their thrusts, and what they reach.
@@ -94,8 +94,9 @@ impl Law {
     /// The most that any amplitude pushes in a direction off the rest pose, N; zero, by resting, where all push away.
     #[must_use]
     pub fn support_n(&self, off_rad: f64) -> f64 {
-        let index = (off_rad.rem_euclid(TAU) * (DIRECTIONS as f64 / TAU)).round() as usize;
-        self.support_n[index % DIRECTIONS]
+        // The nearest direction; the low bits take off whole turns.
+        let nearest = (off_rad * (DIRECTIONS as f64 / TAU) + 0.5).floor() as i64;
+        self.support_n[(nearest & (DIRECTIONS as i64 - 1)) as usize]
     }
 }
 

@@ -1,6 +1,5 @@
 //! Whether two neighbours may do what they are about to do: the constraint that every search here prunes by.
 
-use super::rest::RestPoses;
 use crate::modboat::motion::Swing;
 use crate::modboat::pairs::Pair;
 use crate::modboat::setting::{Setting, ends};
@@ -12,6 +11,8 @@ pub struct Cycle {
     pub rest_rad: f64,
     /// Signed amplitude, rad; 0: it rests.
     pub amplitude_rad: f64,
+    /// Whether the rest pose is free: out of every neighbour's reach.
+    pub free: bool,
 }
 
 impl Cycle {
@@ -27,8 +28,6 @@ impl Cycle {
 pub struct Rules<'a> {
     /// The structure.
     pub setting: &'a Setting,
-    /// Its free poses.
-    pub rest: &'a RestPoses,
     /// Whether anybody may miss the cycle and stay where it rests.
     pub loss_tolerant: bool,
 }
@@ -37,21 +36,18 @@ impl Rules<'_> {
     /// Whether i and j of `pair` keep the margin in these cycles.
     #[must_use]
     pub fn allow(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {
-        let (moves_i, moves_j) = (i.amplitude_rad != 0.0, j.amplitude_rad != 0.0);
         let stays_i = Cycle { amplitude_rad: 0.0, ..i };
         let stays_j = Cycle { amplitude_rad: 0.0, ..j };
         // Who rests in a free pose is in nobody's way.
-        let free_i = || self.rest.is_free(pair.i, i.rest_rad);
-        let free_j = || self.rest.is_free(pair.j, j.rest_rad);
-        match (moves_i, moves_j) {
+        match (i.amplitude_rad != 0.0, j.amplitude_rad != 0.0) {
             (false, false) => true,
-            (true, false) => free_j() || self.clear(pair, i, stays_j),
-            (false, true) => free_i() || self.clear(pair, stays_i, j),
+            (true, false) => j.free || self.clear(pair, i, stays_j),
+            (false, true) => i.free || self.clear(pair, stays_i, j),
             (true, true) => {
                 self.clear(pair, i, j)
                     && (!self.loss_tolerant
-                        || (free_j() || self.clear(pair, i, stays_j))
-                            && (free_i() || self.clear(pair, stays_i, j)))
+                        || (j.free || self.clear(pair, i, stays_j))
+                            && (i.free || self.clear(pair, stays_i, j)))
             }
         }
     }

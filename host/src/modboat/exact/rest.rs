@@ -14,6 +14,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::neighbours::Cycle;
 use crate::modboat::setting::{Reach, Setting};
 use crate::modboat::tail::Tail;
 use crate::quantity::wrap_rad;
@@ -123,6 +124,12 @@ impl RestPoses {
     #[must_use]
     pub fn has_free(&self, module: usize) -> bool {
         self.free[module]
+    }
+
+    /// The cycle of a module that rests in this pose, at rest or of some amplitude.
+    #[must_use]
+    pub fn cycle(&self, module: usize, rest_rad: f64, amplitude_rad: f64) -> Cycle {
+        Cycle { rest_rad, amplitude_rad, free: self.is_free(module, rest_rad) }
     }
 
     /// Whether the module is where it may start a cycle from: in a free pose, or anywhere if it has none.

@@ -27,14 +27,23 @@ use crate::quantity::wrap_rad;
 
 /// Structures of so few modules are searched through.
 const SMALL: usize = 4;
+/// Structures of so few modules have little to spare: more is tried.
+const FEW: usize = 8;
+/// Choices that meet the demand among which theirs is chosen.
+const COMPARED_FEW: usize = 8;
 /// Choices of rest poses tried for them, and for larger ones until one meets the demand.
 const CHOICES_SMALL: usize = 60;
-const CHOICES: usize = 12;
-/// Sweeps of coordinate descent from rest, and from the cycle before.
+const CHOICES_MOST: usize = 48;
+const CHOICES_LEAST: usize = 8;
+/// Choices times modules, between the two.
+const CHOICES_MODULES: usize = 800;
+/// Sweeps of coordinate descent.
 const SWEEPS: usize = 3;
-const SWEEPS_WARM: usize = 2;
-/// Starts of coordinate descent from given rest poses.
+/// Starts of coordinate descent from given rest poses: of modules that can spare them, and of fewer.
 const STARTS: usize = 3;
+const STARTS_FEW: usize = 8;
+/// Rounds of taking back what neighbours do not allow.
+const ROUNDS: usize = 8;
 /// Amplitudes to start Newton's method from, rad.
 const STARTS_RAD: [f64; 3] = [1.75, 1.2, 2.3];
 /// The amplitude that leaves most room either way, rad.
@@ -133,6 +142,7 @@ impl Search {
             pull_n2_rad2: (0.02 * thrust_max_n).powi(2),
             recentre: 0.3,
             turn_rests: false,
+            rounds: ROUNDS,
         }
     }
 
@@ -151,16 +161,19 @@ impl Search {
         }
         let aim = self.aim(setting, demand);
         self.best.clear();
-        let mut met = Met::No;
-        if let Some(previous) = previous {
-            met = self.continue_cycle(setting, &aim, tails, previous, loss_tolerant);
+        let continued =
+            previous.and_then(|cycle| self.continue_cycle(setting, &aim, tails, cycle, loss_tolerant));
+        if continued.is_none() {
+            let at_rest = |(module, &tail_rad): (usize, &f64)| self.rest.cycle(module, tail_rad, 0.0);
+            self.allocation.begin(tails.iter().enumerate().map(at_rest));
         }
+        let mut met = continued.unwrap_or(Met::No);
         let tails_rad = tails.iter().copied();
         if met != Met::Yes && self.orientation.margin(&self.law, tails_rad, demand.to_array()) >= 0.0 {
             met = if tails.len() <= SMALL {
                 self.all_signs(setting, &aim, tails, loss_tolerant)
             } else {
-                self.rise_from_rest(setting, &aim, tails, loss_tolerant)
+                self.descend(setting, &aim, tails, loss_tolerant, continued.is_some())
             };
         }
         let turns = tails.iter().map(|&tail| Turn { from_rad: tail, to_rad: tail }).collect();
@@ -173,7 +186,7 @@ impl Search {
         })
     }
 
-    /// From the amplitudes of the cycle before, where they start at the tails.
+    /// From the amplitudes of the cycle before, where they start at the tails; `None` if they are not allowed there.
     fn continue_cycle(
         &mut self,
         setting: &Setting,
@@ -181,43 +194,44 @@ impl Search {
         tails: &[f64],
         previous: &[Swing],
         loss_tolerant: bool,
-    ) -> Met {
-        let Self { rest, law, allocation, order, .. } = self;
-        let rules = Rules { setting, rest, loss_tolerant };
-        let begin = |allocation: &mut Allocation| {
-            allocation.begin(tails.iter().zip(previous).map(|(&rest_rad, swing)| {
-                let same = wrap_rad(swing.start_rad() - rest_rad).abs() < SAME_RAD;
-                Cycle { rest_rad, amplitude_rad: if same { swing.amplitude_rad } else { 0.0 } }
-            }));
-        };
-        begin(allocation);
-        // What was given as the cycle before need not be one of this planner's.
+    ) -> Option<Met> {
+        let Self { rest, law, allocation, .. } = self;
+        let rules = Rules { setting, loss_tolerant };
+        allocation.begin(tails.iter().zip(previous).enumerate().map(|(module, (&rest_rad, swing))| {
+            let same = wrap_rad(swing.start_rad() - rest_rad).abs() < SAME_RAD;
+            rest.cycle(module, rest_rad, if same { swing.amplitude_rad } else { 0.0 })
+        }));
+        // What was given as the cycle before need not be one of this planner's, under these rules.
         if !allocation.allowed(&rules, law) {
-            return Met::No;
+            return None;
         }
-        let met = allocation.polish(&rules, law, aim);
-        if met == Met::Yes || tails.len() <= SMALL {
-            return met;
-        }
-        begin(allocation);
-        for _ in 0..SWEEPS_WARM {
-            allocation.descend(&rules, law, aim, order.iter().copied());
-        }
-        allocation.polish(&rules, law, aim)
+        Some(allocation.polish(&rules, rest, law, aim))
     }
 
-    /// By coordinate descent from rest.
-    fn rise_from_rest(&mut self, setting: &Setting, aim: &Aim, tails: &[f64], loss_tolerant: bool) -> Met {
+    /// By coordinate descent: from where the allocation is, if that is `near`, and from rest.
+    fn descend(
+        &mut self,
+        setting: &Setting,
+        aim: &Aim,
+        tails: &[f64],
+        loss_tolerant: bool,
+        near: bool,
+    ) -> Met {
         let Self { rest, law, allocation, order, .. } = self;
-        let rules = Rules { setting, rest, loss_tolerant };
-        for start in 0..STARTS {
-            allocation.begin(tails.iter().map(|&rest_rad| Cycle { rest_rad, amplitude_rad: 0.0 }));
-            let shift = start * order.len() / STARTS;
+        let rules = Rules { setting, loss_tolerant };
+        let starts = if tails.len() <= FEW { STARTS_FEW } else { STARTS };
+        for start in 0..starts {
+            // First from what could not be polished, if that is near; then from rest.
+            if start > 0 || !near {
+                let at_rest = |(module, &tail_rad): (usize, &f64)| rest.cycle(module, tail_rad, 0.0);
+                allocation.begin(tails.iter().enumerate().map(at_rest));
+            }
+            let shift = start * order.len() / starts;
             for _ in 0..SWEEPS {
                 let order = order[shift..].iter().chain(&order[..shift]).copied();
                 allocation.descend(&rules, law, aim, order);
             }
-            if allocation.polish(&rules, law, aim) == Met::Yes {
+            if allocation.polish(&rules, rest, law, aim) == Met::Yes {
                 return Met::Yes;
             }
         }
@@ -228,19 +242,19 @@ impl Search {
     /// most room about it.
     fn all_signs(&mut self, setting: &Setting, aim: &Aim, tails: &[f64], loss_tolerant: bool) -> Met {
         let Self { rest, law, allocation, kept, best, extent_n, .. } = self;
-        let rules = Rules { setting, rest, loss_tolerant };
+        let rules = Rules { setting, loss_tolerant };
         let mut score = f64::NEG_INFINITY;
         for pattern in 0..3_u32.pow(tails.len() as u32) {
             let sign = |module: usize| f64::from(pattern / 3_u32.pow(module as u32) % 3) - 1.0;
             let met = STARTS_RAD.iter().any(|&start_rad| {
                 allocation.begin(tails.iter().enumerate().map(|(module, &rest_rad)| {
                     let amplitude_rad = sign(module) * start_rad.clamp(law.range_rad[0], law.range_rad[1]);
-                    Cycle { rest_rad, amplitude_rad }
+                    rest.cycle(module, rest_rad, amplitude_rad)
                 }));
-                allocation.allowed(&rules, law) && allocation.polish(&rules, law, aim) == Met::Yes
+                allocation.allowed(&rules, law) && allocation.polish(&rules, rest, law, aim) == Met::Yes
             });
             if met {
-                let own = merit(allocation, &rules, law, aim, extent_n, kept);
+                let own = merit(allocation, &rules, rest, law, aim, extent_n, kept);
                 if own > score {
                     score = own;
                     best.clone_from(kept);
@@ -265,15 +279,21 @@ impl Search {
     ) -> Option<Found> {
         let plain = self.aim(setting, demand);
         let Self { rest, law, allocation, order, orientation, poses_rad, solver, kept, extent_n, .. } = self;
-        let rules = Rules { setting, rest, loss_tolerant };
-        let small = order.len() <= SMALL;
+        let rules = Rules { setting, loss_tolerant };
+        let (small, few) = (order.len() <= SMALL, order.len() <= FEW);
+        let mut compared = 0;
         let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
         let mut best: Option<(Found, f64)> = None;
-        for choice in 0..if small { CHOICES_SMALL } else { CHOICES } {
+        let choices = if small {
+            CHOICES_SMALL
+        } else {
+            (CHOICES_MODULES / order.len()).clamp(CHOICES_LEAST, CHOICES_MOST)
+        };
+        for choice in 0..choices {
             for (module, pose_rad) in poses_rad.iter_mut().enumerate() {
                 let here = tails.map(|tails| tails[module]).filter(|&tail| rest.may_stay(module, tail));
                 *pose_rad = match here {
-                    Some(tail_rad) if choice < 2 || small && rng.random_bool(STAYS) => tail_rad,
+                    Some(tail_rad) if choice < 2 || few && rng.random_bool(STAYS) => tail_rad,
                     _ => {
                         let stations = rest.stations_rad(module);
                         stations[rng.random_range(0..stations.len())]
@@ -284,16 +304,21 @@ impl Search {
             if !small || choice % 3 == 0 {
                 orientation.orient(law, rest, demand.to_array(), poses_rad, order);
             }
-            let aim = Aim { turn_rests: choice % 2 == 1, ..plain };
-            allocation.begin(poses_rad.iter().map(|&rest_rad| Cycle { rest_rad, amplitude_rad: 0.0 }));
+            let pull_n2_rad2 = if choice % 4 < 2 { plain.pull_n2_rad2 } else { 0.0 };
+            let aim = Aim { turn_rests: choice % 2 == 1, pull_n2_rad2, ..plain };
+            allocation.begin(
+                poses_rad.iter().enumerate().map(|(module, &pose_rad)| rest.cycle(module, pose_rad, 0.0)),
+            );
+            let shift = choice * order.len() / choices;
             for _ in 0..SWEEPS {
-                allocation.descend(&rules, law, &aim, order.iter().copied());
+                let order = order[shift..].iter().chain(&order[..shift]).copied();
+                allocation.descend(&rules, law, &aim, order);
             }
-            let met = allocation.polish(&rules, law, &aim) == Met::Yes;
+            let met = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
             let mut cycle: Vec<Swing> = allocation.cycles.iter().map(|cycle| cycle.swing()).collect();
             let error = setting.error(demand, setting.wrench(&cycle));
             let score =
-                if met && small { merit(allocation, &rules, law, &plain, extent_n, kept) } else { 0.0 };
+                if met && small { merit(allocation, &rules, rest, law, &plain, extent_n, kept) } else { 0.0 };
             let better = best.as_ref().is_none_or(|(found, most)| match (met, found.met) {
                 (true, true) => score > *most,
                 (met, other) => met && !other || met == other && error < found.error,
@@ -310,7 +335,8 @@ impl Search {
                 }
             };
             best = Some((Found { cycle, approach, error, met }, score));
-            if met && !small {
+            compared += usize::from(met);
+            if met && !few || compared >= COMPARED_FEW && !small {
                 break;
             }
         }
@@ -323,6 +349,7 @@ impl Search {
 fn merit(
     allocation: &mut Allocation,
     rules: &Rules<'_>,
+    rest: &RestPoses,
     law: &Law,
     aim: &Aim,
     extent_n: &[f64; 3],
@@ -340,8 +367,8 @@ fn merit(
                 continue;
             }
             let target_n = [0, 1, 2].map(|k| aim.target_n[k] + radius * way[k] / length * extent_n[k]);
-            let about = Aim { target_n, recentre: 0.0, turn_rests: false, ..*aim };
-            met += f64::from(allocation.polish(rules, law, &about) == Met::Yes);
+            let about = Aim { target_n, recentre: 0.0, turn_rests: false, rounds: 0, ..*aim };
+            met += f64::from(allocation.polish(rules, rest, law, &about) == Met::Yes);
             tried += 1.0;
             allocation.begin(kept.iter().copied());
         }
