@@ -54,9 +54,9 @@ fn map(area: &Area<'_>, compared: &Comparison) -> Result<(), DrawError> {
     let ((west, east), (south, north)) = (bounds(0), bounds(1));
     let (width, height) = picture::area_size(area);
     let (width_px, height_px) = (picture::chart_width(width), height - picture::around(false, true));
-    // Equal axes: the tighter direction sets the scale. Who keeps a station is seen from no nearer than a millimetre a px.
+    // Equal axes: the tighter direction sets the scale. Who keeps a station is seen from no nearer than 0.02 mm a px.
     let m_per_px =
-        ((east - west) / (width_px - 2.0 * AIR)).max((north - south) / (height_px - 2.0 * AIR)).max(1e-4);
+        ((east - west) / (width_px - 2.0 * AIR)).max((north - south) / (height_px - 2.0 * AIR)).max(2e-5);
     let (x, y) = (0.5 * (west + east), 0.5 * (south + north));
     let (half_x, half_y) = (0.5 * width_px * m_per_px, 0.5 * height_px * m_per_px);
     let mut legend = lines_of(compared);

@@ -267,6 +267,7 @@ fn draw_whole(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::record::ViaRecord;
 
     #[test]
     fn cycles_come_home_to_one_turn_and_lines_do_not_jump() {
@@ -290,6 +291,25 @@ mod tests {
                     assert!((p.1 - centre).abs() <= reach, "module {module} at {} s", p.0);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_transition_in_two_steps_is_drawn_by_way_of_its_pose_between() {
+        let mut record = crate::plot::sample::run(2, 1, 20.0, [[0.04, 0.0], [0.0, 0.04]]);
+        let (before, via_rad) = (record.cycles[0].turns[1], record.cycles[0].turns[1].to_rad + 1.0);
+        record.cycles[0].via = Some(ViaRecord { via_rad: vec![0.0, via_rad], turning_s: 0.1, rest_s: 0.2 });
+        let planned = &Curves::new(&record, 1).planned[0];
+        // From, there, still there, and where the swim begins; all shifted alike.
+        let [from, there, still, to] = [0, 1, 2, 3].map(|k| planned[k]);
+        for (seen, (t_s, rad)) in [from, there, still, to].iter().zip([
+            (0.0, before.from_rad),
+            (0.1, via_rad),
+            (0.3, via_rad),
+            (0.5, before.to_rad),
+        ]) {
+            assert!((seen.0 - t_s).abs() < 1e-12, "{seen:?} at {t_s} s");
+            assert!((seen.1 - from.1 - (rad - before.from_rad)).abs() < 1e-9, "{seen:?} for {rad} rad");
         }
     }
 

@@ -20,87 +20,26 @@
 //! rests there, the second, sent when everybody certainly has the first, does the rest. If somebody has not, the second
 //! is never sent: the fleet holds, at the poses between or where it was.
 
-use firmware::limits::Limits;
+use protocol::DecodeError;
 use protocol::ModuleState;
-use protocol::units::{Micros, MicrosSpan, Radians};
-use protocol::{DecodeError, ModboatCycle, Motion};
+use protocol::units::{Micros, MicrosSpan};
 use std::sync::Arc;
 
 use super::scenario::{Demand, Leg, Scenario};
 use crate::link::dispatcher::{Dispatcher, Event};
 use crate::modboat::control::{Controller, Observation, Target};
 use crate::modboat::distance::DistanceToCollision;
-use crate::modboat::motion::{Swing, Turn, Wrench};
+use crate::modboat::motion::{Turn, Wrench};
 use crate::modboat::observer::{Fix, Observer};
 use crate::modboat::plan::{Outcome, Plan};
 use crate::modboat::planner::Planner;
 use crate::modboat::table::Table;
 use crate::quantity::ParameterError;
 
-/// One decision, as dispatched (or, where the fleet is held, as not dispatched).
-#[derive(Clone, Debug, PartialEq)]
-pub struct Decision {
-    /// Cycle number k, from 1.
-    pub number: u32,
-    /// Start of the transition, fleet time.
-    pub start: Micros,
-    /// Length of the transition, all of it; zero where none is needed.
-    pub transition: MicrosSpan,
-    /// Its first step, where it has two.
-    pub via: Option<Via>,
-    /// Length of the swim cycle.
-    pub period: MicrosSpan,
-    /// The wrench asked for.
-    pub demand: Wrench,
-    /// Each module's transition; from = to where it does not move.
-    pub turns: Vec<Turn>,
-    /// The plan.
-    pub plan: Plan,
-    /// Time the planner took, µs.
-    pub solve_us: u64,
-}
+pub use decision::{Decision, Via};
+use decision::{cycles, first_cycles, give_up_second, steps};
 
-/// The first of two steps of a transition.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Via {
-    /// Where it ends, rad by module.
-    pub rad: Vec<f64>,
-    /// How long it turns.
-    pub turning: MicrosSpan,
-    /// How long it rests then: the least period a module takes.
-    pub rest: MicrosSpan,
-}
-
-impl Via {
-    fn length(&self) -> MicrosSpan {
-        MicrosSpan(self.turning.0 + self.rest.0)
-    }
-}
-
-impl Decision {
-    /// Number of the last cycle that is sent for it.
-    #[must_use]
-    pub fn last_number(&self) -> u32 {
-        self.number + u32::from(self.via.is_some())
-    }
-
-    /// Start of the cycle with the last step.
-    fn last_start(&self) -> Micros {
-        self.via.as_ref().map_or(self.start, |via| self.start.after(via.length()))
-    }
-
-    /// Start of the swim cycle.
-    #[must_use]
-    pub fn swim_start(&self) -> Micros {
-        self.start.after(self.transition)
-    }
-
-    /// End of the swim cycle.
-    #[must_use]
-    pub fn end(&self) -> Micros {
-        self.swim_start().after(self.period)
-    }
-}
+mod decision;
 
 /// See the module's documentation. `A` is the radio's address.
 pub struct Pilot<A> {
@@ -349,7 +288,8 @@ impl<A: Copy> Pilot<A> {
             .transition
             .clone()
             .unwrap_or_else(|| poses.iter().map(|&pose| Turn { from_rad: pose, to_rad: pose }).collect());
-        let (via, transition) = steps(&plan, &turns);
+        let speed_max_rad_s = self.scenario.modboat.tail_speed_max_rad_s;
+        let (via, transition) = steps(&plan, &turns, speed_max_rad_s);
         let number = self.decisions.last().map_or(1, |decision| decision.last_number() + 1);
         let decision = Decision { number, start, transition, via, period, demand, turns, plan, solve_us };
         self.swimming = decision.plan.outcome != Outcome::Held;
@@ -390,77 +330,9 @@ impl<A: Copy> Pilot<A> {
     }
 }
 
-/// The first step of a plan's transition, if it has two, and the length of all of it. Both steps are given shares of the
-/// planned time by their longest rotations: whatever speed the planner thought of, neither is faster.
-fn steps(plan: &Plan, turns: &[Turn]) -> (Option<Via>, MicrosSpan) {
-    if plan.transition.is_none() {
-        return (None, MicrosSpan(0));
-    }
-    let Some(via_rad) = plan.via_rad.as_ref().filter(|via| via.len() == turns.len()) else {
-        return (None, span(plan.transition_s));
-    };
-    let longest = |rotation: fn(&Turn, f64) -> f64| {
-        turns.iter().zip(via_rad).map(|(turn, &via)| rotation(turn, via).abs()).fold(0.0, f64::max)
-    };
-    let first = longest(|turn, via| via - turn.from_rad);
-    let second = longest(|turn, via| turn.to_rad - via);
-    let share = if first + second > 0.0 { first / (first + second) } else { 0.5 };
-    let turning = span(share * plan.transition_s);
-    // A cycle that only turns still has a period: the least that a module takes.
-    let rest = Limits::default().period_min;
-    (Some(Via { rad: via_rad.clone(), turning, rest }), MicrosSpan(span(plan.transition_s).0 + rest.0))
-}
-
-/// What is left of a decision whose second step was never sent: a turn to the poses between, and a rest there.
-fn give_up_second(decision: &mut Decision) {
-    let Some(via) = decision.via.take() else { return };
-    (decision.transition, decision.period) = (via.turning, via.rest);
-    for (turn, &rad) in decision.turns.iter_mut().zip(&via.rad) {
-        turn.to_rad = rad;
-    }
-    let plan = &mut decision.plan;
-    plan.outcome = Outcome::Held;
-    plan.cycle = via.rad.iter().map(|&rad| Swing { centerline_rad: rad, amplitude_rad: 0.0 }).collect();
-    plan.wrench = Wrench::default();
-    plan.error = if decision.demand == Wrench::default() { 0.0 } else { 1.0 };
-    plan.transition = Some(decision.turns.clone());
-    plan.via_rad = None;
-    plan.transition_s = f64::from(via.turning.as_secs_f32());
-    plan.travel_rad = decision.turns.iter().map(|turn| turn.rotation_rad().abs()).sum();
-}
-
-/// What goes over the wire first: all of a decision, or the first of its two steps.
-fn first_cycles(decision: &Decision) -> Vec<Motion> {
-    let Some(via) = &decision.via else { return cycles(decision) };
-    let one = |(turn, &rad): (&Turn, &f64)| {
-        Motion::Modboat(ModboatCycle {
-            rotation: Radians((rad - turn.from_rad) as f32),
-            centerline: Radians(rad as f32),
-            amplitude: Radians(0.0),
-            transition: via.turning,
-            period: via.rest,
-        })
-    };
-    decision.turns.iter().zip(&via.rad).map(one).collect()
-}
-
-/// What goes over the wire for the last step of a decision, and its swim cycle.
-fn cycles(decision: &Decision) -> Vec<Motion> {
-    let via = decision.via.as_ref();
-    let transition = MicrosSpan(decision.transition.0 - via.map_or(0, |via| via.length().0));
-    let from_rad = |module: usize, turn: &Turn| via.map_or(turn.from_rad, |via| via.rad[module]);
-    let one = |(module, (swing, turn)): (usize, (&Swing, &Turn))| {
-        Motion::Modboat(ModboatCycle {
-            rotation: Radians((turn.to_rad - from_rad(module, turn)) as f32),
-            centerline: Radians(swing.centerline_rad as f32),
-            amplitude: Radians(swing.amplitude_rad as f32),
-            transition,
-            period: decision.period,
-        })
-    };
-    decision.plan.cycle.iter().zip(&decision.turns).enumerate().map(one).collect()
-}
-
 fn span(seconds: f64) -> MicrosSpan {
     MicrosSpan((seconds * 1e6).round() as u32)
 }
+
+#[cfg(test)]
+mod tests;

@@ -46,8 +46,6 @@ pub struct Aim {
     pub pull_n2_rad2: f64,
     /// Share of the way to it that a polish goes.
     pub recentre: f64,
-    /// Whether rest poses may turn within their free arcs too.
-    pub turn_rests: bool,
     /// Rounds of taking back what neighbours do not allow; with none, that is a failure.
     pub rounds: usize,
 }
@@ -238,10 +236,8 @@ impl Allocation {
             }
             let taken_back = self.take_back(rules);
             std::mem::swap(&mut self.trial, &mut self.cycles);
-            if aim.turn_rests {
-                for (turn, cycle) in self.turns.iter_mut().zip(&self.cycles) {
-                    *turn = cycle.rest_rad.sin_cos();
-                }
+            for (turn, cycle) in self.turns.iter_mut().zip(&self.cycles).filter(|(_, cycle)| cycle.turns) {
+                *turn = cycle.rest_rad.sin_cos();
             }
             self.refresh(law, aim.target_n);
             if self.error_n() <= goal_n {
@@ -268,7 +264,7 @@ impl Allocation {
             let mut drawn_n = [0.0; 3];
             for module in 0..modules {
                 let cycle = self.trial[module];
-                let turn = if aim.turn_rests { cycle.rest_rad.sin_cos() } else { self.turns[module] };
+                let turn = if cycle.turns { cycle.rest_rad.sin_cos() } else { self.turns[module] };
                 let (thrust_n, slope) = law.thrust_and_slope(cycle.amplitude_rad);
                 let thrust_n = turned(thrust_n, turn);
                 let own_n = self.wrench_n(module, thrust_n);
@@ -284,7 +280,7 @@ impl Allocation {
                 for k in 0..3 {
                     drawn_n[k] += by_amplitude[k] * drawn;
                 }
-                if aim.turn_rests {
+                if cycle.turns {
                     // ∂u/∂p turns u by a right angle.
                     self.slopes[module][1] = self.wrench_n(module, [-thrust_n[1], thrust_n[0]]);
                 }
@@ -298,7 +294,7 @@ impl Allocation {
                 return false;
             }
             last_n = size_n;
-            self.outward(rest, law, residual_n, aim);
+            self.outward(rest, law, residual_n);
             for slopes in &self.slopes {
                 for slope in slopes {
                     for (row, &a) in normal.iter_mut().zip(slope) {
@@ -335,7 +331,7 @@ impl Allocation {
                 let magnitude = (sign * (cycle.amplitude_rad + step)).clamp(least_rad, most_rad);
                 moved_rad = moved_rad.max((sign * magnitude - cycle.amplitude_rad).abs());
                 cycle.amplitude_rad = sign * magnitude;
-                if aim.turn_rests && dot(p, p) > 0.0 {
+                if cycle.turns {
                     let [back, on] = rest.room_rad(module, cycle.rest_rad);
                     let turn_rad = (share * dot(p, y)).clamp(back, on);
                     moved_rad = moved_rad.max(turn_rad.abs());
@@ -351,7 +347,7 @@ impl Allocation {
     }
 
     /// Lets go of what stands at a bound and would be pushed beyond it: its slope counts as zero in this step.
-    fn outward(&mut self, rest: &RestPoses, law: &Law, residual_n: [f64; 3], aim: &Aim) {
+    fn outward(&mut self, rest: &RestPoses, law: &Law, residual_n: [f64; 3]) {
         let [least_rad, most_rad] = law.range_rad;
         // The direction of steepest descent stands for that of the step, which is not known yet.
         for (module, slopes) in self.slopes.iter_mut().enumerate() {
@@ -361,7 +357,7 @@ impl Allocation {
             if (magnitude <= least_rad && grows < 0.0) || (magnitude >= most_rad && grows > 0.0) {
                 slopes[0] = [0.0; 3];
             }
-            if aim.turn_rests && dot(slopes[1], slopes[1]) > 0.0 {
+            if cycle.turns {
                 let [back, on] = rest.room_rad(module, cycle.rest_rad);
                 let along = dot(slopes[1], residual_n);
                 if (along > 0.0 && on < 1e-12) || (along < 0.0 && back > -1e-12) {

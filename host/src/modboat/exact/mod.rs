@@ -24,15 +24,19 @@
 //! | [`allocation`] | amplitudes for a wrench: coordinate descent, Newton's method |
 //! | [`orientation`] | rest poses for a wrench and those about it |
 //! | [`approach`] | the way from here to there |
-//! | [`search`] | staying or turning |
+//! | [`merit`] | what rest poses are worth for what may come next |
+//! | [`search`] | staying where the tails rest |
+//! | [`turning`] | turning to other rest poses |
 
 pub mod allocation;
 pub mod approach;
 pub mod law;
+pub mod merit;
 pub mod neighbours;
 pub mod orientation;
 pub mod rest;
 pub mod search;
+pub mod turning;
 
 use crate::modboat::envelope::Envelope;
 use crate::modboat::motion::{Swing, Wrench};
@@ -43,6 +47,9 @@ use search::{Found, Search};
 
 /// Halvings of the interval in which the farthest wrench in a direction is looked for.
 const HALVINGS: usize = 6;
+
+/// Algorithm 1 is asked for help for so many modules at most: beyond, it takes too long.
+const FIELD_MODULES: usize = 100;
 
 /// Plans for one structure.
 #[derive(Clone, Debug)]
@@ -94,44 +101,32 @@ impl ExactPlanner {
 
     /// The best found for one demand: met if it can be, else the nearest.
     fn solve(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Option<Found> {
+        // Between free poses whatever is clear is loss tolerant.
+        let free = self.all_free && tails.is_none_or(|tails| self.search.may_stay(tails));
         let tolerances: &[bool] = match self.setting.config.loss_tolerant {
             LossTolerance::Off => &[false],
             LossTolerance::Require => &[true],
-            // Between free poses whatever is clear is loss tolerant.
-            LossTolerance::Prefer
-                if self.all_free && tails.is_none_or(|tails| self.search.may_stay(tails)) =>
-            {
-                &[true]
-            }
+            LossTolerance::Prefer if free => &[true],
             LossTolerance::Prefer => &[true, false],
         };
         let Self { setting, search, .. } = self;
-        let price = |found: &Found| {
-            let error = if found.met { 0.0 } else { found.error };
-            let transition_s = found.approach.as_ref().map_or(0.0, |approach| approach.transition_s);
-            error + setting.config.travel_weight * transition_s / setting.parameters.period_s
-        };
-        let mut best: Option<(Found, f64)> = None;
-        let mut consider = |found: Option<Found>| {
-            let Some(found) = found else { return false };
-            let own = price(&found);
-            let done = own <= setting.config.travel_weight;
-            if best.as_ref().is_none_or(|(_, least)| own < *least) {
-                best = Some((found, own));
-            }
-            done
-        };
+        let mut best = Cheapest { setting, found: None, price: f64::INFINITY };
+        let mut done = false;
         for &loss_tolerant in tolerances {
-            if let Some(tails) = tails
-                && consider(search.stay(setting, demand, tails, previous, loss_tolerant))
-            {
+            if done {
                 break;
             }
-            if consider(search.turn(setting, demand, tails, loss_tolerant)) {
-                break;
-            }
+            done = tails.is_some_and(|tails| {
+                best.offer(search.stay(setting, demand, tails, previous, loss_tolerant))
+            });
+            done = done || best.offer(search.turn(setting, demand, tails, loss_tolerant));
         }
-        best.map(|(found, _)| found)
+        let met = best.found.as_ref().is_some_and(|found| found.met);
+        let required = setting.config.loss_tolerant == LossTolerance::Require;
+        if !(done || met || required) && setting.cells.len() <= FIELD_MODULES {
+            best.offer(search.turn_by_field(setting, demand, tails, previous));
+        }
+        best.found
     }
 
     /// The farthest wrench in the direction of `demand`, up to `share` of it, that is met.
@@ -152,5 +147,27 @@ impl ExactPlanner {
             }
         }
         best
+    }
+}
+
+/// The cheapest of what is offered: relative error, and the time of the transition by `travel_weight`.
+struct Cheapest<'a> {
+    setting: &'a Setting,
+    found: Option<Found>,
+    price: f64,
+}
+
+impl Cheapest<'_> {
+    /// True if nothing much better can come.
+    fn offer(&mut self, found: Option<Found>) -> bool {
+        let Some(found) = found else { return false };
+        let weight = self.setting.config.travel_weight;
+        let transition_s = found.approach.as_ref().map_or(0.0, |approach| approach.transition_s);
+        let error = if found.met { 0.0 } else { found.error };
+        let price = error + weight * transition_s / self.setting.parameters.period_s;
+        if price < self.price {
+            (self.found, self.price) = (Some(found), price);
+        }
+        price <= weight
     }
 }

@@ -13,6 +13,8 @@ pub struct Cycle {
     pub amplitude_rad: f64,
     /// Whether the rest pose is free: out of every neighbour's reach.
     pub free: bool,
+    /// Whether it may still be turned, within its free arc.
+    pub turns: bool,
 }
 
 impl Cycle {

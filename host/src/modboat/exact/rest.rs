@@ -129,7 +129,7 @@ impl RestPoses {
     /// The cycle of a module that rests in this pose, at rest or of some amplitude.
     #[must_use]
     pub fn cycle(&self, module: usize, rest_rad: f64, amplitude_rad: f64) -> Cycle {
-        Cycle { rest_rad, amplitude_rad, free: self.is_free(module, rest_rad) }
+        Cycle { rest_rad, amplitude_rad, free: self.is_free(module, rest_rad), turns: false }
     }
 
     /// Whether the module is where it may start a cycle from: in a free pose, or anywhere if it has none.

@@ -1,0 +1,212 @@
+//! Cycles from other rest poses, for a demand that cannot be met from the present ones.
+//!
+//! Choices of rest poses are made one after another: first the present ones, turned a little, then poses that raise the
+//! margin at the demand ([`Orientation`](super::orientation::Orientation)) from ever other starts. For each the amplitudes
+//! follow as when staying, then the way there. Of many modules the first choice that meets the demand is taken. Few have
+//! less to spare, so that among those that meet it the one is taken from which most demands about this one can be met
+//! without turning again ([`merit`](super::merit)), less what the tails travel.
+//!
+//! What cannot be met from free rest poses is looked for among the cycles of Algorithm 1, polished.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::allocation::{Aim, Met};
+use super::approach;
+use super::neighbours::{Cycle, Rules};
+use super::search::{FEW, Found, SMALL, SWEEPS, Search};
+use crate::modboat::motion::{Swing, Wrench};
+use crate::modboat::potential_field::PotentialField;
+use crate::modboat::setting::{Setting, ends};
+use crate::quantity::wrap_rad;
+
+/// Choices tried for small structures, and those that meet the demand among which few modules' is chosen.
+const CHOICES_SMALL: usize = 60;
+const COMPARED_FEW: usize = 8;
+/// Choices tried for larger ones: so many modules altogether, between two bounds.
+const CHOICES_MODULES: usize = 800;
+const CHOICES_LEAST: usize = 8;
+const CHOICES_MOST: usize = 48;
+/// Chance that one of few modules is not turned in a choice of rest poses.
+const STAYS: f64 = 0.4;
+/// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad.
+const TRAVEL_1_RAD: f64 = 0.2;
+
+/// The best so far.
+struct Best {
+    found: Found,
+    score: f64,
+}
+
+impl Search {
+    /// Cycles from other rest poses, with the way there. The nearest found, if none meets the demand; `None` if no way was
+    /// found. Where the tails are known and may stay, the allocation must hold cycles that start there.
+    pub fn turn(
+        &mut self,
+        setting: &Setting,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        loss_tolerant: bool,
+    ) -> Option<Found> {
+        let modules = self.order.len();
+        let plain = self.aim(setting, demand);
+        let rules = Rules { setting, loss_tolerant };
+        let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
+        let choices = match modules {
+            ..=SMALL => CHOICES_SMALL,
+            _ => (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST),
+        };
+        let here = tails.filter(|tails| modules <= FEW && self.may_stay(tails));
+        self.best.clone_from(&self.allocation.cycles);
+        let (mut best, mut compared): (Option<Best>, usize) = (None, 0);
+        for choice in 0..choices {
+            let turned_here = here.is_some() && choice <= modules;
+            if turned_here {
+                // Everybody, or one after another, from where they are.
+                let all = choice == 0;
+                self.allocation.begin(
+                    self.best
+                        .iter()
+                        .enumerate()
+                        .map(|(module, &cycle)| Cycle { turns: all || module + 1 == choice, ..cycle }),
+                );
+            } else {
+                self.choose(setting, demand, tails, choice, &mut rng);
+            }
+            let Self { allocation, rest, law, order, merit, .. } = &mut *self;
+            let pull_n2_rad2 = if choice % 4 < 2 { plain.pull_n2_rad2 } else { 0.0 };
+            let aim = Aim { pull_n2_rad2, ..plain };
+            let mut met = turned_here && allocation.polish(&rules, rest, law, &aim) == Met::Yes;
+            if !met {
+                let shift = choice * order.len() / choices;
+                for _ in 0..SWEEPS {
+                    let order = order[shift..].iter().chain(&order[..shift]).copied();
+                    allocation.descend(&rules, law, &aim, order);
+                }
+                met = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
+            }
+            let mut score = 0.0;
+            if met && modules <= FEW {
+                let travel_rad: f64 = tails.map_or(0.0, |tails| {
+                    let cycles = allocation.cycles.iter().zip(tails);
+                    cycles.map(|(cycle, tail)| wrap_rad(cycle.rest_rad - tail).abs()).sum()
+                });
+                score = merit.of(allocation, &rules, rest, law, &plain)
+                    - TRAVEL_1_RAD * travel_rad / modules as f64;
+                compared += 1;
+            }
+            self.consider(setting, demand, tails, loss_tolerant, met, score, &mut best);
+            if met && (modules > FEW || modules > SMALL && compared >= COMPARED_FEW) && best.is_some() {
+                break;
+            }
+        }
+        best.map(|best| best.found)
+    }
+
+    /// Cycles of Algorithm 1, polished, wherever they start.
+    pub fn turn_by_field(
+        &mut self,
+        setting: &Setting,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+    ) -> Option<Found> {
+        let Setting { cells, positions_m, pairs, parameters, config, distance, .. } = setting;
+        let mut field = self
+            .field
+            .take()
+            .unwrap_or_else(|| Box::new(PotentialField::new(cells, positions_m, pairs, parameters, config)));
+        let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
+            let [from, to] = ends(i, j);
+            distance.along_bounded(offset, from, to, margin_rad)
+        };
+        let aim = self.aim(setting, demand);
+        let aim = Aim { recentre: 0.0, ..aim };
+        let rules = Rules { setting, loss_tolerant: false };
+        let mut best = None;
+        for candidate in field.solve(demand, previous, &swim) {
+            let Self { allocation, rest, law, .. } = &mut *self;
+            let start =
+                |(module, swing): (usize, &Swing)| rest.cycle(module, swing.start_rad(), swing.amplitude_rad);
+            allocation.begin(candidate.cycle.iter().enumerate().map(start));
+            if !allocation.allowed(&rules, law) {
+                continue;
+            }
+            let met = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
+            self.consider(setting, demand, tails, false, met, 0.0, &mut best);
+            if met && best.is_some() {
+                break;
+            }
+        }
+        self.field = Some(field);
+        best.map(|best| best.found)
+    }
+
+    /// The next choice of rest poses, everybody at rest.
+    fn choose(
+        &mut self,
+        setting: &Setting,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        choice: usize,
+        rng: &mut ChaCha8Rng,
+    ) {
+        let Self { rest, law, allocation, order, orientation, poses_rad, .. } = self;
+        let few = setting.cells.len() <= FEW;
+        for (module, pose_rad) in poses_rad.iter_mut().enumerate() {
+            let here = tails.map(|tails| tails[module]).filter(|&tail| rest.may_stay(module, tail));
+            *pose_rad = match here {
+                Some(tail_rad) if choice < 2 || few && rng.random_bool(STAYS) => tail_rad,
+                _ => {
+                    let stations = rest.stations_rad(module);
+                    stations[rng.random_range(0..stations.len())]
+                }
+            };
+        }
+        // Small structures are offered poses at random too.
+        if setting.cells.len() > SMALL || choice % 3 == 0 {
+            orientation.orient(law, rest, demand.to_array(), poses_rad, order);
+        }
+        let turns = choice % 2 == 1;
+        allocation.begin(poses_rad.iter().enumerate().map(|(module, &pose_rad)| {
+            // Who stays stays to the bit.
+            let stays = tails.is_some_and(|tails| tails[module].to_bits() == pose_rad.to_bits());
+            Cycle { turns: turns && !stays, ..rest.cycle(module, pose_rad, 0.0) }
+        }));
+    }
+
+    /// Keeps the cycles of the allocation if they are better than the best so far and there is a way to them.
+    #[expect(clippy::too_many_arguments, reason = "one step of two loops")]
+    fn consider(
+        &mut self,
+        setting: &Setting,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        loss_tolerant: bool,
+        met: bool,
+        score: f64,
+        best: &mut Option<Best>,
+    ) {
+        let mut cycle: Vec<Swing> = self.allocation.cycles.iter().map(|cycle| cycle.swing()).collect();
+        let error = setting.error(demand, setting.wrench(&cycle));
+        let better = best.as_ref().is_none_or(|best| match (met, best.found.met) {
+            (true, true) => score > best.score,
+            (met, other) => met && !other || met == other && error < best.found.error,
+        });
+        if !better {
+            return;
+        }
+        let approach = match tails {
+            None => None,
+            Some(tails) => {
+                let Self { solver, rest, .. } = self;
+                let way = approach::find(solver, setting, rest, tails, &mut cycle, loss_tolerant);
+                if way.is_none() {
+                    return;
+                }
+                way
+            }
+        };
+        *best = Some(Best { found: Found { cycle, approach, error, met }, score });
+    }
+}

@@ -1,0 +1,145 @@
+//! One decision, and what goes over the wire for it.
+
+use firmware::limits::Limits;
+use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::{ModboatCycle, Motion};
+
+use super::span;
+use crate::modboat::motion::{Swing, Turn, Wrench};
+use crate::modboat::plan::{Outcome, Plan};
+
+/// One decision, as dispatched (or, where the fleet is held, as not dispatched).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decision {
+    /// Cycle number k, from 1.
+    pub number: u32,
+    /// Start of the transition, fleet time.
+    pub start: Micros,
+    /// Length of the transition, all of it; zero where none is needed.
+    pub transition: MicrosSpan,
+    /// Its first step, where it has two.
+    pub via: Option<Via>,
+    /// Length of the swim cycle.
+    pub period: MicrosSpan,
+    /// The wrench asked for.
+    pub demand: Wrench,
+    /// Each module's transition; from = to where it does not move.
+    pub turns: Vec<Turn>,
+    /// The plan.
+    pub plan: Plan,
+    /// Time the planner took, µs.
+    pub solve_us: u64,
+}
+
+/// The first of two steps of a transition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Via {
+    /// Where it ends, rad by module.
+    pub rad: Vec<f64>,
+    /// How long it turns.
+    pub turning: MicrosSpan,
+    /// How long it rests then: the least period a module takes.
+    pub rest: MicrosSpan,
+}
+
+impl Via {
+    fn length(&self) -> MicrosSpan {
+        MicrosSpan(self.turning.0 + self.rest.0)
+    }
+}
+
+impl Decision {
+    /// Number of the last cycle that is sent for it.
+    #[must_use]
+    pub fn last_number(&self) -> u32 {
+        self.number + u32::from(self.via.is_some())
+    }
+
+    /// Start of the cycle with the last step.
+    pub(super) fn last_start(&self) -> Micros {
+        self.via.as_ref().map_or(self.start, |via| self.start.after(via.length()))
+    }
+
+    /// Start of the swim cycle.
+    #[must_use]
+    pub fn swim_start(&self) -> Micros {
+        self.start.after(self.transition)
+    }
+
+    /// End of the swim cycle.
+    #[must_use]
+    pub fn end(&self) -> Micros {
+        self.swim_start().after(self.period)
+    }
+}
+
+/// The first step of a plan's transition, if it has two, and the length of all of it. Each step gets what its longest
+/// rotation takes at the tails' greatest speed, and half of the time that the plan has to spare.
+pub(super) fn steps(plan: &Plan, turns: &[Turn], speed_max_rad_s: f64) -> (Option<Via>, MicrosSpan) {
+    if plan.transition.is_none() {
+        return (None, MicrosSpan(0));
+    }
+    let Some(via_rad) = plan.via_rad.as_ref().filter(|via| via.len() == turns.len()) else {
+        return (None, span(plan.transition_s));
+    };
+    let least_s = |rotation_rad: fn(&Turn, f64) -> f64| {
+        let longest = |most: f64, (turn, &via): (&Turn, &f64)| most.max(rotation_rad(turn, via).abs());
+        turns.iter().zip(via_rad).fold(0.0, longest) / speed_max_rad_s
+    };
+    let first_s = least_s(|turn, via| via - turn.from_rad);
+    let second_s = least_s(|turn, via| turn.to_rad - via);
+    let turning = span(first_s + 0.5 * (plan.transition_s - first_s - second_s).max(0.0));
+    // A cycle that only turns still has a period: the least that a module takes.
+    let rest = Limits::default().period_min;
+    (Some(Via { rad: via_rad.clone(), turning, rest }), MicrosSpan(span(plan.transition_s).0 + rest.0))
+}
+
+/// What is left of a decision whose second step was never sent: a turn to the poses between, and a rest there.
+pub(super) fn give_up_second(decision: &mut Decision) {
+    let Some(via) = decision.via.take() else { return };
+    (decision.transition, decision.period) = (via.turning, via.rest);
+    for (turn, &rad) in decision.turns.iter_mut().zip(&via.rad) {
+        turn.to_rad = rad;
+    }
+    let plan = &mut decision.plan;
+    plan.outcome = Outcome::Held;
+    plan.cycle = via.rad.iter().map(|&rad| Swing { centerline_rad: rad, amplitude_rad: 0.0 }).collect();
+    plan.wrench = Wrench::default();
+    plan.error = if decision.demand == Wrench::default() { 0.0 } else { 1.0 };
+    plan.transition = Some(decision.turns.clone());
+    plan.via_rad = None;
+    plan.transition_s = f64::from(via.turning.as_secs_f32());
+    plan.travel_rad = decision.turns.iter().map(|turn| turn.rotation_rad().abs()).sum();
+}
+
+/// What goes over the wire first: all of a decision, or the first of its two steps.
+pub(super) fn first_cycles(decision: &Decision) -> Vec<Motion> {
+    let Some(via) = &decision.via else { return cycles(decision) };
+    let one = |(turn, &rad): (&Turn, &f64)| {
+        Motion::Modboat(ModboatCycle {
+            rotation: Radians((rad - turn.from_rad) as f32),
+            centerline: Radians(rad as f32),
+            amplitude: Radians(0.0),
+            transition: via.turning,
+            period: via.rest,
+        })
+    };
+    decision.turns.iter().zip(&via.rad).map(one).collect()
+}
+
+/// What goes over the wire for the last step of a decision, and its swim cycle.
+pub(super) fn cycles(decision: &Decision) -> Vec<Motion> {
+    let via = decision.via.as_ref();
+    let transition = MicrosSpan(decision.transition.0 - via.map_or(0, |via| via.length().0));
+    let from_rad = |module: usize, turn: &Turn| via.map_or(turn.from_rad, |via| via.rad[module]);
+    let one = |(module, (swing, turn)): (usize, (&Swing, &Turn))| {
+        Motion::Modboat(ModboatCycle {
+            rotation: Radians((turn.to_rad - from_rad(module, turn)) as f32),
+            centerline: Radians(swing.centerline_rad as f32),
+            amplitude: Radians(swing.amplitude_rad as f32),
+            transition,
+            period: decision.period,
+        })
+    };
+    decision.plan.cycle.iter().zip(&decision.turns).enumerate().map(one).collect()
+}

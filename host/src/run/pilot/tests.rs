@@ -1,0 +1,128 @@
+use super::*;
+use crate::link::loopback::Node;
+use crate::modboat::motion::Swing;
+use crate::run::fleet::{Fleet, InProcess};
+use crate::sim::TailState;
+use crate::sim::module::TICK;
+use protocol::{MAX_DATAGRAM, Radio};
+
+const SCENARIO: &str = "name = \"t\"\n[structure]\nsize = \"2x1\"\n[[leg]]\nduration_s = 60.0\n\
+                        velocity_m_s = [0.0, 0.0]\nheading_rad = 0.0\n";
+/// Poses between and after; module 2 rests in the cycle that follows.
+const VIA_RAD: [f64; 2] = [1.0, -0.5];
+const TO_RAD: [f64; 2] = [2.0, -2.5];
+
+/// Two modules and their pilot, which decides nothing by itself: no fix ever reaches it.
+struct Drill {
+    pilot: Pilot<Node>,
+    fleet: InProcess,
+    now: Micros,
+    deaf: Option<Node>,
+}
+
+impl Drill {
+    fn ready() -> Self {
+        let scenario = Scenario::parse("t.toml", SCENARIO).expect("valid");
+        let pilot = Pilot::new(&scenario, 1, None, || Micros(0)).expect("valid");
+        let fleet = InProcess::new(&scenario, 1).expect("valid");
+        let mut drill = Self { pilot, fleet, now: Micros(0), deaf: None };
+        while !drill.pilot.missing().is_empty() {
+            assert!(drill.now < Micros(10_000_000), "still missing {:?}", drill.pilot.missing());
+            drill.tick();
+        }
+        drill
+    }
+
+    fn tick(&mut self) {
+        self.now = self.now.after(TICK);
+        self.fleet.advance(self.now).expect("a loopback");
+        let mut buffer = [0; MAX_DATAGRAM];
+        while let Some((length, from)) =
+            self.fleet.radio().receive(self.now, &mut buffer).expect("a loopback")
+        {
+            let _ = self.pilot.handle_datagram(self.now, from, &buffer[..length]);
+        }
+        self.pilot.handle_timer(self.now);
+        while let Some((to, datagram)) = self.pilot.poll_transmit() {
+            if self.deaf != Some(to) {
+                self.fleet.radio().send(self.now, to, &datagram).expect("a loopback");
+            }
+        }
+    }
+
+    /// Tail angles at `at`.
+    fn tails_at(&mut self, at: Micros) -> Vec<f64> {
+        while self.now < at {
+            self.tick();
+        }
+        let mut tails: Vec<TailState> = Vec::new();
+        self.fleet.tails(self.now, self.pilot.dispatcher(), &mut tails);
+        tails.iter().map(|tail| tail.angle_rad).collect()
+    }
+
+    /// Sends a plan by way of [`VIA_RAD`]; 0.4 s to turn in all.
+    fn by_way(&mut self) -> Decision {
+        let start = self.now.after(self.pilot.lead);
+        let cycle = [1.2, 0.0].iter().zip(TO_RAD);
+        let cycle = cycle.map(|(&amplitude_rad, start_rad)| Swing {
+            centerline_rad: start_rad - amplitude_rad,
+            amplitude_rad,
+        });
+        let plan = Plan {
+            cycle: cycle.collect(),
+            transition: Some(TO_RAD.map(|to_rad| Turn { from_rad: 0.0, to_rad }).to_vec()),
+            via_rad: Some(VIA_RAD.to_vec()),
+            transition_s: 0.4,
+            outcome: Outcome::Planned,
+            ..self.pilot.planner.plan(Wrench::default(), Some(&[0.0; 2]), None)
+        };
+        let now = self.now;
+        self.pilot.carry_out(now, start, Wrench::default(), &[0.0; 2], plan, 0);
+        self.pilot.decisions()[0].clone()
+    }
+}
+
+fn close(seen: &[f64], expected: [f64; 2]) {
+    assert!(seen.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.05), "{seen:?} for {expected:?}");
+}
+
+#[test]
+fn a_transition_in_two_steps_is_swum_by_way_of_its_poses_between() {
+    let mut drill = Drill::ready();
+    let decision = drill.by_way();
+    let via = decision.via.clone().expect("two steps");
+    // Least times 1/13 and 2/13 s; half of what is left of 0.4 s for each.
+    let first_s = 1.0 / 13.0 + 0.5 * (0.4 - 3.0 / 13.0);
+    assert!((f64::from(via.turning.as_secs_f32()) - first_s).abs() < 1e-6, "{via:?}");
+    assert_eq!((via.rest, decision.transition), (MicrosSpan(500_000), MicrosSpan(900_000)));
+    close(&drill.tails_at(decision.start), [0.0; 2]);
+    close(&drill.tails_at(decision.start.after(via.turning).after(MicrosSpan(400_000))), VIA_RAD);
+    close(&drill.tails_at(decision.swim_start()), TO_RAD);
+    // Half a period on, module 1 is at the other end of its swing; module 2 rests.
+    close(&drill.tails_at(decision.swim_start().after(MicrosSpan(750_000))), [2.0 - 2.4, -2.5]);
+    close(&drill.tails_at(decision.end().after(MicrosSpan(100_000))), TO_RAD);
+    assert_eq!(drill.pilot.refusals(), 0);
+    for link in drill.pilot.dispatcher().modules() {
+        assert_eq!((link.ledger().cycles, link.ledger().acknowledged), (2, 2));
+        assert!(link.has(decision.last_number()));
+    }
+}
+
+#[test]
+fn the_second_step_is_never_sent_if_somebody_has_not_the_first() {
+    let mut drill = Drill::ready();
+    drill.deaf = Some(Node(2));
+    let decision = drill.by_way();
+    close(&drill.tails_at(decision.end().after(MicrosSpan(1_000_000))), [VIA_RAD[0], 0.0]);
+    assert!(!drill.pilot.is_swimming());
+    assert!(drill.pilot.dispatcher().modules().iter().all(|link| !link.has(decision.last_number())));
+    // What is on record is what was sent: a turn to the poses between, and a rest.
+    let left = &drill.pilot.decisions()[0];
+    assert_eq!(
+        (left.via.as_ref(), left.plan.outcome, left.plan.wrench),
+        (None, Outcome::Held, Wrench::default())
+    );
+    assert_eq!(left.turns.iter().map(|turn| turn.to_rad).collect::<Vec<_>>(), VIA_RAD);
+    assert!(left.end() < decision.swim_start());
+    assert!(drill.pilot.missing().is_empty(), "both report where they rest");
+}
