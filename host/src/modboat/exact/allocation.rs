@@ -245,10 +245,10 @@ impl Allocation {
             }
             // Nothing was in the way, or taking back cost more than was won: as near as it gets.
             if !taken_back && (met || self.error_n() > 0.9 * before_n) {
-                return Met::No;
+                break;
             }
         }
-        Met::No
+        if self.error_n() <= EXACT * norm_n { Met::Yes } else { Met::No }
     }
 
     /// Newton steps on the trial, starting from the cycles; true if it meets the goal.

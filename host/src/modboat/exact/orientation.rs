@@ -19,7 +19,7 @@ use super::rest::RestPoses;
 /// Sharpness of the weights: a margin smaller by 0.1 counts e² as much.
 const SHARPNESS: f64 = 20.0;
 /// Sweeps over all modules.
-const SWEEPS: usize = 3;
+const SWEEPS: usize = 2;
 /// Weights are worked out anew so many times a sweep.
 const REFRESHES: usize = 8;
 
@@ -114,8 +114,8 @@ impl Orientation {
         order: &[usize],
     ) {
         let count = self.count();
+        self.sum(law, poses_rad.iter().copied(), demand);
         for _ in 0..SWEEPS {
-            self.sum(law, poses_rad.iter().copied(), demand);
             let chunk = order.len().div_ceil(REFRESHES);
             for modules in order.chunks(chunk) {
                 let least = self.sums.iter().fold(f64::INFINITY, |least, &m| least.min(m));

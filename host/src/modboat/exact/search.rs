@@ -33,10 +33,12 @@ pub(super) const SWEEPS: usize = 3;
 /// Starts of coordinate descent from given rest poses: of modules that can spare them, and of fewer.
 const STARTS: usize = 3;
 const STARTS_FEW: usize = 8;
+/// Below this margin one start has to do.
+const SMALL_MARGIN: f64 = 0.05;
 /// Rounds of taking back what neighbours do not allow.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 4;
 /// Amplitudes to start Newton's method from, rad.
-const STARTS_RAD: [f64; 3] = [1.75, 1.2, 2.3];
+const STARTS_RAD: [f64; 5] = [1.75, 1.2, 2.3, 1.5, 2.0];
 /// The amplitude that leaves most room either way, rad.
 const MIDDLE_RAD: f64 = 1.75;
 /// A cycle belongs to where a tail is if it starts no further from it, rad.
@@ -147,12 +149,18 @@ impl Search {
             self.allocation.begin(tails.iter().enumerate().map(at_rest));
         }
         let mut met = continued.unwrap_or(Met::No);
-        let tails_rad = tails.iter().copied();
-        if met != Met::Yes && self.orientation.margin(&self.law, tails_rad, demand.to_array()) >= 0.0 {
+        let margin = |search: &mut Self| {
+            search.orientation.margin(&search.law, tails.iter().copied(), demand.to_array())
+        };
+        // Collisions aside nothing could meet the demand where the margin is below zero; with them little does where it is small.
+        if met != Met::Yes
+            && let margin = margin(self)
+            && margin >= 0.0
+        {
             met = if tails.len() <= SMALL {
                 self.all_signs(setting, &aim, tails, loss_tolerant)
             } else {
-                self.descend(setting, &aim, tails, loss_tolerant, continued.is_some())
+                self.descend(setting, &aim, tails, loss_tolerant, continued.is_some(), margin)
             };
         }
         let turns = tails.iter().map(|&tail| Turn { from_rad: tail, to_rad: tail }).collect();
@@ -195,10 +203,15 @@ impl Search {
         tails: &[f64],
         loss_tolerant: bool,
         near: bool,
+        margin: f64,
     ) -> Met {
         let Self { rest, law, allocation, order, .. } = self;
         let rules = Rules { setting, loss_tolerant };
-        let starts = if tails.len() <= FEW { STARTS_FEW } else { STARTS };
+        let starts = match tails.len() {
+            ..=FEW => STARTS_FEW,
+            _ if margin < SMALL_MARGIN => 1,
+            _ => STARTS,
+        };
         for start in 0..starts {
             // First from what could not be polished, if that is near; then from rest.
             if start > 0 || !near {
@@ -241,6 +254,9 @@ impl Search {
             }
         }
         if score == f64::NEG_INFINITY {
+            // Whatever was tried last need not be allowed.
+            let at_rest = |(module, &tail_rad): (usize, &f64)| rest.cycle(module, tail_rad, 0.0);
+            allocation.begin(tails.iter().enumerate().map(at_rest));
             return Met::No;
         }
         allocation.begin(best.iter().copied());

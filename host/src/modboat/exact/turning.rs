@@ -21,7 +21,8 @@ use crate::modboat::setting::{Setting, ends};
 use crate::quantity::wrap_rad;
 
 /// Choices tried for small structures, and those that meet the demand among which few modules' is chosen.
-const CHOICES_SMALL: usize = 60;
+const CHOICES_SMALL: usize = 80;
+const CHOICES_FIRST: usize = 120;
 const COMPARED_FEW: usize = 8;
 /// Choices tried for larger ones: so many modules altogether, between two bounds.
 const CHOICES_MODULES: usize = 800;
@@ -29,8 +30,10 @@ const CHOICES_LEAST: usize = 8;
 const CHOICES_MOST: usize = 48;
 /// Chance that one of few modules is not turned in a choice of rest poses.
 const STAYS: f64 = 0.4;
-/// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad.
-const TRAVEL_1_RAD: f64 = 0.2;
+/// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad. Three modules
+/// must turn now and then whatever they do: little.
+const TRAVEL_1_RAD: f64 = 0.6;
+const TRAVEL_OF_THREE_1_RAD: f64 = 2.0;
 
 /// The best so far.
 struct Best {
@@ -53,11 +56,22 @@ impl Search {
         let rules = Rules { setting, loss_tolerant };
         let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
         let choices = match modules {
+            // Where the tails are not known all is open, and it happens once.
+            ..=SMALL if tails.is_none() => CHOICES_FIRST,
             ..=SMALL => CHOICES_SMALL,
             _ => (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST),
         };
         let here = tails.filter(|tails| modules <= FEW && self.may_stay(tails));
         self.best.clone_from(&self.allocation.cycles);
+        let price_1_rad = if modules < SMALL { TRAVEL_OF_THREE_1_RAD } else { TRAVEL_1_RAD };
+        // What is taken off a score for the tails' travel by the shortest way.
+        let price = |cycles: &[Cycle]| {
+            let travel_rad: f64 = tails.map_or(0.0, |tails| {
+                let cycles = cycles.iter().zip(tails);
+                cycles.map(|(cycle, tail)| wrap_rad(cycle.rest_rad - tail).abs()).sum()
+            });
+            price_1_rad * travel_rad / modules as f64
+        };
         let (mut best, mut compared): (Option<Best>, usize) = (None, 0);
         for choice in 0..choices {
             let turned_here = here.is_some() && choice <= modules;
@@ -74,6 +88,14 @@ impl Search {
                 self.choose(setting, demand, tails, choice, &mut rng);
             }
             let Self { allocation, rest, law, order, merit, .. } = &mut *self;
+            // No merit is above one: what travels too far need not be looked at.
+            let hopeless = |cycles: &[Cycle], best: &Option<Best>| {
+                modules <= FEW
+                    && best.as_ref().is_some_and(|best| best.found.met && 1.0 - price(cycles) <= best.score)
+            };
+            if hopeless(&allocation.cycles, &best) {
+                continue;
+            }
             let pull_n2_rad2 = if choice % 4 < 2 { plain.pull_n2_rad2 } else { 0.0 };
             let aim = Aim { pull_n2_rad2, ..plain };
             let mut met = turned_here && allocation.polish(&rules, rest, law, &aim) == Met::Yes;
@@ -87,12 +109,10 @@ impl Search {
             }
             let mut score = 0.0;
             if met && modules <= FEW {
-                let travel_rad: f64 = tails.map_or(0.0, |tails| {
-                    let cycles = allocation.cycles.iter().zip(tails);
-                    cycles.map(|(cycle, tail)| wrap_rad(cycle.rest_rad - tail).abs()).sum()
-                });
-                score = merit.of(allocation, &rules, rest, law, &plain)
-                    - TRAVEL_1_RAD * travel_rad / modules as f64;
+                if hopeless(&allocation.cycles, &best) {
+                    continue;
+                }
+                score = merit.of(allocation, &rules, rest, law, &plain) - price(&allocation.cycles);
                 compared += 1;
             }
             self.consider(setting, demand, tails, loss_tolerant, met, score, &mut best);
@@ -164,7 +184,7 @@ impl Search {
             };
         }
         // Small structures are offered poses at random too.
-        if setting.cells.len() > SMALL || choice % 3 == 0 {
+        if setting.cells.len() > SMALL || choice.is_multiple_of(3) {
             orientation.orient(law, rest, demand.to_array(), poses_rad, order);
         }
         let turns = choice % 2 == 1;
