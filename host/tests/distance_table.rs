@@ -10,7 +10,7 @@ const SCENARIO: &str = r#"
 name = "table"
 structure = { size = "3x1" }
 modboat = { amplitude_min_rad = 2.5, amplitude_max_rad = 2.6 }
-planner = { distance = "table" }
+planner = { kind = "potential-field", distance = "table" }
 
 [[leg]]
 duration_s = 6.0

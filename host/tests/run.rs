@@ -137,7 +137,7 @@ fn json_is_the_summary() {
 /// A motor far too weak for its waveform, planned without any margin: the tails lag and meet.
 #[test]
 fn tails_that_touch_fail_the_run() {
-    let weak = "[motor]\nacceleration_max_rad_s2 = 5\n[planner]\nmargin_rad = 0\ntransition_margin_rad = 0\n";
+    let weak = "[motor]\nacceleration_max_rad_s2 = 5\n[planner]\nkind = \"potential-field\"\nmargin_rad = 0\ntransition_margin_rad = 0\n";
     let folder = scenario(12.0, weak);
     let finished = Process::start(folder.path(), &["run", "t.toml", "--out", "o"]).finish();
     assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");

@@ -10,6 +10,7 @@
 //! | [`reconfigure`] | seeded reconfigurations of ROVs |
 //! | [`rules`] | import rules and bans, read off the source text |
 //! | [`spoil`] | ways to spoil a plan of ROVs |
+//! | [`stream`] | planners asked demand after demand, and what came of it |
 //! | [`figures`] | quantiles |
 
 pub mod checker;
@@ -20,3 +21,4 @@ pub mod random;
 pub mod reconfigure;
 pub mod rules;
 pub mod spoil;
+pub mod stream;

@@ -1,4 +1,4 @@
-//! Plans by the table of distances (§II-A of the paper) against plans by the collision regions: the same demands, the
+//! Plans of the potential field by the table of distances (§II-A of the paper) against plans by the collision regions: the same demands, the
 //! same seeds, each planner going on from its own plans.
 
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use criterion::Criterion;
 use host::modboat::distance::DistanceToCollision;
 use host::modboat::parameters::Parameters;
 use host::modboat::plan::Outcome;
-use host::modboat::planner::Planner;
+use host::modboat::planner::{Planner, PlannerKind};
 use host::modboat::planner_config::PlannerConfig;
 use host::modboat::structure::Structure;
 use host::modboat::table::Table;
@@ -106,12 +106,13 @@ pub fn print(_: &mut Criterion) {
     eprintln!(
         "                 µs       µs        µs                                               %       %"
     );
+    let field = PlannerKind::PotentialField;
     for shape in SHAPES {
         let structure = Structure::from_word(shape).expect(shape);
         for sequence in Sequence::BOTH {
             eprintln!("{} modules, {}", structure.len(), sequence.name());
-            let direct = Score::of(planner(&structure, &distance), &structure, sequence);
-            let by_table = planner(&structure, &distance).with_table(Arc::clone(&table));
+            let direct = Score::of(planner(field, &structure, &distance), &structure, sequence);
+            let by_table = planner(field, &structure, &distance).with_table(Arc::clone(&table));
             let by_table = Score::of(by_table, &structure, sequence);
             direct.print("direct", "");
             by_table.print("table", &format!("{:.2}", by_table.mean_us() / direct.mean_us()));

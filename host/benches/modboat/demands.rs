@@ -7,7 +7,7 @@ use host::modboat::distance::DistanceToCollision;
 use host::modboat::motion::{Swing, Wrench};
 use host::modboat::parameters::Parameters;
 use host::modboat::plan::Plan;
-use host::modboat::planner::Planner;
+use host::modboat::planner::{Planner, PlannerKind};
 use host::modboat::planner_config::PlannerConfig;
 use host::modboat::structure::Structure;
 use rand::{RngExt, SeedableRng};
@@ -98,7 +98,7 @@ pub fn stream(
 }
 
 /// A planner by the collision regions.
-pub fn planner(structure: &Structure, distance: &Arc<DistanceToCollision>) -> Planner {
-    let config = PlannerConfig::default();
+pub fn planner(kind: PlannerKind, structure: &Structure, distance: &Arc<DistanceToCollision>) -> Planner {
+    let config = PlannerConfig { kind, ..PlannerConfig::default() };
     Planner::with_distance(structure, &Parameters::default(), &config, Arc::clone(distance))
 }

@@ -1,7 +1,7 @@
 //! Criterion benches of Modboat planning: two tails, whole plans, transitions.
 //!
 //! `cargo bench -p host --bench modboat` first prints how plans by the table of distances compare with plans by the
-//! collision regions; `-- geometry` or `-- plan` after it runs a part.
+//! collision regions; `-- geometry` or `-- "plan exact"` after it runs a part.
 
 mod comparison;
 mod demands;

@@ -47,7 +47,7 @@ pub(super) fn main(parameters: &Parameters, plot: Option<&Path>) -> Result<(), F
         None => None,
     };
     let mut shown = None;
-    let outcome = filter::run(|line| answer(line, parameters, &mut shown));
+    let outcome = filter::run(|_, line| answer(line, parameters, &mut shown));
     match (picture, shown) {
         (Some((file, mut to)), Some(shown)) => {
             let count = shown.cells.len();

@@ -17,8 +17,8 @@ struct Refusal {
     error: String,
 }
 
-/// Answers line by line until the input ends or nobody reads any more.
-pub(super) fn run(mut answer: impl FnMut(&str) -> Result<String, String>) -> Result<(), Failure> {
+/// Answers line by line until the input ends or nobody reads any more; `answer` is told the line's number, from 1.
+pub(super) fn run(mut answer: impl FnMut(u64, &str) -> Result<String, String>) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     let mut bad = 0;
     let mut input = std::io::stdin().lock();
@@ -26,7 +26,7 @@ pub(super) fn run(mut answer: impl FnMut(&str) -> Result<String, String>) -> Res
         let line =
             next_line(&mut input).map_err(|error| Failure::Could(format!("standard input: {error}")))?;
         let Some(line) = line else { break };
-        let answer = match line.and_then(|line| answer(&line)) {
+        let answer = match line.and_then(|line| answer(number, &line)) {
             Ok(answer) => answer,
             Err(error) => {
                 bad += 1;

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::planner::PlannerArguments;
 use super::progress::Bar;
-use super::{Failure, envelope, filter};
+use super::{Failure, envelope, filter, tell};
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::parameters::Parameters;
@@ -147,11 +147,11 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     // Shows itself on a terminal only, and only if there is a table to load.
     let table = distances::table(&parameters, &config, &mut Bar::new("plan"));
     let mut stream = Stream { parameters, config, distance, table, planners: HashMap::new(), previous: None };
-    filter::run(|line| stream.answer(line))
+    filter::run(|number, line| stream.answer(number, line))
 }
 
 impl Stream {
-    fn answer(&mut self, line: &str) -> Result<String, String> {
+    fn answer(&mut self, number: u64, line: &str) -> Result<String, String> {
         let request = Request::read(line)?;
         let modules = request.cells.len();
         let planner = self.planner(&request.cells)?;
@@ -180,6 +180,12 @@ impl Stream {
             previous.as_deref(),
         );
         let solve_us = began.elapsed().as_micros() as u64;
+        if plan.outside_envelope {
+            let share = 100.0 * (1.0 - plan.error);
+            tell(&format!(
+                "line {number}: the demand lies outside the envelope: {share:.1} % of it in the same direction (--envelope tells more)"
+            ));
+        }
         let Plan {
             outcome, cycle, transition, wrench, error, travel_rad, clearance_m, loss_tolerant, ..
         } = &plan;

@@ -48,9 +48,13 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
     )?;
     writeln!(
         out,
-        "  planner    {}: wrench error {:.1} % on average; {:.2} ms median, {:.2} ms at most",
+        "  planner    {}: wrench error {:.1} % on average{}; {:.2} ms median, {:.2} ms at most",
         summary.planner,
         100.0 * cycles.mean_error,
+        match cycles.outside_envelope {
+            0 => String::new(),
+            count => format!(", {count} demands outside the envelope"),
+        },
         cycles.solve_us_median as f64 * 1e-3,
         cycles.solve_us_max as f64 * 1e-3
     )?;

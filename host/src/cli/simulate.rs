@@ -63,7 +63,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         Some(name) => Some(vehicles::open(name).map_err(|error| Failure::Bad(error.to_string()))?),
         None => None,
     };
-    filter::run(|line| answer(line, vehicle.as_ref()))
+    filter::run(|_, line| answer(line, vehicle.as_ref()))
 }
 
 fn answer(line: &str, usual: Option<&Vehicle>) -> Result<String, String> {

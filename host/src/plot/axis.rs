@@ -12,6 +12,8 @@ enum Format {
     Decimals(usize),
     /// As multiples of π/2.
     QuarterTurns,
+    /// As the number whose logarithm it is.
+    Logarithm,
 }
 
 /// One axis of a panel.
@@ -76,6 +78,15 @@ impl Axis {
         axis
     }
 
+    /// An axis for logarithms to base ten, with ticks at those of `values` (positive, ascending) and some air beyond the
+    /// first and the last.
+    #[must_use]
+    pub fn logarithmic(values: &[f64]) -> Self {
+        let ticks: Vec<f64> = values.iter().map(|v| v.log10()).collect();
+        let (low, high) = extent(ticks.iter().copied()).unwrap_or((0.0, 1.0));
+        Self { range: widened(low, high, 0.04), ticks, format: Format::Logarithm }
+    }
+
     fn with_step(range: Range<f64>, step: f64) -> Self {
         // A tick on the very end of an axis must not be lost to rounding.
         let slack = step * 1e-6;
@@ -98,6 +109,7 @@ impl Axis {
         match self.format {
             Format::Decimals(decimals) => number(value, decimals),
             Format::QuarterTurns => quarter_turns(value),
+            Format::Logarithm => power_of_ten(value),
         }
     }
 }
@@ -189,9 +201,33 @@ fn quarter_turns(value: f64) -> String {
     }
 }
 
+/// 10^exponent: written out from a hundredth to ten thousand, as 10ⁿ beyond.
+fn power_of_ten(exponent: f64) -> String {
+    let whole = exponent.round();
+    if (exponent - whole).abs() > 1e-9 || (-2.0..=4.0).contains(&whole) {
+        let decimals = if exponent < -1e-9 { (-exponent).ceil() as usize } else { 0 };
+        return number(10f64.powf(exponent), decimals);
+    }
+    let raised = |c: char| match c {
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        c => c.to_digit(10).and_then(|d| char::from_u32(0x2070 + d)).unwrap_or('⁻'),
+    };
+    format!("10{}", number(whole, 0).chars().map(raised).collect::<String>())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn logarithms_read_as_their_numbers() {
+        let axis = Axis::logarithmic(&[1e-12, 0.01, 0.1, 1.0, 3.0, 25.0, 1024.0, 1e6]);
+        let labels: Vec<_> = axis.ticks().iter().map(|&t| axis.label(t)).collect();
+        assert_eq!(labels, ["10⁻¹²", "0.01", "0.1", "1", "3", "25", "1024", "10⁶"]);
+        assert!(axis.range.start < -12.0 && axis.range.end > 6.0);
+    }
 
     #[test]
     fn ticks_stand_at_round_values_inside_the_interval() {

@@ -9,7 +9,8 @@
 //!
 //! Those of a comparison of planners, `trajectories.svg` and `heading.svg`, are in [`compare`].
 //! Beside a run's there are the picture of a map with paths, [`path`], that of the wrenches a structure can give,
-//! [`envelope`], and those of a reconfiguration of ROVs, [`reconfigure`].
+//! [`envelope`], that of planners against the size of structures, [`scaling`], and those of a reconfiguration of ROVs,
+//! [`reconfigure`].
 //!
 //! Each picture is a pure function from the record to a text; only [`write_all`] touches the disk.
 
@@ -33,6 +34,7 @@ pub mod picture;
 pub mod reconfigure;
 #[cfg(test)]
 mod sample;
+pub mod scaling;
 pub mod style;
 pub mod tails;
 pub mod trajectory;

@@ -129,6 +129,7 @@ fn swim(
             swings,
             turns,
             via: None,
+            outside_envelope: false,
             loss_tolerant: true,
         });
     }

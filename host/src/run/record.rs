@@ -51,6 +51,8 @@ pub struct CycleRecord {
     pub error: f64,
     /// Total tail travel of the transition, rad.
     pub travel_rad: f64,
+    /// Whether the demand lay outside the envelope, so that nothing could have met it.
+    pub outside_envelope: bool,
     /// Least distance between the surfaces of two tails over transition and cycle as planned, m.
     pub clearance_m: f64,
     /// Time the planner took, µs.

@@ -93,6 +93,7 @@ impl Recorder {
                         turning_s: f64::from(via.turning.as_secs_f32()),
                         rest_s: f64::from(via.rest.as_secs_f32()),
                     }),
+                    outside_envelope: plan.outside_envelope,
                     loss_tolerant: plan.loss_tolerant,
                 }
             })

@@ -103,6 +103,8 @@ pub struct CycleFigures {
     pub loss_tolerant_share: f64,
     /// Mean time from one decision to the next, s.
     pub mean_interval_s: f64,
+    /// With a demand outside the envelope, which nothing could have met.
+    pub outside_envelope: usize,
     /// Mean relative error of the wrench.
     pub mean_error: f64,
     /// Mean tail travel in the transitions, rad a module.
@@ -265,6 +267,7 @@ fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigure
         without_transition_share: mean(&|cycle| f64::from(u8::from(cycle.transition_s == 0.0))),
         loss_tolerant_share: mean(&|cycle| f64::from(u8::from(cycle.loss_tolerant))),
         mean_interval_s: record.mean_interval_s(),
+        outside_envelope: cycles.iter().filter(|cycle| cycle.outside_envelope).count(),
         mean_error: mean(&|cycle| cycle.error),
         mean_travel_rad: mean(&|cycle| cycle.travel_rad / cycle.swings.len().max(1) as f64),
         solve_us_median: solve_us.get(solve_us.len() / 2).copied().unwrap_or(0),

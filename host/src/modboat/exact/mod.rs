@@ -73,7 +73,8 @@ impl ExactPlanner {
     /// See [`Planner::plan`](crate::modboat::planner::Planner::plan).
     pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
         let known = tails.is_none_or(|tails| tails.iter().all(|tail| tail.is_finite()));
-        if !(known && demand.to_array().iter().all(|component| component.is_finite())) {
+        // Neither what is no number nor what has no square is a demand.
+        if !(known && demand.weighted_norm(self.setting.config.weights).is_finite()) {
             return self.setting.hold(demand, tails, previous);
         }
         let mut found = self.solve(demand, tails, previous);
@@ -171,3 +172,6 @@ impl Cheapest<'_> {
         price <= weight
     }
 }
+
+#[cfg(test)]
+mod tests;
