@@ -31,31 +31,25 @@ fn pairs() -> &'static [Pair] {
             }
         }
         on_both_cores(&jobs, |&(shape, share, sequence)| {
-            let course = |planner, walks, each| {
-                let (structure, kind) = (structure(shape), kind.clone());
-                Course { structure, kind, config: settings(planner), share, sequence, walks, each, times: 1 }
-                    .run()
-            };
             // What is only printed may be less.
             let promised = share <= SHARE;
             let (walks, each) = match (full(), promised) {
                 (true, true) => (20, 500),
                 (true, false) => (10, 200),
-                (false, true) => (10, 150),
+                (false, true) => (10, 120),
                 (false, false) => (10, 25),
             };
-            let field = match (full(), promised) {
-                (true, true) => 60,
-                (true, false) => 20,
-                (false, true) => 12,
-                (false, false) => 4,
+            let course = |planner| {
+                let (structure, kind) = (structure(shape), kind.clone());
+                Course { structure, kind, config: settings(planner), share, sequence, walks, each, times: 1 }
+                    .run()
             };
             Pair {
                 shape,
                 share,
                 sequence,
-                exact: course(PlannerKind::Exact, walks, each),
-                field: course(PlannerKind::PotentialField, 10, field),
+                exact: course(PlannerKind::Exact),
+                field: course(PlannerKind::PotentialField),
             }
         })
     })

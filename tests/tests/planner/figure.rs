@@ -22,7 +22,7 @@ const SIZES: [(&str, [usize; 2]); 6] = [
 
 /// Times are those of the machine that draws it; everything else comes out the same.
 #[test]
-#[ignore = "writes the picture of the documentation: cargo test --release -p tests --test planner figure -- --ignored"]
+#[ignore = "writes the picture of the documentation: cargo test -p tests --test planner figure -- --ignored"]
 fn figure_time_and_error_against_size() {
     let _alone = alone();
     let kind = Kind::new(Parameters::default());

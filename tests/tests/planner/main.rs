@@ -3,8 +3,8 @@
 //! `cargo test -p tests --test planner -- --nocapture` prints every table; with `FLOTILLA_FULL=1` in the environment on
 //! ten times as many plans and more. Demands are uniform by volume in a share of the envelope (every wrench that modules
 //! pushing up to F(2.6 rad) in any direction could give), one by one or in walks whose steps have a deviation of 0.03, or
-//! 0.1, of half the bounding box along each axis. The potential field is asked fewer of them where it is slow; its first
-//! demands are those of the exact planner.
+//! 0.1, of half the bounding box along each axis. The potential field is asked the same; fewer in tables (d) to (f), which
+//! say so.
 //!
 //! Tables are made one after the other, each on two threads, so that the one of times has the machine to itself. Times are
 //! printed and never asserted.

@@ -75,7 +75,7 @@ fn run(job: &Job, kind: &Kind, planner: PlannerKind) -> Tally {
 
 fn jobs() -> Vec<Job> {
     // Modules times plans for a structure; pairs to be checked for each; random shapes.
-    let (work, pairs, shapes) = if full() { (100_000, 16_000, 320) } else { (5_000, 1_500, 40) };
+    let (work, pairs, shapes) = if full() { (80_000, 18_000, 320) } else { (4_000, 1_500, 40) };
     let plans = |modules: usize| (work / modules).clamp(12, if full() { 4_000 } else { 250 });
     let mut jobs: Vec<Job> = (2..=32_usize)
         .rev()
@@ -118,7 +118,7 @@ fn table_d_outcomes_and_collisions() {
     let jobs = jobs();
     let exact = on_both_cores(&jobs, |job| run(job, &kind, PlannerKind::Exact));
     // The potential field: the first demands of every part.
-    let few = if full() { 40 } else { 10 };
+    let few = 10;
     let field = on_both_cores(&jobs, |job| {
         let (structure, plans) = (job.structure.clone(), job.plans.min(few));
         run(&Job { structure, plans, pairs: 0, ..*job }, &kind, PlannerKind::PotentialField)

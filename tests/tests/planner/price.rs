@@ -31,7 +31,7 @@ fn table_c_the_price_of_loss_tolerance_with_long_tails() {
     }
     let rows = on_both_cores(&jobs, |(shape, sequence, _, config)| {
         let (structure, kind, config, sequence) = (structure(shape), kind.clone(), config.clone(), *sequence);
-        let each = if full() { 100 } else { 15 };
+        let each = if full() { 100 } else { 10 };
         Course { structure, kind, config, share: SHARE, sequence, walks: 10, each, times: 1 }.run()
     });
     let mut table = String::new();

@@ -2,7 +2,7 @@
 //!
 //! *Staying.* From the cycle before, Newton's method alone meets most demands of a closed loop. If not, coordinate descent
 //! looks for other amplitudes, unless the margin of the present rest poses ([`Orientation`]) says that there are none. In
-//! structures of up to [`SMALL`] modules, which have little to spare, all patterns of signs are gone through.
+//! structures of up to four modules, which have little to spare, all patterns of signs are gone through.
 //!
 //! *Turning* is in [`turning`](super::turning).
 //!

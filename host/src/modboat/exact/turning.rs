@@ -32,7 +32,7 @@ const CHOICES_MOST: usize = 48;
 const STAYS: f64 = 0.4;
 /// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad. Three modules
 /// must turn now and then whatever they do: little.
-const TRAVEL_1_RAD: f64 = 0.6;
+const TRAVEL_1_RAD: f64 = 0.3;
 const TRAVEL_OF_THREE_1_RAD: f64 = 2.0;
 
 /// The best so far.
