@@ -28,6 +28,8 @@ const COMPARED_FEW: usize = 8;
 const CHOICES_MODULES: usize = 800;
 const CHOICES_LEAST: usize = 8;
 const CHOICES_MOST: usize = 48;
+/// So many times more where none of them meets the demand.
+const LONGER: usize = 3;
 /// Chance that one of few modules is not turned in a choice of rest poses.
 const STAYS: f64 = 0.4;
 /// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad. Three modules
@@ -73,7 +75,12 @@ impl Search {
             price_1_rad * travel_rad / modules as f64
         };
         let (mut best, mut compared): (Option<Best>, usize) = (None, 0);
-        for choice in 0..choices {
+        // Few modules go on for longer while none meets the demand.
+        let most = if modules <= FEW { LONGER * choices } else { choices };
+        for choice in 0..most {
+            if choice >= choices && best.as_ref().is_some_and(|best| best.found.met) {
+                break;
+            }
             let turned_here = here.is_some() && choice <= modules;
             if turned_here {
                 // Everybody, or one after another, from where they are.
@@ -100,7 +107,7 @@ impl Search {
             let aim = Aim { pull_n2_rad2, ..plain };
             let mut met = turned_here && allocation.polish(&rules, rest, law, &aim) == Met::Yes;
             if !met {
-                let shift = choice * order.len() / choices;
+                let shift = choice % choices * order.len() / choices;
                 for _ in 0..SWEEPS {
                     let order = order[shift..].iter().chain(&order[..shift]).copied();
                     allocation.descend(&rules, law, &aim, order);
