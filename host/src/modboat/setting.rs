@@ -20,6 +20,9 @@ use crate::quantity::wrap_rad;
 /// A cycle "starts where the tails are" if none is further away than this, rad.
 const THERE_RAD: f64 = 0.1;
 
+/// A pair that rests nearer to a collision than a transition's margin may come no nearer than this share of it.
+const REST_SHARE: f64 = 0.9;
+
 /// A structure of modules, its neighbours, and where their tails collide.
 #[derive(Clone, Debug)]
 pub struct Setting {
@@ -143,6 +146,20 @@ impl Setting {
     #[must_use]
     pub fn rotation_max_rad(&self) -> f64 {
         self.parameters.tail_speed_max_rad_s * self.parameters.transition_s
+    }
+
+    /// Whether two neighbours at that offset index keep a transition's margin while both turn from `from_rad` to `to_rad`. One
+    /// that stopped a little inside the margin must be able to leave it.
+    #[must_use]
+    pub fn may_turn(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let margin_rad = self.config.transition_margin_rad;
+        if self.distance.clear(offset, from_rad, to_rad, margin_rad) {
+            return true;
+        }
+        let rest_rad = self.distance.along(offset, from_rad, from_rad);
+        rest_rad > 0.0
+            && rest_rad < margin_rad
+            && self.distance.clear(offset, from_rad, to_rad, REST_SHARE * rest_rad)
     }
 
     /// The wrench of a cycle by (7).

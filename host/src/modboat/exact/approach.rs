@@ -11,30 +11,17 @@ use super::rest::RestPoses;
 const SPEED_SHARE: f64 = 0.8;
 /// Time in which a servo gets up to speed and comes to rest, s. *Assumed*.
 const SETTLE_S: f64 = 0.05;
-/// A pair that rests nearer to a collision than a transition's margin may come no nearer than this share of it.
-const REST_SHARE: f64 = 0.9;
-
 /// What two neighbours may do in a transition.
 struct Turning<'a>(&'a Setting);
 
 impl Clearance for Turning<'_> {
     fn turn(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        let Setting { distance, config, reaches, .. } = self.0;
         // Beside a tail that rests out of reach, anything goes.
         let still = |k: usize| from_rad[k].to_bits() == to_rad[k].to_bits();
-        let reach = &reaches[offset];
-        if still(0) && reach.clears_i(from_rad[0]) || still(1) && reach.clears_j(from_rad[1]) {
-            return true;
-        }
-        let margin_rad = config.transition_margin_rad;
-        if distance.clear(offset, from_rad, to_rad, margin_rad) {
-            return true;
-        }
-        // A tail that stopped a little inside the margin must be able to leave it.
-        let rest_rad = distance.along(offset, from_rad, from_rad);
-        rest_rad > 0.0
-            && rest_rad < margin_rad
-            && distance.clear(offset, from_rad, to_rad, REST_SHARE * rest_rad)
+        let reach = &self.0.reaches[offset];
+        still(0) && reach.clears_i(from_rad[0])
+            || still(1) && reach.clears_j(from_rad[1])
+            || self.0.may_turn(offset, from_rad, to_rad)
     }
 
     fn swim(&self, offset: usize, i: Swing, j: Swing) -> bool {

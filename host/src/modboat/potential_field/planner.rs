@@ -17,9 +17,6 @@ use crate::modboat::setting::{Approach, Setting, ends, swim_ends};
 use crate::modboat::table::{LOOK_UP_RAD, Table};
 use crate::modboat::transition::{self, Transition};
 
-/// A pair that rests nearer to a collision than a transition's margin may come no nearer than this share of it.
-const REST_SHARE: f64 = 0.9;
-
 /// Plans for one structure.
 #[derive(Clone, Debug)]
 pub struct FieldPlanner {
@@ -107,16 +104,8 @@ impl FieldPlanner {
 
     /// The transition with the least travel from `tails` into `cycle`.
     fn transition(&self, tails: &[f64], cycle: &[Swing]) -> Option<Transition> {
-        let Setting { pairs, cells, distance, config, .. } = &self.setting;
-        let margin_rad = config.transition_margin_rad;
-        let clear = |offset: usize, from: [f64; 2], to: [f64; 2]| {
-            if distance.clear(offset, from, to, margin_rad) {
-                return true;
-            }
-            // A servo that stopped a little inside the margin must be able to leave it.
-            let rest_rad = distance.along(offset, from, from);
-            rest_rad > 0.0 && rest_rad < margin_rad && distance.clear(offset, from, to, REST_SHARE * rest_rad)
-        };
+        let Setting { pairs, cells, .. } = &self.setting;
+        let clear = |offset: usize, from: [f64; 2], to: [f64; 2]| self.setting.may_turn(offset, from, to);
         transition::solve(pairs, cells, tails, cycle, self.setting.rotation_max_rad(), clear)
     }
 }
