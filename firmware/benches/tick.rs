@@ -8,9 +8,10 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use firmware::cycle::SwimCycle;
 use firmware::encoder::{Encoder, Mounting};
-use firmware::endpoint::{Endpoint, Identity};
+use firmware::endpoint::Endpoint;
 use firmware::lease::{LeaseLimits, ThrustLease};
 use firmware::limits::Limits;
+use firmware::link::{Identity, SURE_WITHIN};
 use firmware::motor::Bridge;
 use firmware::rov::{Rov, Supply};
 use firmware::schedule::Schedule;
@@ -19,7 +20,10 @@ use firmware::tail::Tail;
 use firmware::thruster::bank::{Bank, Mounting as Mount, Settings};
 use firmware::waveform::Waveform;
 use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
-use protocol::{Cycle, Header, MAX_DATAGRAM, Message, ModuleId, Motion, RovCycle, TimeReply, encode};
+use protocol::{
+    Cycle, Delivery, FleetKey, Frame, MAX_DATAGRAM, Message, ModuleId, Motion, Nonce, RovCycle, Session,
+    Side, TimeReply,
+};
 
 /// An encoder that stands still, and outputs that go nowhere.
 struct Board;
@@ -67,7 +71,8 @@ impl OutputPin for Board {
 fn tick(criterion: &mut Criterion) {
     let mut schedule = Schedule::new(Limits::default(), Radians(2.0));
     let waveform = Waveform::new(Radians(0.5), Radians(1.5), MicrosSpan(1_500_000));
-    schedule.offer(Micros(0), SwimCycle::new(1, Micros(0), Radians(0.0), MicrosSpan(500_000), waveform));
+    let cycle = SwimCycle::new(1, Micros(0), Radians(0.0), MicrosSpan(500_000), waveform);
+    schedule.offer(Micros(0), cycle, Delivery::Direct);
     let swimming = Micros(1_234_567);
     let reference = schedule.reference(swimming);
     assert!(reference.rate_rad_s.abs() > 0.1, "the bench evaluates the waveform, not a rest");
@@ -100,26 +105,39 @@ fn tick(criterion: &mut Criterion) {
 /// Six thrusters ahead in the middle of a lease, synchronised and armed.
 fn rov(criterion: &mut Criterion) {
     const N: usize = 6;
-    let identity = Identity { module: ModuleId(1), session: 1, report_every: MicrosSpan(20_000) };
+    let (key, module) = (FleetKey::new([0x42; 32]), ModuleId(1));
+    let identity = Identity {
+        module,
+        fleet: key.fleet(),
+        key: key.module(module),
+        boot: [1; 12],
+        report_every: MicrosSpan(20_000),
+        sure_within: SURE_WITHIN,
+    };
     let mountings: Vec<Mount> = (0..N).map(|k| Mount { output: k as u8, reversed: k % 2 == 1 }).collect();
     let settings = Settings { arming: MicrosSpan(0), ..Settings::default() };
     let pins = (0..N).map(|_| Board);
     let bank = Bank::new(pins, &mountings, settings).expect("valid defaults");
-    let endpoint = Endpoint::new(identity, ThrustLease::new(LeaseLimits::of(N)));
+    let endpoint = Endpoint::new(Some(identity), ThrustLease::new(LeaseLimits::of(N)));
     let mut rov = Rov::new(endpoint, bank);
     let supply = Supply { battery: Volts(15.3), current: Amperes(4.0) };
-    let hear = |rov: &mut Rov<Board>, now: u64, message: &Message| {
-        let mut buffer = [0; MAX_DATAGRAM];
-        let header = Header { module: ModuleId(1), session: 9, sequence: now as u32 };
-        rov.handle_datagram(Micros(now), encode(&header, message, &mut buffer).expect("fits"))
-            .expect("decodes");
+    let mut buffer = [0; MAX_DATAGRAM];
+    let _ = rov.tick(Micros(0), &supply);
+    let announcement = rov.poll_transmit(&mut buffer).expect("it announces itself");
+    let boot = Frame::parse(announcement).expect("a datagram").header.nonce.expect("announcements have one");
+    let key = (key.fleet(), key.module(module));
+    let mut host = Session::new(Side::Host, key.0, module, &key.1, &boot, Nonce([2; 16]));
+    rov.handle_datagram(Micros(0), host.seal_call(&mut buffer).expect("fits")).expect("accepted");
+    let mut hear = |rov: &mut Rov<Board>, now: u64, message: &Message| {
+        rov.handle_datagram(Micros(now), host.seal(message, &mut buffer).expect("fits")).expect("accepted");
     };
     for now in [1_000, 2_000, 3_000, 4_000].map(Micros) {
         let reply = TimeReply { request_sent: now, received: now, sent: now };
         hear(&mut rov, now.0, &Message::TimeReply(reply));
     }
     let motion = RovCycle { thrusts: [Newtons(12.0); N].into_iter().collect(), lease: MicrosSpan(1_000_000) };
-    let cycle = Cycle { number: 1, start: Micros(5_000), motion: Motion::Rov(motion) };
+    let cycle =
+        Cycle { number: 1, start: Micros(5_000), motion: Motion::Rov(motion), delivery: Delivery::Direct };
     hear(&mut rov, 5_000, &Message::Cycle(cycle));
     let _ = rov.tick(Micros(5_000), &supply);
     let _ = rov.tick(Micros(500_000), &supply);

@@ -1,50 +1,44 @@
-//! The module's side of the link: announces itself, learns the fleet time, takes cycles, acknowledges, reports.
+//! The module's side of the conversation: learns the fleet time, takes cycles, acknowledges, reports, and stops.
 //!
 //! Sans-IO: datagrams, measurements and the time on the module's own clock go in; datagrams come out of
-//! [`Endpoint::poll_transmit`]. What a cycle means depends on the kind of robot and is the business of its [`Robot`]:
-//! [`Swimmer`](crate::swimmer::Swimmer) for a Modboat, [`ThrustLease`](crate::lease::ThrustLease) for an ROV.
+//! [`Endpoint::poll_transmit`]. Who may speak to it decides the [`Link`], what it may do the [`Failsafe`], what a cycle
+//! means the kind of [`Robot`]: [`Swimmer`](crate::swimmer::Swimmer) for a Modboat,
+//! [`ThrustLease`](crate::lease::ThrustLease) for an ROV.
 //!
 //! | what | when |
 //! |---|---|
-//! | hello | every [`HELLO_EVERY`] until the host is heard, then every second |
-//! | clock exchange | every [`EXCHANGE_EVERY`] until synchronised, then every second |
+//! | announcement | every [`HELLO_EVERY`] while no host is heard, else every second |
+//! | clock exchange | as often as the clock wants it |
 //! | telemetry | every [`Identity::report_every`] |
-//! | acknowledgement | for every cycle that arrives |
+//! | health | every second; every [`HELLO_EVERY`] while the fleet time is not sure |
+//! | acknowledgement | for every cycle and commit that arrives |
 //!
-//! Assumptions and limits: nothing is authenticated yet; the checksum guards against damage only. A host that
-//! starts anew (another session) brings a new epoch of fleet time; it is heard once the running cycle is over.
+//! A cycle that would start while fleet time is not known well enough is not started: it is dropped [`GATE`] before, and
+//! the module holds.
 
 use heapless::Deque;
+use protocol::ledger::Class;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{
-    Acknowledge, Cycle, DecodeError, Header, Hello, Message, ModuleId, ModuleKind, ModuleState, Refusal,
-    TimeReply, TimeRequest, Verdict, decode, encode,
+    Acknowledge, Cycle, Faults, Health, Hello, Message, ModuleKind, ModuleState, Refusal, TimeReply,
+    TimeRequest, Verdict,
 };
 
 use crate::clock::{Exchange, FleetClock};
+use crate::failsafe::{Conditions, Event, Failsafe};
+use crate::link::{Host, Identity, Link};
 
-/// Pause between two hellos until the host is heard.
+/// Pause between two announcements while no host is heard.
 pub const HELLO_EVERY: MicrosSpan = MicrosSpan(200_000);
 
-/// Pause between two clock exchanges until synchronised.
-pub const EXCHANGE_EVERY: MicrosSpan = MicrosSpan(50_000);
-
-/// Pause between two hellos, and two clock exchanges, from then on.
+/// Pause between two announcements, and two reports of health, from then on.
 pub const KEEP_EVERY: MicrosSpan = MicrosSpan(1_000_000);
+
+/// So long before its start it is decided whether a cycle may start.
+pub const GATE: MicrosSpan = MicrosSpan(5_000);
 
 /// Messages that wait to be sent, at most; the oldest gives way.
 const OUTBOX: usize = 8;
-
-/// Who a module is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Identity {
-    /// Its number in the fleet.
-    pub module: ModuleId,
-    /// Drawn at boot, different from life to life.
-    pub session: u32,
-    /// Pause between two reports.
-    pub report_every: MicrosSpan,
-}
 
 /// What every report begins with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +49,8 @@ pub struct Present {
     pub state: ModuleState,
     /// The cycle that runs, or ran last; 0 before the first.
     pub cycle: u32,
+    /// What is wrong with it.
+    pub faults: Faults,
 }
 
 /// What depends on the kind of robot: what a cycle means, and what is reported. Times are fleet time; before that is
@@ -69,22 +65,36 @@ pub trait Robot {
     /// Takes in what was measured, before anything else that happens at that time.
     fn observe(&mut self, _measurement: &Self::Measurement) {}
 
+    /// False until it knows where it is.
+    fn is_located(&self) -> bool {
+        true
+    }
+
     /// False while it cannot do yet what a cycle asks.
     fn is_ready(&self) -> bool {
         true
     }
 
+    /// Whether the cycle with this number waits, runs or ran last.
+    fn knows(&self, cycle: u32) -> bool;
+
     /// Takes a cycle, or says why not. Idempotent.
     fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict;
+
+    /// Lets a cycle run that was prepared. Idempotent.
+    fn commit(&mut self, now: Micros, cycle: u32) -> Verdict;
+
+    /// Start of the cycle that waits for it, if one does.
+    fn waiting(&self, now: Micros) -> Option<Micros>;
 
     /// Drops what has not begun and goes over to holding.
     fn hold(&mut self, now: Micros);
 
-    /// Stops at once, for good.
+    /// Stops at once, until released.
     fn emergency_stop(&mut self, now: Micros);
 
-    /// True from an emergency stop on.
-    fn is_stopped(&self) -> bool;
+    /// Ends a stop: rests where the next measurement finds it.
+    fn release(&mut self);
 
     /// Number of the cycle that is being run at `now`, if any.
     fn running(&self, now: Micros) -> Option<u32>;
@@ -99,153 +109,219 @@ pub trait Robot {
     fn report(&self, present: &Present, measurement: &Self::Measurement) -> Option<Message>;
 }
 
-/// Datagrams that were not followed, by reason. Saturating.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Ignored {
-    /// Did not decode.
-    pub damaged: u32,
-    /// For another module.
-    pub foreign: u32,
-    /// From a new host while a cycle of the old one runs.
-    pub early: u32,
-    /// From a former host, or a hold that something newer has overtaken.
-    pub stale: u32,
+/// What waits to be sent.
+#[derive(Clone, Debug)]
+enum Letter {
+    Announcement,
+    Say(Message),
+}
+
+/// Numbers of the newest commands of the session, so that one that was overtaken undoes nothing newer.
+#[derive(Clone, Copy, Debug, Default)]
+struct Newest {
+    /// It made the cycle wait that waits, or let it run.
+    cycle: Option<u32>,
+    /// A hold, a stop or its release: what was sent before it is not wanted any more.
+    drop: Option<u32>,
+    stop: Option<u32>,
+    release: Option<u32>,
 }
 
 /// See the module's documentation.
 #[derive(Clone, Debug)]
 pub struct Endpoint<R> {
-    identity: Identity,
+    link: Option<Link>,
     robot: R,
     clock: FleetClock,
-    host: Option<u32>,
-    former_host: Option<u32>,
-    /// Greatest sequence number of this host.
-    newest: Option<u32>,
-    outbox: Deque<Message, OUTBOX>,
-    sequence: u32,
+    failsafe: Failsafe,
+    low_battery: bool,
+    newest: Newest,
+    /// Greatest number that was refused, and why. A refusal is final: the host tells others what it means.
+    refused: Option<(u32, Refusal)>,
+    outbox: Deque<Letter, OUTBOX>,
     next_hello: Micros,
     next_exchange: Micros,
     next_report: Micros,
-    ignored: Ignored,
+    next_health: Micros,
 }
 
 impl<R: Robot> Endpoint<R> {
-    /// The endpoint of a robot that has just booted.
+    /// The endpoint of a robot that has just booted. Without an identity it has no valid configuration: it moves nothing
+    /// and says nothing.
     #[must_use]
-    pub const fn new(identity: Identity, robot: R) -> Self {
+    pub fn new(identity: Option<Identity>, robot: R) -> Self {
         Self {
-            identity,
+            link: identity.map(Link::new),
             robot,
             clock: FleetClock::new(),
-            host: None,
-            former_host: None,
-            newest: None,
+            failsafe: Failsafe::new(),
+            low_battery: false,
+            newest: Newest::default(),
+            refused: None,
             outbox: Deque::new(),
-            sequence: 0,
             next_hello: Micros(0),
             next_exchange: Micros(0),
             next_report: Micros(0),
-            ignored: Ignored { damaged: 0, foreign: 0, early: 0, stale: 0 },
+            next_health: Micros(0),
         }
     }
 
     /// Follows one datagram that arrived at `now`, own clock.
     ///
     /// # Errors
-    /// [`DecodeError`] if it is none; it is counted and nothing happens.
-    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), DecodeError> {
-        let (header, message) = decode(datagram).inspect_err(|_| {
-            self.ignored.damaged = self.ignored.damaged.saturating_add(1);
-        })?;
-        if header.module != self.identity.module {
-            self.ignored.foreign = self.ignored.foreign.saturating_add(1);
-            return Ok(());
+    /// What it is, if it is not to be followed; it is counted and nothing happens.
+    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+        let busy = self.robot.running(self.fleet(now)).is_some();
+        let Some(link) = &mut self.link else { return Err(Class::Foreign) };
+        let heard = link.open(now, datagram, busy)?;
+        if heard.host != Host::Same {
+            self.newest = Newest::default();
+            self.next_exchange = now;
+            self.next_health = now;
         }
-        if self.former_host == Some(header.session) {
-            self.ignored.stale = self.ignored.stale.saturating_add(1);
-            return Ok(());
+        if heard.host == Host::Another {
+            // Another life of the host: its time and its cycle numbers begin anew.
+            let fleet = self.fleet(now);
+            self.robot.begin_anew(fleet);
+            self.refused = None;
+            self.clock.reset();
+            self.failsafe.handle(Event::HostChanged);
         }
-        if self.host != Some(header.session) && !self.take_host(now, header.session) {
-            self.ignored.early = self.ignored.early.saturating_add(1);
-            return Ok(());
-        }
-        let overtaken = self.newest.is_some_and(|newest| header.sequence <= newest);
-        self.newest = self.newest.max(Some(header.sequence));
+        self.follow(now, &heard.opened.message, heard.opened.sequence);
+        self.settle(now);
+        Ok(())
+    }
+
+    fn follow(&mut self, now: Micros, message: &Message, sequence: u32) {
+        let fleet = self.fleet(now);
         match message {
-            Message::TimeReply(reply) => self.take_time(now, &reply),
+            Message::TimeReply(reply) => self.take_time(now, reply),
+            // Called off already.
+            Message::Cycle(_) | Message::Commit(_) if self.newest.drop > Some(sequence) => self.came_late(),
             Message::Cycle(cycle) => {
-                let verdict = self.take_cycle(now, &cycle);
-                self.post(Message::Acknowledge(Acknowledge { cycle: cycle.number, verdict }));
+                let verdict = self.take_cycle(now, cycle);
+                self.answer(cycle.number, verdict, sequence);
             }
-            // It would drop a cycle that was sent after it.
-            Message::Hold if overtaken => self.ignored.stale = self.ignored.stale.saturating_add(1),
+            Message::Commit(cycle) => {
+                let verdict = self.robot.commit(fleet, *cycle);
+                self.answer(*cycle, verdict, sequence);
+            }
             Message::Hold => {
-                let fleet = self.fleet(now);
-                self.robot.hold(fleet);
+                self.newest.drop = self.newest.drop.max(Some(sequence));
+                // It would drop a cycle that was sent after it.
+                if self.newest.cycle > Some(sequence) { self.came_late() } else { self.robot.hold(fleet) }
             }
             Message::EmergencyStop => {
-                let fleet = self.fleet(now);
-                self.robot.emergency_stop(fleet);
+                self.newest.drop = self.newest.drop.max(Some(sequence));
+                self.newest.stop = self.newest.stop.max(Some(sequence));
+                if self.newest.release > Some(sequence) {
+                    self.came_late();
+                } else {
+                    self.stop(now, Event::EmergencyStop);
+                }
             }
-            // What modules say is not for modules.
-            Message::Hello(_)
+            Message::Release if self.newest.stop > Some(sequence) => self.came_late(),
+            Message::Release => {
+                self.newest.drop = self.newest.drop.max(Some(sequence));
+                self.newest.release = self.newest.release.max(Some(sequence));
+                if self.failsafe.state() == ModuleState::Stopped {
+                    self.robot.release();
+                    self.failsafe.handle(Event::Released);
+                }
+            }
+            // What modules say is not for modules; the call has said what it has to by being let in.
+            Message::Called
+            | Message::Hello(_)
             | Message::TimeRequest(_)
             | Message::Acknowledge(_)
             | Message::Telemetry(_)
-            | Message::RovTelemetry(_) => {}
+            | Message::RovTelemetry(_)
+            | Message::Health(_) => {}
         }
-        Ok(())
+    }
+
+    /// Stops at once, for a reason of the module's own or the host's.
+    pub(crate) fn stop(&mut self, now: Micros, reason: Event) {
+        let fleet = self.fleet(now);
+        self.failsafe.handle(reason);
+        if self.failsafe.state() == ModuleState::Stopped {
+            self.robot.emergency_stop(fleet);
+        }
     }
 
     /// Posts what is due at `now`, own clock.
     pub fn handle_timer(&mut self, now: Micros, measurement: &R::Measurement) {
         self.robot.observe(measurement);
+        self.gate(now);
+        self.settle(now);
+        let Some(link) = self.link.as_ref().filter(|_| self.failsafe.announces()) else { return };
+        let (hears_host, is_open, sure_within) =
+            (link.hears_host(now), link.is_open(), link.identity().sure_within);
+        let (incoming, report_every) = (*link.incoming(), link.identity().report_every);
         if now >= self.next_hello {
-            self.next_hello = now.after(if self.host.is_some() { KEEP_EVERY } else { HELLO_EVERY });
-            self.post(Message::Hello(Hello { kind: R::KIND, firmware: VERSION }));
+            self.next_hello = now.after(if hears_host { KEEP_EVERY } else { HELLO_EVERY });
+            self.post(Letter::Announcement);
+        }
+        if !is_open {
+            return;
         }
         if now >= self.next_exchange {
-            self.next_exchange =
-                now.after(if self.clock.is_synchronised() { KEEP_EVERY } else { EXCHANGE_EVERY });
-            self.post(Message::TimeRequest(TimeRequest { sent: now }));
+            self.next_exchange = now.after(self.clock.exchange_pause(now, sure_within));
+            self.post(Letter::Say(Message::TimeRequest(TimeRequest { sent: now })));
         }
         if now >= self.next_report {
             let at = self.fleet(now);
-            let present = Present { at, state: self.state(now), cycle: self.robot.latest(at).unwrap_or(0) };
+            let (state, faults) = (self.failsafe.state(), self.failsafe.faults());
+            let present = Present { at, state, cycle: self.robot.latest(at).unwrap_or(0), faults };
             if let Some(report) = self.robot.report(&present, measurement) {
-                self.next_report = now.after(self.identity.report_every);
-                self.post(report);
+                self.next_report = now.after(report_every);
+                self.post(Letter::Say(report));
             }
+        }
+        if now >= self.next_health {
+            let sure = self.clock.is_sure(now, sure_within);
+            self.next_health = now.after(if sure { KEEP_EVERY } else { HELLO_EVERY });
+            let uncertainty = self.clock.uncertainty(now).unwrap_or(MicrosSpan(u32::MAX));
+            let health = Health { incoming, uncertainty, drift_ppb: self.clock.drift_ppb() };
+            self.post(Letter::Say(Message::Health(health)));
         }
     }
 
     /// Writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and returns that part.
     pub fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-        let message = self.outbox.pop_front()?;
-        let Identity { module, session, .. } = self.identity;
-        let header = Header { module, session, sequence: self.sequence };
-        self.sequence = self.sequence.wrapping_add(1);
-        encode(&header, &message, buffer).ok()
+        let link = self.link.as_mut()?;
+        match self.outbox.pop_front()? {
+            Letter::Announcement => {
+                let hello = Hello { kind: R::KIND, firmware: VERSION, session: link.session() };
+                link.seal_announcement(&hello, buffer)
+            }
+            Letter::Say(message) => link.seal(&message, buffer),
+        }
     }
 
     /// What the module is doing at `now`, own clock.
     #[must_use]
     pub fn state(&self, now: Micros) -> ModuleState {
-        let fleet = self.fleet(now);
-        if self.robot.is_stopped() {
-            ModuleState::Stopped
-        } else if !self.clock.is_synchronised() {
-            ModuleState::Unsynchronised
-        } else if !self.robot.is_ready() {
-            ModuleState::Arming
-        } else if self.robot.running(fleet).is_some() {
-            ModuleState::Executing
-        } else if self.robot.latest(fleet).is_some() {
-            ModuleState::Holding
-        } else {
-            ModuleState::Ready
-        }
+        let mut failsafe = self.failsafe.clone();
+        failsafe.follow(&self.conditions(now));
+        failsafe.state()
+    }
+
+    /// Number of the cycle that it runs at `now`, own clock, if any.
+    #[must_use]
+    pub fn running(&self, now: Micros) -> Option<u32> {
+        self.robot.running(self.fleet(now))
+    }
+
+    /// What it may do, as of the last tick or datagram.
+    #[must_use]
+    pub const fn failsafe(&self) -> &Failsafe {
+        &self.failsafe
+    }
+
+    /// What the board knows of its battery, as of now.
+    pub(crate) const fn set_low_battery(&mut self, low: bool) {
+        self.low_battery = low;
     }
 
     /// What depends on the kind of robot.
@@ -254,10 +330,10 @@ impl<R: Robot> Endpoint<R> {
         &self.robot
     }
 
-    /// Who it is.
+    /// Its way in and out; nothing without a valid configuration.
     #[must_use]
-    pub const fn identity(&self) -> &Identity {
-        &self.identity
+    pub const fn link(&self) -> Option<&Link> {
+        self.link.as_ref()
     }
 
     /// The fleet time as this module knows it.
@@ -266,10 +342,10 @@ impl<R: Robot> Endpoint<R> {
         &self.clock
     }
 
-    /// What it did not follow.
-    #[must_use]
-    pub const fn ignored(&self) -> Ignored {
-        self.ignored
+    /// Its own clock may have jumped by so much at `now`: it is less sure of the fleet time.
+    pub fn disturbed(&mut self, now: Micros, by: MicrosSpan) {
+        self.clock.disturbed(now, by);
+        self.next_exchange = now;
     }
 
     /// Fleet time at `now`, own clock, or the beginning of time: with nothing scheduled every time is the same.
@@ -277,50 +353,109 @@ impl<R: Robot> Endpoint<R> {
         self.clock.fleet(now).unwrap_or(Micros(0))
     }
 
-    fn post(&mut self, message: Message) {
+    fn conditions(&self, now: Micros) -> Conditions {
+        Conditions {
+            configured: self.link.is_some(),
+            located: self.robot.is_located(),
+            clock_known: self.clock.is_synchronised(),
+            armed: self.robot.is_ready(),
+            running: self.robot.running(self.fleet(now)).is_some(),
+            low_battery: self.low_battery,
+        }
+    }
+
+    fn settle(&mut self, now: Micros) {
+        let conditions = self.conditions(now);
+        if self.failsafe.follow(&conditions) == Some(ModuleState::Unsynchronised) {
+            // The starts of what waits mean nothing now.
+            let fleet = self.fleet(now);
+            self.robot.hold(fleet);
+        }
+    }
+
+    /// Drops a cycle that is about to start while fleet time is not known well enough.
+    fn gate(&mut self, now: Micros) {
+        self.gate_at(self.fleet(now), now);
+    }
+
+    /// The same of what waits at `before`, fleet time.
+    fn gate_at(&mut self, before: Micros, now: Micros) {
+        let Some(sure_within) = self.link.as_ref().map(|link| link.identity().sure_within) else { return };
+        let latest = self.fleet(now).max(before).after(GATE);
+        let due = self.robot.waiting(before).is_some_and(|start| start <= latest);
+        if due && !self.clock.is_sure(now, sure_within) {
+            self.robot.hold(before);
+        }
+    }
+
+    fn post(&mut self, letter: Letter) {
         if self.outbox.is_full() {
             self.outbox.pop_front();
         }
         // There is room now, so nothing comes back.
-        let _ = self.outbox.push_back(message);
+        let _ = self.outbox.push_back(letter);
     }
 
-    /// A host with another session is another life of it: its time and its cycle numbers begin anew. False while a
-    /// cycle of the one before still runs.
-    fn take_host(&mut self, now: Micros, session: u32) -> bool {
-        let fleet = self.fleet(now);
-        if self.host.is_some() {
-            if self.robot.running(fleet).is_some() {
-                return false;
+    /// Acknowledges a cycle or its commit that came with `sequence`.
+    fn answer(&mut self, cycle: u32, verdict: Verdict, sequence: u32) {
+        if let Verdict::Refused(refusal) = verdict {
+            self.refused = self.refused.filter(|(former, _)| *former >= cycle).or(Some((cycle, refusal)));
+            if refusal == Refusal::Late {
+                self.came_late();
             }
-            self.clock.reset();
-            self.robot.begin_anew(fleet);
-            self.next_exchange = now;
+        } else {
+            self.newest.cycle = self.newest.cycle.max(Some(sequence));
         }
-        self.former_host = self.host.replace(session);
-        self.newest = None;
-        true
+        self.post(Letter::Say(Message::Acknowledge(Acknowledge { cycle, verdict })));
+    }
+
+    fn came_late(&mut self) {
+        if let Some(link) = &mut self.link {
+            link.came_late();
+        }
     }
 
     fn take_time(&mut self, now: Micros, reply: &TimeReply) {
-        self.clock.add(&Exchange {
+        let busy = self.robot.running(self.fleet(now)).is_some();
+        let exchange = Exchange {
             request_sent: reply.request_sent,
             request_received: reply.received,
             reply_sent: reply.sent,
             reply_received: now,
-        });
+        };
+        let before = self.fleet(now);
+        self.clock.add(&exchange, busy);
+        // Fleet time may have stepped past the start of what waits.
+        self.gate_at(before, now);
     }
 
     fn take_cycle(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
-        match self.clock.fleet(now).filter(|_| self.clock.is_synchronised()) {
-            Some(fleet) => self.robot.offer(fleet, cycle),
-            None => Verdict::Refused(Refusal::NotSynchronised),
+        let fleet = self.fleet(now);
+        // What was answered stays true, whatever has changed since.
+        if self.robot.knows(cycle.number) {
+            return self.robot.offer(fleet, cycle);
         }
+        if let Some((_, refusal)) = self.refused.filter(|(number, _)| cycle.number <= *number) {
+            return Verdict::Refused(refusal);
+        }
+        if let Err(refusal) = self.failsafe.takes_cycles() {
+            return Verdict::Refused(refusal);
+        }
+        let sure_within = self.link.as_ref().map_or(MicrosSpan(0), |link| link.identity().sure_within);
+        let Some(fleet) = self.clock.fleet(now).filter(|_| self.clock.is_synchronised()) else {
+            return Verdict::Refused(Refusal::NotSynchronised);
+        };
+        // How sure it will be then, if no other answer comes until then.
+        let at_start = now.after(cycle.start.since(fleet));
+        if !self.clock.is_sure(at_start, sure_within) {
+            return Verdict::Refused(Refusal::Unsure);
+        }
+        self.robot.offer(fleet, cycle)
     }
 }
 
 /// Version of this crate, as said in the hello.
-const VERSION: (u8, u8, u8) = (0, 1, 0);
+const VERSION: (u8, u8, u8) = (0, 2, 0);
 
 #[cfg(test)]
 mod tests;

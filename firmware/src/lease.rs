@@ -16,7 +16,8 @@
 //! | a cycle whose start has passed, its lease not | executed at once |
 //! | a cycle of a greater number that begins no later than one that waits | that one is dropped |
 //! | hold | everything is dropped: neutral. Numbers go on growing |
-//! | emergency stop | neutral for good |
+//! | a cycle that is only to be prepared | refused: every packet of thrusts stands for itself |
+//! | emergency stop | neutral until released |
 //!
 //! While the controllers arm, cycles are accepted and nothing is put out; the state says so.
 //!
@@ -26,13 +27,17 @@
 use heapless::Vec;
 use protocol::message::MAX_THRUSTERS;
 use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Volts};
-use protocol::{Cycle, Message, ModuleKind, Motion, Refusal, RovCycle, RovTelemetry, Verdict};
+use protocol::{Cycle, Delivery, Message, ModuleKind, Motion, Refusal, RovCycle, RovTelemetry, Verdict};
 
 use crate::endpoint::{Endpoint, Present, Robot};
 use crate::schedule::HORIZON;
 
 /// Cycles that may wait for their start.
 pub const WAITING: usize = 4;
+
+/// No cycle is taken while fleet time may be off by more: nobody's thrusts need begin together with another's, and a
+/// board that ticks two hundred times a second does not see an exchange closer than 5 ms. *Assumed.*
+pub const SURE_WITHIN: MicrosSpan = MicrosSpan(20_000);
 
 /// Bounds on one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -184,8 +189,14 @@ impl Robot for ThrustLease {
         self.armed
     }
 
+    fn knows(&self, cycle: u32) -> bool {
+        self.current.iter().chain(&self.waiting).any(|held| held.number == cycle)
+    }
+
     fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
-        let Motion::Rov(motion) = &cycle.motion else { return Verdict::Refused(Refusal::WrongKind) };
+        let (Motion::Rov(motion), Delivery::Direct) = (&cycle.motion, cycle.delivery) else {
+            return Verdict::Refused(Refusal::WrongKind);
+        };
         self.settle(now);
         if self.stopped {
             return Verdict::Refused(Refusal::Stopped);
@@ -211,8 +222,17 @@ impl Robot for ThrustLease {
         self.stopped = true;
     }
 
-    fn is_stopped(&self) -> bool {
-        self.stopped
+    fn release(&mut self) {
+        self.stopped = false;
+    }
+
+    fn commit(&mut self, _now: Micros, _cycle: u32) -> Verdict {
+        Verdict::Refused(Refusal::NotPrepared)
+    }
+
+    /// Thrusts are on a lease: a start that is off by some milliseconds does no harm.
+    fn waiting(&self, _now: Micros) -> Option<Micros> {
+        None
     }
 
     fn running(&self, now: Micros) -> Option<u32> {
@@ -228,10 +248,10 @@ impl Robot for ThrustLease {
     }
 
     fn report(&self, present: &Present, output: &Output) -> Option<Message> {
-        let &Present { at, state, cycle } = present;
+        let &Present { at, state, cycle, faults } = present;
         let &Output { ref pulses, battery, current, .. } = output;
         let pulses = pulses.clone();
-        Some(Message::RovTelemetry(RovTelemetry { at, state, cycle, pulses, battery, current }))
+        Some(Message::RovTelemetry(RovTelemetry { at, state, cycle, pulses, battery, current, faults }))
     }
 }
 

@@ -36,8 +36,10 @@ pub mod clock;
 pub mod cycle;
 pub mod encoder;
 pub mod endpoint;
+pub mod failsafe;
 pub mod lease;
 pub mod limits;
+pub mod link;
 pub mod modboat;
 pub mod motor;
 pub mod reference;
@@ -50,5 +52,7 @@ pub mod thruster;
 pub mod transition;
 pub mod waveform;
 
+#[cfg(test)]
+mod bench_host;
 #[cfg(test)]
 mod plant;

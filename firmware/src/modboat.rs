@@ -2,31 +2,55 @@
 //!
 //! A board calls [`Modboat::tick`] at the servo rate, [`Modboat::handle_datagram`] for every datagram that came, and
 //! sends what [`Modboat::poll_transmit`] gives. The simulated module of the host does exactly the same.
+//!
+//! What it watches, every tick: the battery, a motor that is driven and does not follow, an encoder that is not believed, a
+//! bridge that fails, and whether the ticks come when they should. What follows from them decides the
+//! [`failsafe`](crate::failsafe).
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-use protocol::DecodeError;
-use protocol::units::{Amperes, Micros, Volts};
+use protocol::ledger::Class;
+use protocol::units::{Amperes, Micros, MicrosSpan, Radians, Volts};
 
 use crate::encoder::Encoder;
 use crate::endpoint::Endpoint;
+use crate::failsafe::{BLIND_FOR, BatteryLimits, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
 use crate::motor::ErrorOf;
-use crate::servo::CurrentSense;
+use crate::servo::{Command, CurrentSense};
 use crate::swimmer::{Measurement, Swimmer};
-use crate::tail::Tail;
+use crate::tail::{Tail, TailStatus};
+
+/// An output that has failed for so long is not coming back. *Assumed.*
+const OUTPUT_FAILS_FOR: MicrosSpan = MicrosSpan(100_000);
+
+/// Ticks come every millisecond; after such a gap the own clock may have jumped, or the processor was elsewhere. *Assumed.*
+const TICK_MISSED: MicrosSpan = MicrosSpan(20_000);
 
 /// See the module's documentation.
 #[derive(Debug)]
 pub struct Modboat<E, S, P, A, B> {
     endpoint: Endpoint<Swimmer>,
     tail: Tail<E, S, P, A, B>,
+    battery: BatteryWatch,
+    stall: StallWatch,
+    blind: Lasting,
+    output: Lasting,
+    last_tick: Option<Micros>,
 }
 
 impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Modboat<E, S, P, A, B> {
     /// From its two halves.
     #[must_use]
-    pub const fn new(endpoint: Endpoint<Swimmer>, tail: Tail<E, S, P, A, B>) -> Self {
-        Self { endpoint, tail }
+    pub fn new(endpoint: Endpoint<Swimmer>, tail: Tail<E, S, P, A, B>) -> Self {
+        Self {
+            endpoint,
+            tail,
+            battery: BatteryWatch::new(BatteryLimits::MODBOAT),
+            stall: StallWatch::new(StallLimits::default()),
+            blind: Lasting::new(),
+            output: Lasting::new(),
+            last_tick: None,
+        }
     }
 
     /// One turn of the servo loop at `now`, own clock; then whatever the link has to say.
@@ -34,20 +58,31 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
     /// # Errors
     /// The output of the motor bridge that failed; the link goes on all the same.
     pub fn tick(&mut self, now: Micros, battery: Volts) -> Result<(), ErrorOf<P, A, B>> {
-        let (outcome, current) = match self.endpoint.reference(now) {
+        self.watch_ticks(now);
+        let low = self.battery.update(now, battery);
+        self.endpoint.set_low_battery(low);
+        // Just booted, or stopped for a fault: look where the tail is, and let it be.
+        let reference = self.endpoint.reference(now).filter(|_| self.endpoint.failsafe().may_drive());
+        let (outcome, current) = match reference {
             Some(reference) => match self.tail.tick(&reference) {
-                Ok(status) => (Ok(()), status.current),
+                Ok(status) => {
+                    self.watch_tail(now, &status);
+                    (Ok(()), status.current)
+                }
                 Err(error) => (Err(error), None),
             },
-            // Just booted: look where the tail is before moving it.
             None => {
-                self.tail.locate();
+                let blind = self.tail.locate().is_none();
+                self.watch_eyes(now, blind);
                 (self.tail.coast(), None)
             }
         };
+        if self.output.update(now, outcome.is_err(), OUTPUT_FAILS_FOR) {
+            self.endpoint.stop(now, Event::OutputFailed);
+        }
         let counter = self.tail.counter();
         let measurement = Measurement {
-            tail: counter.unwrapped(),
+            tail: counter.unwrapped().filter(|_| !self.tail.is_blind()),
             rate: counter.rate(),
             current: current.unwrap_or(Amperes(0.0)),
             battery,
@@ -56,11 +91,34 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         outcome
     }
 
+    fn watch_ticks(&mut self, now: Micros) {
+        if let Some(last) = self.last_tick.replace(now) {
+            let gap = now.since(last).max(last.since(now));
+            if gap > TICK_MISSED {
+                self.endpoint.disturbed(now, gap);
+            }
+        }
+    }
+
+    fn watch_tail(&mut self, now: Micros, status: &TailStatus) {
+        let Command { drive, error_rad, .. } = status.command;
+        if self.stall.update(now, drive, Radians(error_rad), status.rate) {
+            self.endpoint.stop(now, Event::MotorStalled);
+        }
+        self.watch_eyes(now, status.blind);
+    }
+
+    fn watch_eyes(&mut self, now: Micros, blind: bool) {
+        if self.blind.update(now, blind, BLIND_FOR) {
+            self.endpoint.stop(now, Event::Blind);
+        }
+    }
+
     /// Follows one datagram that arrived at `now`, own clock.
     ///
     /// # Errors
-    /// [`DecodeError`] if it is none; nothing happens then.
-    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), DecodeError> {
+    /// What it is, if it is not to be followed; nothing happens then.
+    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
         self.endpoint.handle_datagram(now, datagram)
     }
 
@@ -81,3 +139,6 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         &self.tail
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -29,6 +29,7 @@ struct State {
     in1: bool,
     in2: bool,
     encoder_fails: bool,
+    blocked: bool,
 }
 
 impl State {
@@ -69,9 +70,23 @@ impl Rig {
         self.0.borrow_mut().encoder_fails = fails;
     }
 
+    /// Something holds the tail.
+    pub fn block(&self, blocked: bool) {
+        self.0.borrow_mut().blocked = blocked;
+    }
+
+    /// Somebody turns the tail by hand.
+    pub fn turn(&self, by_rad: f64) {
+        self.0.borrow_mut().angle_rad += by_rad;
+    }
+
     pub fn step_ms(&self) {
         const STEP_S: f64 = 1e-4;
         let mut state = self.0.borrow_mut();
+        if state.blocked {
+            state.rate_rad_s = 0.0;
+            return;
+        }
         let drive = state.drive();
         for _ in 0..10 {
             let free_rad_s2 = (NO_LOAD_RAD_S * drive - state.rate_rad_s) / TIME_CONSTANT_S;

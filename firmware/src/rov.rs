@@ -4,10 +4,11 @@
 //! sends what [`Rov::poll_transmit`] gives. The simulated ROV of the host does exactly the same.
 
 use embedded_hal::pwm::SetDutyCycle;
-use protocol::DecodeError;
+use protocol::ledger::Class;
 use protocol::units::{Amperes, Micros, Volts};
 
 use crate::endpoint::Endpoint;
+use crate::failsafe::{BatteryLimits, BatteryWatch};
 use crate::lease::{Output, ThrustLease};
 use crate::thruster::bank::Bank;
 
@@ -25,13 +26,14 @@ pub struct Supply {
 pub struct Rov<P> {
     endpoint: Endpoint<ThrustLease>,
     bank: Bank<P>,
+    battery: BatteryWatch,
 }
 
 impl<P: SetDutyCycle> Rov<P> {
     /// From its two halves.
     #[must_use]
     pub const fn new(endpoint: Endpoint<ThrustLease>, bank: Bank<P>) -> Self {
-        Self { endpoint, bank }
+        Self { endpoint, bank, battery: BatteryWatch::new(BatteryLimits::ROV) }
     }
 
     /// Puts out the thrusts of `now`, own clock; then whatever the link has to say.
@@ -39,6 +41,8 @@ impl<P: SetDutyCycle> Rov<P> {
     /// # Errors
     /// The output that failed; the others and the link go on all the same.
     pub fn tick(&mut self, now: Micros, supply: &Supply) -> Result<(), P::Error> {
+        let low = self.battery.update(now, supply.battery);
+        self.endpoint.set_low_battery(low);
         let outcome = self.bank.tick(now, self.endpoint.thrusts(now), supply.battery);
         let &Supply { battery, current } = supply;
         let (pulses, armed) = (self.bank.pulses().clone(), self.bank.is_armed());
@@ -50,8 +54,8 @@ impl<P: SetDutyCycle> Rov<P> {
     /// Follows one datagram that arrived at `now`, own clock.
     ///
     /// # Errors
-    /// [`DecodeError`] if it is none; nothing happens then.
-    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), DecodeError> {
+    /// What it is, if it is not to be followed; nothing happens then.
+    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
         self.endpoint.handle_datagram(now, datagram)
     }
 

@@ -7,6 +7,7 @@
 //! | what comes | while a cycle runs | otherwise |
 //! |---|---|---|
 //! | offer | kept for its start, or refused with the reason | the same |
+//! | [`commit`](Schedule::commit) | the prepared one may begin at its start | the same |
 //! | [`hold`](Schedule::hold) | the running one is finished, the next dropped | the next is dropped |
 //! | [`emergency_stop`](Schedule::emergency_stop) | freezes where the reference is, refuses offers until resumed | the same |
 //!
@@ -15,6 +16,8 @@
 //!   acknowledgement already given must stay true. A host that changes its mind holds first; the hold forgets
 //!   the cycle that has not started, and its number is free again.
 //! - Numbers only go up. What follows a hold may skip numbers.
+//! - A cycle that needs a commit and has none at its start is forgotten, and the tail holds: [`Delivery::Prepare`]. Until
+//!   then one of a greater number may take its place; nobody runs it, so no promise is broken.
 //! - A cycle that runs, or ran last, and is offered again is a duplicate, so that a lost acknowledgement can
 //!   be given again.
 //!
@@ -24,6 +27,7 @@
 
 use core::fmt;
 
+use protocol::Delivery;
 use protocol::units::{Micros, MicrosSpan, Radians};
 
 use crate::cycle::{Phase, SwimCycle};
@@ -42,6 +46,8 @@ pub const POSE_TOLERANCE: Radians = Radians(0.02);
 pub enum Verdict {
     /// Held, to begin at its start.
     Accepted,
+    /// Held, to begin at its start if it is committed by then.
+    Prepared,
     /// Held already, with the same content.
     Duplicate,
     /// Not taken.
@@ -60,6 +66,8 @@ pub enum Refusal {
         /// Number of the latest cycle that began.
         latest: u32,
     },
+    /// A commit for a cycle that is not held.
+    NotPrepared,
     /// Another cycle waits for its start.
     Full {
         /// Its number.
@@ -97,6 +105,7 @@ impl fmt::Display for Refusal {
             Self::Stopped => write!(f, "an emergency stop is in force"),
             Self::Conflict => write!(f, "its number is held with other content"),
             Self::AlreadyRun { latest } => write!(f, "cycle {latest} has begun already"),
+            Self::NotPrepared => write!(f, "it is not held"),
             Self::Full { held } => write!(f, "cycle {held} waits for its start"),
             Self::Limit(violation) => violation.fmt(f),
             Self::Late { by } => write!(f, "late by {} µs", by.0),
@@ -111,6 +120,13 @@ impl fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
+/// A cycle before its start.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    cycle: SwimCycle,
+    committed: bool,
+}
+
 /// The slots for the running and the next cycle, and where the tail rests when both are empty.
 #[derive(Clone, Debug)]
 pub struct Schedule {
@@ -118,7 +134,7 @@ pub struct Schedule {
     rest_rad: f32,
     /// The cycle that began last. It stays after its end, as the pose to hold and to recognise duplicates.
     current: Option<SwimCycle>,
-    next: Option<SwimCycle>,
+    next: Option<Waiting>,
     latest: Option<u32>,
     stopped: bool,
 }
@@ -132,21 +148,54 @@ impl Schedule {
     }
 
     /// Takes a cycle for its start, or says why not. `now` is fleet time.
-    pub fn offer(&mut self, now: Micros, cycle: SwimCycle) -> Verdict {
+    pub fn offer(&mut self, now: Micros, cycle: SwimCycle, delivery: Delivery) -> Verdict {
         self.settle(now);
         if self.stopped {
             return Verdict::Refused(Refusal::Stopped);
         }
-        let held = [&self.current, &self.next].into_iter().flatten().find(|c| c.number() == cycle.number());
-        if let Some(held) = held {
-            return if *held == cycle { Verdict::Duplicate } else { Verdict::Refused(Refusal::Conflict) };
+        let next = self.next.map(|next| (next.cycle, next.committed));
+        let held = [self.current.map(|cycle| (cycle, true)), next].into_iter().flatten();
+        let number = cycle.number();
+        if let Some((held, committed)) = held.into_iter().find(|(held, _)| held.number() == number) {
+            return match (held == cycle, committed) {
+                (false, _) => Verdict::Refused(Refusal::Conflict),
+                (true, true) => Verdict::Duplicate,
+                (true, false) => Verdict::Prepared,
+            };
         }
+        let committed = delivery == Delivery::Direct;
         match self.admit(now, &cycle) {
             Ok(()) => {
-                self.next = Some(cycle);
-                Verdict::Accepted
+                self.next = Some(Waiting { cycle, committed });
+                if committed { Verdict::Accepted } else { Verdict::Prepared }
             }
             Err(refusal) => Verdict::Refused(refusal),
+        }
+    }
+
+    /// Whether the cycle with this number waits, runs or ran last.
+    #[must_use]
+    pub fn knows(&self, number: u32) -> bool {
+        let next = self.next.as_ref().map(|next| &next.cycle);
+        self.current.iter().chain(next).any(|held| held.number() == number)
+    }
+
+    /// Lets the prepared cycle with this number run, if its start has not come. `now` is fleet time.
+    pub fn commit(&mut self, now: Micros, number: u32) -> Verdict {
+        self.settle(now);
+        if self.stopped {
+            return Verdict::Refused(Refusal::Stopped);
+        }
+        if self.current.is_some_and(|current| current.number() == number) {
+            return Verdict::Duplicate;
+        }
+        match self.next.as_mut().filter(|next| next.cycle.number() == number) {
+            Some(next) if next.committed => Verdict::Duplicate,
+            Some(next) => {
+                next.committed = true;
+                Verdict::Accepted
+            }
+            None => Verdict::Refused(Refusal::NotPrepared),
         }
     }
 
@@ -155,8 +204,8 @@ impl Schedule {
         if let Some(latest) = self.latest.filter(|latest| cycle.number() <= *latest) {
             return Err(Refusal::AlreadyRun { latest });
         }
-        if let Some(next) = &self.next {
-            return Err(Refusal::Full { held: next.number() });
+        if let Some(next) = self.next.filter(|next| next.committed || next.cycle.number() > cycle.number()) {
+            return Err(Refusal::Full { held: next.cycle.number() });
         }
         self.limits.check(cycle).map_err(Refusal::Limit)?;
         if cycle.start() < now {
@@ -169,7 +218,9 @@ impl Schedule {
         if let Some(current) = self.current.as_ref().filter(|c| c.end() > cycle.start()) {
             return Err(Refusal::Overlap { by: current.end().since(cycle.start()) });
         }
-        let (expected, offered) = (self.pose_at_end(), cycle.start_pose());
+        // What waits without a commit would be replaced: the tail will be where the one before it ends.
+        let before = self.current.map_or(Radians(self.rest_rad), |current| current.end_pose());
+        let (expected, offered) = (before, cycle.start_pose());
         let apart_rad = libm::fabsf(wrap(offered.0 - expected.0));
         if apart_rad <= POSE_TOLERANCE.0 { Ok(()) } else { Err(Refusal::PoseMismatch { expected, offered }) }
     }
@@ -208,13 +259,20 @@ impl Schedule {
     /// The cycle that waits for its start at `now` (fleet time), if any.
     #[must_use]
     pub fn waiting(&self, now: Micros) -> Option<&SwimCycle> {
-        self.next.as_ref().filter(|next| next.start() > now)
+        self.next.as_ref().map(|next| &next.cycle).filter(|next| next.start() > now)
     }
 
-    /// Where the tail will rest when everything held has been run, in (−π, π].
+    /// Whether it waits for a commit too.
+    #[must_use]
+    pub fn is_uncommitted(&self, now: Micros) -> bool {
+        self.next.is_some_and(|next| next.cycle.start() > now && !next.committed)
+    }
+
+    /// Where the tail will rest when everything that is sure to run has been run, in (−π, π].
     #[must_use]
     pub fn pose_at_end(&self) -> Radians {
-        self.next.as_ref().or(self.current.as_ref()).map_or(Radians(self.rest_rad), SwimCycle::end_pose)
+        let next = self.next.as_ref().filter(|next| next.committed).map(|next| &next.cycle);
+        next.or(self.current.as_ref()).map_or(Radians(self.rest_rad), SwimCycle::end_pose)
     }
 
     /// Drops what has not begun by `now` (fleet time). A running cycle is finished and its end pose held.
@@ -255,14 +313,16 @@ impl Schedule {
 
     /// The cycle that decides the reference at `now`.
     fn active(&self, now: Micros) -> Option<&SwimCycle> {
-        self.next.as_ref().filter(|next| next.start() <= now).or(self.current.as_ref())
+        let begun = self.next.as_ref().filter(|next| next.committed && next.cycle.start() <= now);
+        begun.map(|next| &next.cycle).or(self.current.as_ref())
     }
 
-    /// Moves a cycle that has begun by `now` into the slot of the running one.
+    /// Moves a cycle that has begun by `now` into the slot of the running one; without a commit it is forgotten.
     fn settle(&mut self, now: Micros) {
-        if let Some(begun) = self.next.take_if(|next| next.start() <= now) {
-            self.latest = Some(begun.number());
-            self.current = Some(begun);
+        if let Some(begun) = self.next.take_if(|next| next.cycle.start() <= now).filter(|next| next.committed)
+        {
+            self.latest = Some(begun.cycle.number());
+            self.current = Some(begun.cycle);
         }
     }
 }
@@ -272,220 +332,4 @@ fn pose_or_zero(pose: Radians) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::waveform::Waveform;
-    use proptest::prelude::*;
-    use std::vec::Vec;
-
-    const T: MicrosSpan = MicrosSpan(1_500_000);
-    const T_TRANS: MicrosSpan = MicrosSpan(500_000);
-
-    /// Cycle that ends at φ₀ + A and sets out from φ₀ + A − rotation.
-    fn cycle(number: u32, start: u64, centerline: f32, amplitude: f32, rotation: f32) -> SwimCycle {
-        let waveform = Waveform::new(Radians(centerline), Radians(amplitude), T);
-        SwimCycle::new(number, Micros(start), Radians(rotation), T_TRANS, waveform)
-    }
-
-    fn schedule() -> Schedule {
-        Schedule::new(Limits::default(), Radians(0.0))
-    }
-
-    fn refused(verdict: Verdict) -> Refusal {
-        match verdict {
-            Verdict::Refused(refusal) => refusal,
-            other => panic!("expected a refusal, got {other:?}"),
-        }
-    }
-
-    #[test]
-    fn begins_each_cycle_at_its_start_and_holds_when_none_follows() {
-        let mut schedule = schedule();
-        assert_eq!(schedule.reference(Micros(0)), Reference::at_rest(0.0));
-        let (first, second) = (cycle(1, 1_000_000, 0.5, 1.0, 1.5), cycle(2, 3_000_000, 2.5, -1.0, 0.0));
-        assert_eq!(schedule.offer(Micros(0), first), Verdict::Accepted);
-        assert_eq!(schedule.running(Micros(999_999)), None);
-        assert_eq!(schedule.waiting(Micros(999_999)).map(SwimCycle::number), Some(1));
-        assert_eq!(schedule.reference(Micros(999_999)), Reference::at_rest(0.0));
-        assert_eq!(schedule.running(Micros(1_000_000)), Some(1));
-        assert_eq!(schedule.offer(Micros(1_200_000), second), Verdict::Accepted);
-        assert_eq!(schedule.running(Micros(2_999_999)), Some(1));
-        assert_eq!(schedule.reference(Micros(2_999_999)), first.reference(Micros(2_999_999)));
-        assert_eq!(schedule.running(Micros(3_000_000)), Some(2));
-        assert_eq!(schedule.reference(Micros(4_000_000)), second.reference(Micros(4_000_000)));
-        assert_eq!(schedule.running(Micros(5_000_000)), None);
-        assert_eq!(schedule.reference(Micros(u64::MAX)), Reference::at_rest(1.5));
-        assert_eq!(schedule.pose_at_end(), Radians(1.5));
-    }
-
-    #[test]
-    fn says_why_it_refuses() {
-        let mut schedule = schedule();
-        let now = Micros(20_000_000);
-        assert_eq!(
-            refused(schedule.offer(now, cycle(5, 19_999_000, 1.0, -1.0, 0.0))),
-            Refusal::Late { by: MicrosSpan(1000) }
-        );
-        assert_eq!(
-            refused(schedule.offer(now, cycle(5, 30_000_007, 1.0, -1.0, 0.0))),
-            Refusal::TooFarAhead { by: MicrosSpan(7) }
-        );
-        assert!(matches!(
-            refused(schedule.offer(now, cycle(5, 20_000_000, 1.0, 3.0, 0.0))),
-            Refusal::Limit(Violation::Amplitude(_))
-        ));
-        assert!(matches!(
-            refused(schedule.offer(now, cycle(5, 20_000_000, 1.0, -1.03, 0.0))),
-            Refusal::PoseMismatch { expected: Radians(0.0), offered } if (offered.0 + 0.03).abs() < 1e-6
-        ));
-        assert_eq!(schedule.offer(now, cycle(5, 20_000_000, 1.0, -1.0, 0.0)), Verdict::Accepted);
-        let now = Micros(20_000_001);
-        assert_eq!(schedule.offer(now, cycle(5, 20_000_000, 1.0, -1.0, 0.0)), Verdict::Duplicate);
-        assert_eq!(refused(schedule.offer(now, cycle(5, 23_000_000, 1.0, -1.0, 0.0))), Refusal::Conflict);
-        assert_eq!(
-            refused(schedule.offer(now, cycle(4, 23_000_000, 1.0, -1.0, 0.0))),
-            Refusal::AlreadyRun { latest: 5 }
-        );
-        assert_eq!(
-            refused(schedule.offer(now, cycle(6, 21_999_000, 1.0, -1.0, 0.0))),
-            Refusal::Overlap { by: MicrosSpan(1000) }
-        );
-        assert_eq!(schedule.offer(now, cycle(6, 22_000_000, 1.0, -1.0, 0.0)), Verdict::Accepted);
-        assert_eq!(
-            refused(schedule.offer(now, cycle(7, 24_000_000, 1.0, -1.0, 0.0))),
-            Refusal::Full { held: 6 }
-        );
-        // The running one and the waiting one are both recognised.
-        assert_eq!(schedule.offer(now, cycle(5, 20_000_000, 1.0, -1.0, 0.0)), Verdict::Duplicate);
-        assert_eq!(schedule.offer(now, cycle(6, 22_000_000, 1.0, -1.0, 0.0)), Verdict::Duplicate);
-    }
-
-    #[test]
-    fn poses_are_compared_on_the_circle() {
-        let mut schedule = Schedule::new(Limits::default(), Radians(3.135));
-        // Sets out from −3.135 rad: 0.0132 rad away across the seam.
-        assert_eq!(schedule.offer(Micros(0), cycle(1, 0, -4.135, 1.0, 0.0)), Verdict::Accepted);
-    }
-
-    #[test]
-    fn a_hold_finishes_what_runs_and_frees_the_number_of_what_waits() {
-        let mut schedule = schedule();
-        let running = cycle(1, 0, 1.0, -1.0, 0.0);
-        assert_eq!(schedule.offer(Micros(0), running), Verdict::Accepted);
-        assert_eq!(schedule.offer(Micros(10), cycle(2, 2_000_000, 1.0, -1.0, 0.0)), Verdict::Accepted);
-        schedule.hold(Micros(1_000_000));
-        assert_eq!(schedule.reference(Micros(1_500_000)), running.reference(Micros(1_500_000)));
-        assert_eq!(schedule.running(Micros(2_500_000)), None);
-        assert_eq!(schedule.reference(Micros(2_500_000)), Reference::at_rest(0.0));
-        assert_eq!(schedule.offer(Micros(2_500_000), cycle(2, 3_000_000, -1.0, 1.0, 0.0)), Verdict::Accepted);
-    }
-
-    #[test]
-    fn an_emergency_stop_freezes_at_once_and_keeps_everything_out() {
-        let mut schedule = schedule();
-        let running = cycle(3, 0, 1.0, -1.0, 0.0);
-        assert_eq!(schedule.offer(Micros(0), running), Verdict::Accepted);
-        let now = Micros(1_000_000);
-        let frozen = Reference::at_rest(running.reference(now).angle_rad);
-        assert!(frozen.angle_rad > 0.4, "the test stops it in mid swing");
-        schedule.emergency_stop(now);
-        assert!(schedule.is_stopped());
-        assert_eq!(schedule.reference(Micros(1_000_001)), frozen);
-        assert_eq!(schedule.running(Micros(1_000_001)), None);
-        schedule.emergency_stop(Micros(1_100_000));
-        assert_eq!(schedule.reference(Micros(5_000_000)), frozen);
-        assert_eq!(
-            refused(schedule.offer(Micros(5_000_000), cycle(4, 6_000_000, 1.0, -1.0, 0.0))),
-            Refusal::Stopped
-        );
-        schedule.resume(Radians(0.6));
-        assert_eq!(schedule.reference(Micros(5_000_000)), Reference::at_rest(0.6));
-        assert_eq!(
-            refused(schedule.offer(Micros(5_000_000), cycle(3, 6_000_000, 1.6, -1.0, 0.0))),
-            Refusal::AlreadyRun { latest: 3 }
-        );
-        assert_eq!(schedule.offer(Micros(5_000_000), cycle(4, 6_000_000, 1.6, -1.0, 0.0)), Verdict::Accepted);
-    }
-
-    /// Arguments of a plausible cycle: its number and start relative to what went before, and its motion.
-    fn steps() -> impl Strategy<Value = Vec<(u32, u32, f32, f32, f32, u8)>> {
-        let step = (0_u32..3, 0_u32..2_500_000, -3.0_f32..3.0, 0.9_f32..2.6, -6.0_f32..6.0, 0_u8..12);
-        proptest::collection::vec(step, 1..40)
-    }
-
-    proptest! {
-        /// A host that follows the module's pose: whatever it offers, held or stopped in between, the reference
-        /// never steps faster than the speed limit allows, no cycle runs outside its time, and what is
-        /// offered twice changes nothing.
-        #[test]
-        fn reference_is_continuous_and_punctual(steps in steps()) {
-            const TICK_US: u64 = 1000;
-            let mut schedule = schedule();
-            let (mut now, mut number) = (0_u64, 0_u32);
-            let mut accepted: Vec<SwimCycle> = Vec::new();
-            let mut last = schedule.reference(Micros(now));
-            // What the tolerance let through of the last accepted cycle.
-            let mut apart_rad = 0.0;
-            for (advance, wait, centerline, amplitude, rotation, event) in steps {
-                number += advance;
-                // Sets out from where the tail will be.
-                let start_rad = schedule.pose_at_end().0;
-                let amplitude = if event % 2 == 0 { amplitude } else { -amplitude };
-                let centerline = if event == 0 { centerline } else { start_rad + rotation - amplitude };
-                let start = now + u64::from(wait);
-                let offered = cycle(number, start, centerline, amplitude, rotation);
-                let verdict = schedule.offer(Micros(now), offered);
-                prop_assert!(verdict == Verdict::Accepted || event == 0 || !accepted.is_empty());
-                if verdict == Verdict::Accepted {
-                    accepted.push(offered);
-                    apart_rad = wrap(offered.start_pose().0 - start_rad).abs();
-                    prop_assert!(apart_rad <= POSE_TOLERANCE.0 && (event == 0 || apart_rad < 1e-5));
-                    let before = schedule.clone();
-                    prop_assert_eq!(schedule.offer(Micros(now), offered), Verdict::Duplicate);
-                    prop_assert_eq!(schedule.reference(Micros(start + 1)), before.reference(Micros(start + 1)));
-                }
-                for _ in 0..1200 {
-                    now += TICK_US;
-                    let at = schedule.reference(Micros(now));
-                    let step_rad = wrap(at.angle_rad - last.angle_rad).abs();
-                    prop_assert!(step_rad <= 13.0 * 1e-3 + 1e-4 + apart_rad, "{step_rad} rad in one tick at {now} µs");
-                    last = at;
-                    if let Some(running) = schedule.running(Micros(now)) {
-                        let it = accepted.iter().rfind(|c| c.number() == running).unwrap();
-                        prop_assert!(it.start() <= Micros(now) && Micros(now) < it.end());
-                    }
-                }
-                match event {
-                    10 => schedule.hold(Micros(now)),
-                    11 => {
-                        schedule.emergency_stop(Micros(now));
-                        last = schedule.reference(Micros(now));
-                        schedule.resume(Radians(last.angle_rad));
-                    }
-                    _ => {}
-                }
-            }
-        }
-
-        #[test]
-        fn takes_any_numbers(
-            offers in proptest::collection::vec(any::<([u32; 3], [u32; 3], u64, u64, u8)>(), 1..20),
-        ) {
-            let mut schedule = Schedule::new(Limits::default(), Radians(f32::NAN));
-            for (bits, [number, t_trans, period], start, now, event) in offers {
-                let [c, a, r] = bits.map(|b| Radians(f32::from_bits(b)));
-                let waveform = Waveform::new(c, a, MicrosSpan(period));
-                let offered = SwimCycle::new(number, Micros(start), r, MicrosSpan(t_trans), waveform);
-                schedule.offer(Micros(now), offered);
-                match event % 8 {
-                    0 => schedule.hold(Micros(now)),
-                    1 => schedule.emergency_stop(Micros(now)),
-                    2 => schedule.resume(c),
-                    _ => {}
-                }
-                prop_assert!(schedule.reference(Micros(now)).is_finite());
-                let _ = (schedule.running(Micros(now)), schedule.waiting(Micros(now)), schedule.pose_at_end());
-            }
-        }
-    }
-}
+mod tests;

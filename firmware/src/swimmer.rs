@@ -1,6 +1,7 @@
 //! What a cycle means to a Modboat: the [`Schedule`] behind the link, and the tail's reports.
 //!
 //! The schedule begins with the first measurement: before it nobody knows where the tail is, and every cycle is refused.
+//! After a stop it goes on from the next one, wherever the tail was turned meanwhile.
 
 use protocol::units::{Amperes, Micros, Radians, RadiansPerSecond, Volts};
 use protocol::{Cycle, Message, ModboatCycle, ModuleKind, Motion, Refusal, Telemetry, Verdict};
@@ -30,13 +31,17 @@ pub struct Measurement {
 pub struct Swimmer {
     limits: Limits,
     schedule: Option<Schedule>,
+    /// Where the tail was seen last.
+    tail: Option<Radians>,
+    /// It was released and has not seen its tail since.
+    released: bool,
 }
 
 impl Swimmer {
     /// One that has not seen its tail yet.
     #[must_use]
     pub const fn new(limits: Limits) -> Self {
-        Self { limits, schedule: None }
+        Self { limits, schedule: None, tail: None, released: false }
     }
 }
 
@@ -53,9 +58,20 @@ impl Robot for Swimmer {
     type Measurement = Measurement;
 
     fn observe(&mut self, measurement: &Measurement) {
-        if let (None, Some(tail)) = (&self.schedule, measurement.tail) {
-            self.schedule = Some(Schedule::new(self.limits, tail));
+        let Some(tail) = measurement.tail else { return };
+        self.tail = Some(tail);
+        let schedule = self.schedule.get_or_insert_with(|| Schedule::new(self.limits, tail));
+        if core::mem::take(&mut self.released) {
+            schedule.resume(tail);
         }
+    }
+
+    fn is_located(&self) -> bool {
+        self.schedule.is_some() && !self.released
+    }
+
+    fn knows(&self, cycle: u32) -> bool {
+        self.schedule.as_ref().is_some_and(|schedule| schedule.knows(cycle))
     }
 
     fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
@@ -64,7 +80,16 @@ impl Robot for Swimmer {
         let &ModboatCycle { rotation, centerline, amplitude, transition, period } = motion;
         let waveform = Waveform::new(centerline, amplitude, period);
         let offered = SwimCycle::new(cycle.number, cycle.start, rotation, transition, waveform);
-        on_the_wire(schedule.offer(now, offered))
+        on_the_wire(schedule.offer(now, offered, cycle.delivery))
+    }
+
+    fn commit(&mut self, now: Micros, cycle: u32) -> Verdict {
+        let Some(schedule) = &mut self.schedule else { return Verdict::Refused(Refusal::NotPrepared) };
+        on_the_wire(schedule.commit(now, cycle))
+    }
+
+    fn waiting(&self, now: Micros) -> Option<Micros> {
+        self.schedule.as_ref()?.waiting(now).map(SwimCycle::start)
     }
 
     fn hold(&mut self, now: Micros) {
@@ -74,13 +99,14 @@ impl Robot for Swimmer {
     }
 
     fn emergency_stop(&mut self, now: Micros) {
+        self.released = false;
         if let Some(schedule) = &mut self.schedule {
             schedule.emergency_stop(now);
         }
     }
 
-    fn is_stopped(&self) -> bool {
-        self.schedule.as_ref().is_some_and(Schedule::is_stopped)
+    fn release(&mut self) {
+        self.released = true;
     }
 
     fn running(&self, now: Micros) -> Option<u32> {
@@ -96,9 +122,10 @@ impl Robot for Swimmer {
     }
 
     fn report(&self, present: &Present, measurement: &Measurement) -> Option<Message> {
-        let &Present { at, state, cycle } = present;
-        let &Measurement { tail, rate, current, battery } = measurement;
-        Some(Message::Telemetry(Telemetry { at, state, cycle, tail: tail?, rate, current, battery }))
+        let &Present { at, state, cycle, faults } = present;
+        let &Measurement { rate, current, battery, .. } = measurement;
+        let tail = self.tail?;
+        Some(Message::Telemetry(Telemetry { at, state, cycle, tail, rate, current, battery, faults }))
     }
 }
 
@@ -107,6 +134,7 @@ fn on_the_wire(verdict: schedule::Verdict) -> Verdict {
     let refusal = match verdict {
         schedule::Verdict::Accepted => return Verdict::Accepted,
         schedule::Verdict::Duplicate => return Verdict::Duplicate,
+        schedule::Verdict::Prepared => return Verdict::Prepared,
         schedule::Verdict::Refused(refusal) => refusal,
     };
     Verdict::Refused(match refusal {
@@ -114,6 +142,7 @@ fn on_the_wire(verdict: schedule::Verdict) -> Verdict {
         schedule::Refusal::Conflict | schedule::Refusal::Full { .. } | schedule::Refusal::Overlap { .. } => {
             Refusal::Conflict
         }
+        schedule::Refusal::NotPrepared => Refusal::NotPrepared,
         schedule::Refusal::AlreadyRun { .. } => Refusal::AlreadyRun,
         schedule::Refusal::Limit(_) => Refusal::BeyondLimits,
         schedule::Refusal::Late { .. } => Refusal::Late,

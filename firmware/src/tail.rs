@@ -144,7 +144,9 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
         };
     }
 
-    const fn is_blind(&self) -> bool {
+    /// True while no reading is believed.
+    #[must_use]
+    pub const fn is_blind(&self) -> bool {
         self.blind_ticks >= BLIND_TICKS
     }
 }
@@ -158,6 +160,7 @@ mod tests {
     use crate::reference::wrap;
     use crate::schedule::{Schedule, Verdict};
     use crate::waveform::Waveform;
+    use protocol::Delivery;
     use protocol::units::{Micros, MicrosSpan};
 
     /// Follows the schedule in the rig from `from_us` to `to_us`; calls `look` after every tick.
@@ -190,7 +193,7 @@ mod tests {
             let mut tail = rig.tail();
             let mut schedule = Schedule::new(Limits::default(), tail.locate().unwrap());
             let cycle = swim(1, 0, 0.3, 0.0, amplitude, 0);
-            assert_eq!(schedule.offer(Micros(0), cycle), Verdict::Accepted);
+            assert_eq!(schedule.offer(Micros(0), cycle, Delivery::Direct), Verdict::Accepted);
             let mut worst_rad = 0.0_f64;
             follow(&rig, &mut tail, &schedule, (0, 2_000_000), |_, angle_rad, reference, status| {
                 worst_rad = worst_rad.max((f64::from(reference.angle_rad) - angle_rad).abs());
@@ -209,7 +212,7 @@ mod tests {
             let mut schedule = Schedule::new(Limits::default(), tail.locate().unwrap());
             let waveform = Waveform::new(Radians(-1.0 + rotation), Radians(0.0), MicrosSpan(1_500_000));
             let cycle = SwimCycle::new(1, Micros(0), Radians(rotation), MicrosSpan(500_000), waveform);
-            assert_eq!(schedule.offer(Micros(0), cycle), Verdict::Accepted);
+            assert_eq!(schedule.offer(Micros(0), cycle, Delivery::Direct), Verdict::Accepted);
             let end_rad = -1.0 + f64::from(rotation);
             let (mut overshoot_rad, mut lag_rad, mut last_rad) = (0.0_f64, 0.0_f64, 0.0);
             follow(&rig, &mut tail, &schedule, (0, 900_000), |now, angle_rad, reference, status| {
@@ -235,7 +238,7 @@ mod tests {
             let now = u64::from(k) * 2_000_000;
             let from = schedule.pose_at_end().0;
             let cycle = swim(k + 1, now, from, 4.0, 1.0, 500_000);
-            assert_eq!(schedule.offer(Micros(now), cycle), Verdict::Accepted, "cycle {k}");
+            assert_eq!(schedule.offer(Micros(now), cycle, Delivery::Direct), Verdict::Accepted, "cycle {k}");
             follow(&rig, &mut tail, &schedule, (now, now + 2_000_000), |_, _, _, status| {
                 assert!(!status.command.lagging);
             });

@@ -1,8 +1,12 @@
 //! Numbers from outside: what is asked of them, and the one error that refuses them. And the one way to wrap an angle.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::RangeInclusive;
 
 use thiserror::Error;
+
+/// The numbers that modules of a fleet can have.
+pub const MODULE_IDS: RangeInclusive<u16> = 1..=1024;
 
 /// A number that its key cannot have.
 #[derive(Clone, Debug, Error, PartialEq)]

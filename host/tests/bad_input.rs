@@ -1,12 +1,14 @@
 //! Bad input gets one clear line on standard error, exit code 2, and leaves nothing behind. All through the binary.
 
 mod common;
+mod keys;
 
 use std::io::Write;
 use std::net::UdpSocket;
 use std::path::Path;
 
 use common::{Finished, PATIENCE, Process};
+use keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -35,11 +37,23 @@ fn with_scenario(text: impl AsRef<[u8]>) -> TempDir {
     folder
 }
 
+/// The same with a key, for what goes over a radio.
+fn with_key(text: impl AsRef<[u8]>) -> TempDir {
+    let folder = with_scenario(text);
+    keygen(folder.path());
+    folder
+}
+
+/// `arguments`, and the key.
+fn keyed<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    [arguments, &["--key", KEY]].concat()
+}
+
 #[track_caller]
 fn assert_left_alone(folder: &Path) {
     let mut left: Vec<_> =
         std::fs::read_dir(folder).expect("a folder").map(|e| e.expect("it").file_name()).collect();
-    left.retain(|name| name != "t.toml");
+    left.retain(|name| name != "t.toml" && name != KEY);
     // The parent of all runs may stay; a run that was not to be has no place in it.
     if left == ["runs"] {
         left = std::fs::read_dir(folder.join("runs"))
@@ -204,7 +218,7 @@ fn wrong_usage_has_exit_code_two() {
 
 #[test]
 fn options_that_cannot_be_are_named_with_their_value() {
-    let folder = with_scenario(GOOD);
+    let folder = with_key(GOOD);
     for (arguments, expected) in [
         (&["run", "--loss", "1.5"][..], "--loss: loss = 1.5"),
         (&["run", "--loss", "nan"], "--loss: loss = NaN"),
@@ -220,10 +234,59 @@ fn options_that_cannot_be_are_named_with_their_value() {
         (&["module", "--id", "1", "--duration", "0"], "--duration = 0 s: "),
         (&["module", "--id", "4", "--scenario", "t.toml"], "--id 4: there are only 3 modules in t.toml"),
     ] {
-        let said = refused(folder.path(), arguments);
+        let said = refused(folder.path(), &keyed(arguments));
         assert!(said.starts_with(expected), "{arguments:?}: {said}");
         assert_left_alone(folder.path());
     }
+}
+
+/// Nobody is on a radio without a key, and nobody with another's.
+#[test]
+fn a_key_that_cannot_be_is_named() {
+    let folder = with_key(GOOD);
+    let made = Process::start(folder.path(), &["keygen", "--module", "2", "--from", KEY, "--out", "t.key"]);
+    assert_eq!(made.finish().code, Some(0));
+    for (arguments, expected) in [
+        (&["run", "--radio", "udp", "--key", "none.key"][..], "none.key: no such key file"),
+        (&["module", "--id", "1", "--key", "none.key"], "none.key: no such key file"),
+        (&["run", "--radio", "udp", "--key", "t.toml"], "t.toml: mode 0644 lets others"),
+        // A module's key makes no host, and no other module.
+        (&["run", "--radio", "udp", "--key", "t.key"], "t.key: is the key of module 2 alone"),
+        (&["module", "--id", "1", "--key", "t.key"], "t.key: is the key of module 2, not of module 1"),
+    ] {
+        let said = refused(folder.path(), arguments);
+        assert!(said.starts_with(expected), "{arguments:?}: {said}");
+    }
+    std::fs::remove_file(folder.path().join("t.key")).expect("a file");
+    assert_left_alone(folder.path());
+}
+
+/// The places of a structure need modules of the roster.
+#[test]
+fn a_roster_that_does_not_fit_is_named() {
+    let folder = with_key(GOOD);
+    let roster = folder.path().join("r.toml");
+    let arguments = ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--roster", "r.toml"];
+    for (text, expected) in [
+        (
+            "name = \"r\"\n[[module]]\nid = 4\n[[module]]\nid = 2\n",
+            "roster \"r\" has 2 Modboats for 3 places",
+        ),
+        (
+            "[[module]]\nid = 4\n[[module]]\nid = 4\n",
+            "r.toml:4: [[module]] 2: id = 4: [[module]] 1 has it already",
+        ),
+        ("[[module]]\nid = 0\n", "r.toml:2: [[module]] 1: id = 0: must be from 1 to 1024"),
+        ("name = \"r\"\n[[module]]\nid = 1\ncell = [0, 0]\n", "roster \"r\" has no module for cell [1, 0]"),
+    ] {
+        std::fs::write(&roster, text).expect("a file");
+        let said = refused(folder.path(), &keyed(&arguments));
+        assert!(said.starts_with(expected), "{said}\nexpected {expected}");
+    }
+    std::fs::remove_file(roster).expect("a file");
+    let said = refused(folder.path(), &keyed(&arguments));
+    assert!(said.starts_with("r.toml: no such file"), "{said}");
+    assert_left_alone(folder.path());
 }
 
 /// Tests may run as root, to whom permissions mean nothing: below a file and in /proc nobody can write.
@@ -243,25 +306,25 @@ fn a_folder_that_cannot_be_written_is_named() {
 
 #[test]
 fn a_busy_port_is_named() {
-    let folder = with_scenario(GOOD);
+    let folder = with_key(GOOD);
     let taken = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("an address").to_string();
-    let said = refused(folder.path(), &["run", "t.toml", "--radio", "udp", "--listen", &address]);
+    let said = refused(folder.path(), &keyed(&["run", "t.toml", "--radio", "udp", "--listen", &address]));
     assert!(said.starts_with(&format!("cannot listen on UDP {address}: Address already in use")), "{said}");
     assert_left_alone(folder.path());
-    let said = refused(folder.path(), &["module", "--id", "1", "--listen", &address]);
+    let said = refused(folder.path(), &keyed(&["module", "--id", "1", "--listen", &address]));
     assert!(said.starts_with(&format!("cannot listen on UDP {address}: Address already in use")), "{said}");
 }
 
 #[test]
 fn nobody_answers() {
-    let folder = with_scenario(format!("{GOOD}[timing]\njoin_s = 1\n"));
+    let folder = with_key(format!("{GOOD}[timing]\njoin_s = 1\n"));
     let free =
         UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").to_string();
-    let said = refused(folder.path(), &["run", "t.toml", "--radio", "udp", "--listen", &free]);
+    let said = refused(folder.path(), &keyed(&["run", "t.toml", "--radio", "udp", "--listen", &free]));
     let expected = format!(
         "modules 1, 2, 3 did not answer within 1 s \
-         (start it with: flotilla module --id 1 --host {free} --scenario t.toml)"
+         (start it with: flotilla module --id 1 --host {free} --scenario t.toml --key fleet.key)"
     );
     assert_eq!(said, expected);
     assert_left_alone(folder.path());
@@ -273,23 +336,43 @@ fn nobody_answers() {
 
 #[test]
 fn one_module_of_three_never_answers() {
-    let folder = with_scenario(format!("{GOOD}[timing]\njoin_s = 5\n"));
-    let run = Process::start(folder.path(), &["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0"]);
+    let folder = with_key(format!("{GOOD}[timing]\njoin_s = 5\n"));
+    let arguments = ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0"];
+    let run = Process::start(folder.path(), &keyed(&arguments));
     // The system chose the port, so it is told.
     let first = run.err.recv_timeout(PATIENCE).expect("a line");
     let host =
         first.strip_prefix("listening on ").and_then(|rest| rest.split_once(' ')).expect("an address").0;
     let _modules = ["1", "2"].map(|id| {
-        Process::start(
-            folder.path(),
-            &["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "60"],
-        )
+        let arguments = ["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "60"];
+        Process::start(folder.path(), &keyed(&arguments))
     });
     let said = refusal(&run.finish()).to_owned();
     assert!(
         said.starts_with("module 3 did not answer within 5 s (start it with: flotilla module --id 3 "),
         "{said}"
     );
+    assert_left_alone(folder.path());
+}
+
+/// One that has another fleet's key is not there as far as the host is concerned.
+#[test]
+fn a_module_of_another_fleet_is_not_taken_in() {
+    let folder = with_key(format!("{GOOD}[timing]\njoin_s = 5\n"));
+    let others = tempdir().expect("a folder");
+    keygen(others.path());
+    let other = others.path().join(KEY).display().to_string();
+    let arguments = ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0"];
+    let run = Process::start(folder.path(), &keyed(&arguments));
+    let first = run.err.recv_timeout(PATIENCE).expect("a line");
+    let host =
+        first.strip_prefix("listening on ").and_then(|rest| rest.split_once(' ')).expect("an address").0;
+    let _modules = [("1", KEY), ("2", KEY), ("3", &other)].map(|(id, key)| {
+        let arguments = ["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "60"];
+        Process::start(folder.path(), &[&arguments[..], &["--key", key]].concat())
+    });
+    let said = refusal(&run.finish()).to_owned();
+    assert!(said.starts_with("module 3 did not answer within 5 s"), "{said}");
     assert_left_alone(folder.path());
 }
 

@@ -2,15 +2,19 @@
 //! and have much else to do.
 
 mod common;
+mod keys;
 
 use std::time::{Duration, Instant};
 
 use common::{PATIENCE, Process};
 use host::link::dispatcher::{Dispatcher, Event};
+use host::link::identity::HostIdentity;
+use host::link::key_file::KeyFile;
 use host::link::udp::UdpRadio;
 use host::sim::rov::remote::RemoteRov;
+use keys::{KEY, keygen};
 use protocol::units::{Micros, MicrosSpan, Newtons};
-use protocol::{MAX_DATAGRAM, ModuleState, Motion, Radio, RovCycle};
+use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, RovCycle};
 use tempfile::tempdir;
 
 const REVERSED: [bool; 3] = [false, false, true];
@@ -18,15 +22,18 @@ const REVERSED: [bool; 3] = [false, false, true];
 #[test]
 fn a_process_thrusts_as_told_and_stops_in_silence() {
     let folder = tempdir().expect("a folder");
+    keygen(folder.path());
     let mut radio = UdpRadio::bind("127.0.0.1:0").expect("a port");
     let address = radio.local_address().expect("an address").to_string();
     // Should this test be killed, it ends by itself.
     let arguments =
         ["module", "--rov", "--id", "1", "--host", &address, "--thrusters", "3", "--reversed", "3"];
-    let arguments = [&arguments[..], &["--battery", "15", "--duration", "170"]].concat();
+    let arguments = [&arguments[..], &["--battery", "15", "--duration", "170", "--key", KEY]].concat();
     let _process = Process::start(folder.path(), &arguments);
 
-    let mut dispatcher = Dispatcher::new(1, 9);
+    let key = KeyFile::read(&folder.path().join(KEY)).expect("a key file");
+    let identity = HostIdentity::new(key).expect("random bytes");
+    let mut dispatcher = Dispatcher::new(&[ModuleId(1)], &identity.key, identity.boot);
     let mut remote = RemoteRov::new(&REVERSED);
     let wanted_n = [12.0, -5.0, 7.0];
     let near = |remote: &RemoteRov, thrusts_n: [f64; 3]| {
@@ -52,7 +59,8 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
             next = now.after(MicrosSpan(50_000));
             let thrusts = wanted_n.iter().map(|&newtons| Newtons(newtons as f32)).collect();
             let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(500_000) });
-            dispatcher.dispatch(now, number, now.after(MicrosSpan(30_000)), &[motion]);
+            let start = now.after(MicrosSpan(30_000));
+            dispatcher.dispatch(now, number, start, &[Some(motion)], Delivery::Direct);
         }
         if !reached {
             dispatcher.handle_timer(now);
@@ -60,8 +68,8 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
         } else if near(&remote, [0.0; 3]) && state == Some(ModuleState::Holding) {
             break;
         }
-        while let Some((to, datagram)) = dispatcher.poll_transmit() {
-            radio.send(now, to, &datagram).expect("a radio");
+        while let Some((to, datagram)) = dispatcher.poll_transmit(now, &mut buffer) {
+            radio.send(now, to, datagram).expect("a radio");
         }
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -70,17 +78,21 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
     assert!((report.battery.0 - 15.0).abs() < 1e-6);
     let ledger = dispatcher.modules()[0].ledger();
     assert!(ledger.acknowledged >= 1 && ledger.refused == 0, "{ledger:?}");
+    let link = &dispatcher.modules()[0];
+    assert!(link.incoming().is_exact() && link.outgoing().lost == 0, "{link:?}");
+    assert_eq!((link.boots(), link.sessions(), dispatcher.strays().received), (1, 1, 0));
 }
 
 #[test]
 fn what_cannot_be_is_one_line() {
     let folder = tempdir().expect("a folder");
+    keygen(folder.path());
     for (arguments, wanted) in [
         (&["--battery", "9"][..], "battery_v = 9 V: must lie between 10 and 20"),
         (&["--battery", "NaN"], "battery_v = NaN V"),
         (&["--reversed", "7"], "--reversed 7: there are only 6 thrusters"),
     ] {
-        let arguments = [&["module", "--rov", "--id", "1"][..], arguments].concat();
+        let arguments = [&["module", "--rov", "--id", "1", "--key", KEY][..], arguments].concat();
         let finished = Process::start(folder.path(), &arguments).finish();
         assert_eq!((finished.code, finished.err.len()), (Some(2), 1), "{finished:?}");
         assert!(finished.err[0].contains(wanted) && finished.out.is_empty(), "{finished:?}");

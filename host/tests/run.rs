@@ -1,12 +1,14 @@
 //! `flotilla run` as a user meets it: what is printed, what is left on disk, how it ends.
 
 mod common;
+mod keys;
 
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use common::{PATIENCE, Process};
+use keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -54,7 +56,8 @@ fn the_first_command_shows_experiment_one_and_leaves_its_pictures() {
         "holonomic-1: 3 modules, 90 s, seed 1",
         "demanded m/s",
         "contacts   none",
-        " 0 refused, 0 unanswered",
+        " 0 refused, 0 late, 0 unanswered",
+        " 0 corrupt, 0 forged, 0 foreign",
     ] {
         assert!(text.contains(part), "{text}\ndoes not say {part:?}");
     }
@@ -164,8 +167,12 @@ fn a_run_in_which_every_cycle_was_refused_fails() {
     let folder = scenario(4.0, "[modboat]\nperiod_s = 1000\n");
     let finished = Process::start(folder.path(), &["run", "t.toml", "--out", "o"]).finish();
     assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");
-    assert!(finished.err[0].starts_with("flotilla: the modules refused all 3 cycles"), "{finished:?}");
-    assert_eq!(read(&folder.path().join("o"))["link"][0]["refused"], 1);
+    assert!(finished.err[0].starts_with("flotilla: the modules took none of "), "{finished:?}");
+    let summary = read(&folder.path().join("o"));
+    let links = summary["link"].as_array().expect("a list");
+    let sum = |key: &str| links.iter().map(|link| link[key].as_u64().expect(key)).sum::<u64>();
+    let said = format!(" none of {} cycles and refused {}: ", sum("cycles"), sum("refused"));
+    assert!(sum("refused") >= 3 && finished.err[0].contains(&said), "{finished:?}");
 }
 
 #[test]
@@ -187,8 +194,9 @@ fn control_c_leaves_what_was_measured() {
 #[test]
 fn control_c_before_anything_happened() {
     let folder = scenario(600.0, "[timing]\njoin_s = 600\n");
+    keygen(folder.path());
     let arguments = ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--out", "o"];
-    let run = Process::start(folder.path(), &arguments);
+    let run = Process::start(folder.path(), &[&arguments[..], &["--key", KEY]].concat());
     assert!(run.err.recv_timeout(PATIENCE).expect("a line").starts_with("listening on "));
     std::thread::sleep(Duration::from_millis(500));
     interrupt(&run);

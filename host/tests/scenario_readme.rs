@@ -1,19 +1,26 @@
 //! `scenarios/README.md` against the program: the same tables, the same keys, the same defaults.
 //!
-//! The program is asked through [`Scenario::parse`] and [`ReconfigureScenario::parse`] alone: a key that cannot exist
-//! makes them list those that can, and a scenario with every default written out must equal one with none.
+//! The program is asked through [`Scenario::parse`], [`ReconfigureScenario::parse`] and [`Roster::parse`] alone: a key that
+//! cannot exist makes them list those that can, and a file with every default written out must equal one with none.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use host::run::reconfigure::scenario::ReconfigureScenario;
+use host::run::roster::Roster;
 use host::run::scenario::Scenario;
 
 const README: &str = include_str!("../scenarios/README.md");
 
 /// The part about runs, and the one about reconfigurations.
 fn parts() -> (&'static str, &'static str) {
-    README.split_once("\n# Reconfigurations\n").expect("two parts")
+    let (runs, rest) = README.split_once("\n# Reconfigurations\n").expect("three parts");
+    (runs, rest.split_once("\n# Rosters\n").expect("three parts").0)
+}
+
+/// The part about rosters.
+fn rosters() -> &'static str {
+    README.split_once("\n# Rosters\n").expect("three parts").1
 }
 
 /// What cannot be left out, and what has no default that could be written down. One module, because a map with one
@@ -157,4 +164,46 @@ fn the_example_of_a_reconfiguration_can_be_planned() {
     let (example, _) = example.split_once("```").expect("its end");
     let scenario = ReconfigureScenario::parse("example.toml", example, Path::new("")).expect("parses");
     assert_eq!(scenario.problem.robots.len(), 2);
+}
+
+#[test]
+fn every_key_of_a_roster_is_documented_with_its_default() {
+    const LEAST: &str = "[[module]]\nid = 1\n";
+    let documented = documented(rosters());
+    let mut full = LEAST.to_owned();
+    for (table, keys) in &documented {
+        let below = |text: &str, line: &str| match table.as_str() {
+            "" => format!("{line}{text}"),
+            table => text.replace(&format!("[[{table}]]\n"), &format!("[[{table}]]\n{line}")),
+        };
+        let complaint =
+            Roster::parse("t.toml", &below(LEAST, "no_such_key = 1\n")).expect_err("unknown").to_string();
+        let (start, list) = complaint.split_once("expected").expect(&complaint);
+        assert!(start.contains("unknown field `no_such_key`"), "{complaint}");
+        let known: BTreeSet<String> = list.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+        let mut expected: BTreeSet<String> = keys.keys().cloned().collect();
+        if table.is_empty() {
+            expected.extend(documented.keys().filter(|table| !table.is_empty()).cloned());
+        }
+        assert_eq!(known, expected, "[{table}]: left the program, right the README");
+        for (key, default) in keys {
+            if let Some(literal) = default.strip_prefix('`').and_then(|rest| rest.strip_suffix('`')) {
+                full = below(&full, &format!("{key} = {literal}\n"));
+            }
+        }
+    }
+    assert_eq!(documented["module"].len(), 4);
+    assert_eq!(
+        Roster::parse("t.toml", &full).expect(&full),
+        Roster::parse("t.toml", LEAST).expect("least"),
+        "{full}"
+    );
+}
+
+#[test]
+fn the_example_of_a_roster_can_be_read() {
+    let (_, example) = rosters().split_once("```toml\n").expect("an example");
+    let (example, _) = example.split_once("```").expect("its end");
+    let roster = Roster::parse("example.toml", example).expect("parses");
+    assert_eq!(roster.ids().map(|id| id.0).collect::<Vec<_>>(), [3, 7]);
 }

@@ -2,11 +2,13 @@
 //! is tight: the machine may be slow and have much else to do.
 
 mod common;
+mod keys;
 
 use std::path::Path;
 use std::time::Duration;
 
 use common::{Finished, PATIENCE, Process};
+use keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -21,9 +23,8 @@ fn scenario(duration_s: f64) -> String {
 
 /// A host on a port of the system's choice, and its address.
 fn host(folder: &Path) -> (Process, String) {
-    let arguments =
-        ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--json", "--out", "results"];
-    let host = Process::start(folder, &arguments);
+    let arguments = ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--key", KEY];
+    let host = Process::start(folder, &[&arguments[..], &["--json", "--out", "results"]].concat());
     let line = host.err.recv_timeout(PATIENCE).expect("a line about the port");
     let address =
         line.strip_prefix("listening on ").and_then(|rest| rest.split_once(' ')).expect("an address").0;
@@ -34,7 +35,7 @@ fn host(folder: &Path) -> (Process, String) {
 fn module(folder: &Path, id: &str, host: &str) -> Process {
     // Should this test be killed, they end by themselves.
     let arguments = ["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "170"];
-    Process::start(folder, &arguments)
+    Process::start(folder, &[&arguments[..], &["--key", KEY]].concat())
 }
 
 /// The summary that a run printed, which is the one it wrote, with its pictures beside it.
@@ -51,6 +52,24 @@ fn summary(folder: &Path, finished: &Finished) -> Value {
     summary
 }
 
+/// The sums of one module's link.
+fn assert_exact(link: &Value) {
+    let sum = |of: &Value, names: &[&str]| -> u64 {
+        names.iter().map(|&name| of[name].as_u64().unwrap_or_else(|| panic!("no {name}: {link}"))).sum()
+    };
+    let classes = ["accepted", "duplicate", "stale", "corrupt", "forged", "foreign"];
+    for received in [&link["from_module"], &link["module_received"]] {
+        assert_eq!(received["received"].as_u64(), Some(sum(received, &classes)), "{link}");
+    }
+    let to_module = &link["to_module"];
+    let (sent, told) = (sum(to_module, &["sent"]), sum(to_module, &["acknowledged", "late", "lost"]));
+    // What is under way when the run ends is what was sent last.
+    assert!(told <= sent && sent - told <= 20, "{link}");
+    let (cycles, told) =
+        (sum(link, &["cycles"]), sum(link, &["acknowledged", "late", "refused", "unanswered"]));
+    assert!(told <= cycles && cycles - told <= 1, "{link}");
+}
+
 /// Waits until a module says that it swims.
 fn await_swimming(module: &Process) {
     loop {
@@ -64,6 +83,7 @@ fn await_swimming(module: &Process) {
 #[test]
 fn three_processes_swim_a_leg() {
     let folder = tempdir().expect("a folder");
+    keygen(folder.path());
     std::fs::write(folder.path().join("t.toml"), scenario(12.0)).expect("a file");
     let (host, address) = host(folder.path());
     let _modules = ["1", "2", "3"].map(|id| module(folder.path(), id, &address));
@@ -82,7 +102,11 @@ fn three_processes_swim_a_leg() {
         // Twelve seconds hold six cycles of two seconds, seven of 1.5.
         assert!(link["cycles"].as_u64() >= Some(5), "{summary}");
         assert_eq!(link["acknowledged"], link["cycles"], "{summary}");
+        assert_eq!((&link["boots"], &link["sessions"]), (&Value::from(1), &Value::from(1)), "{summary}");
+        assert_eq!(link["faults"], Value::Array(vec![]), "{summary}");
+        assert_exact(link);
     }
+    assert_eq!(summary["strays"]["received"], 0, "{summary}");
     let mean = &summary["legs"][0]["mean_m_s"];
     let [vx, vy] = [0, 1].map(|axis| mean[axis].as_f64().expect("a number"));
     assert!((0.01..0.08).contains(&vx) && vy.abs() < 0.02, "asked for 0.04 m/s east: {vx}, {vy}");
@@ -91,6 +115,7 @@ fn three_processes_swim_a_leg() {
 #[test]
 fn a_module_that_dies_and_comes_back_is_taken_in_again() {
     let folder = tempdir().expect("a folder");
+    keygen(folder.path());
     std::fs::write(folder.path().join("t.toml"), scenario(24.0)).expect("a file");
     let (host, address) = host(folder.path());
     let _others = ["1", "2"].map(|id| module(folder.path(), id, &address));
@@ -110,6 +135,9 @@ fn a_module_that_dies_and_comes_back_is_taken_in_again() {
     let contacts = summary["contacts"].as_array().expect("a list").len();
     let expected = if contacts == 0 { Some(0) } else { Some(1) };
     assert_eq!(finished.code, expected, "{finished:?}");
+    let links = summary["link"].as_array().expect("a list");
+    links.iter().for_each(assert_exact);
+    assert_eq!(links.iter().map(|link| link["boots"].as_u64()).collect::<Vec<_>>(), [1, 1, 2].map(Some));
     let others = &summary["link"][0]["cycles"];
     assert!(others.as_u64() >= Some(4), "they swam before and after: {summary}");
 }

@@ -1,25 +1,29 @@
-//! The messages of wire version 1.
+//! The messages of wire version 2.
 //!
 //! The order of enum variants and struct fields *is* the wire format (postcard writes them in order, without
 //! names): append only, and bump [`WIRE_VERSION`] for anything else. `protocol/tests/wire/` holds the bytes.
 //!
 //! | message | from → to | when |
 //! |---|---|---|
-//! | [`Hello`] | module → host | from boot until the host is heard, then once a second |
+//! | [`Hello`] | module → host | announced from boot until a host is heard, then once a second |
+//! | [`Message::Called`] | host → module | the answer to an announcement: opens a session |
 //! | [`TimeRequest`], [`TimeReply`] | module → host → module | clock exchange, four timestamps |
 //! | [`Cycle`] | host → module | ahead of its start, again until acknowledged |
-//! | [`Acknowledge`] | module → host | for every cycle received, accepted or not |
+//! | [`Message::Commit`] | host → module | when all have acknowledged a [`Delivery::Prepare`], again until acknowledged |
+//! | [`Acknowledge`] | module → host | for every cycle and commit received, accepted or not |
 //! | [`Telemetry`], [`RovTelemetry`] | module → host | at a fixed rate; which of the two, its kind decides |
-//! | `Hold` | host → module | finish the running cycle, drop the next, hold the pose |
-//! | `EmergencyStop` | host → module | freeze at once |
+//! | [`Health`] | module → host | once a second |
+//! | [`Message::Hold`] | host → module | finish the running cycle, drop the next, hold the pose |
+//! | [`Message::EmergencyStop`], [`Message::Release`] | host → module | freeze at once, and no longer |
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use crate::ledger::Incoming;
 use crate::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 
 /// First byte of every datagram.
-pub const WIRE_VERSION: u8 = 1;
+pub const WIRE_VERSION: u8 = 2;
 
 /// Most thrusters of one ROV.
 pub const MAX_THRUSTERS: usize = 8;
@@ -56,6 +60,14 @@ pub enum Message {
     EmergencyStop,
     /// What an ROV does and measures.
     RovTelemetry(RovTelemetry),
+    /// A host takes a module into a session.
+    Called,
+    /// Everybody has prepared the cycle with this number: run it.
+    Commit(u32),
+    /// Ends an emergency stop.
+    Release,
+    /// How a module's link and clock are.
+    Health(Health),
 }
 
 /// What kind of robot a module is.
@@ -74,6 +86,8 @@ pub struct Hello {
     pub kind: ModuleKind,
     /// Firmware version (major, minor, patch).
     pub firmware: (u8, u8, u8),
+    /// The session it is in, 0 for none: a host sees whether it is its own.
+    pub session: u32,
 }
 
 /// First half of a clock exchange.
@@ -103,6 +117,17 @@ pub struct Cycle {
     pub start: Micros,
     /// What to do.
     pub motion: Motion,
+    /// When it may run.
+    pub delivery: Delivery,
+}
+
+/// What a cycle needs before it may run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Delivery {
+    /// Nothing more: any modules may miss it and nobody collides.
+    Direct,
+    /// A [`Message::Commit`] before its start; without one the module holds.
+    Prepare,
 }
 
 /// What to do in a cycle.
@@ -156,6 +181,8 @@ pub enum Verdict {
     Duplicate,
     /// It will not run.
     Refused(Refusal),
+    /// It is held, and will run if a commit comes before its start.
+    Prepared,
 }
 
 /// Why a cycle was refused.
@@ -179,10 +206,16 @@ pub enum Refusal {
     WrongKind,
     /// The module is stopped.
     Stopped,
+    /// The module does not know the fleet time well enough.
+    Unsure,
+    /// The battery does not last for another one.
+    LowBattery,
+    /// A commit for a cycle that is not held.
+    NotPrepared,
 }
 
 /// What a module is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum ModuleState {
     /// It does not know the fleet time yet.
     Unsynchronised,
@@ -192,10 +225,64 @@ pub enum ModuleState {
     Executing,
     /// It finished its last cycle and holds the end pose.
     Holding,
-    /// Emergency stop.
+    /// Stopped until released.
     Stopped,
     /// It keeps its thrusters at neutral until their controllers obey.
     Arming,
+    /// It looks where it is, and has not spoken yet.
+    Boot,
+    /// It has no valid configuration: it moves nothing, and says nothing.
+    Unprovisioned,
+}
+
+/// What is wrong with a module, one bit each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Faults(pub u8);
+
+impl Faults {
+    /// The host stopped it.
+    pub const EMERGENCY: Self = Self(1);
+    /// The battery is low: it finishes its cycle, and takes no other.
+    pub const LOW_BATTERY: Self = Self(1 << 1);
+    /// The motor was driven and did not follow: it stopped.
+    pub const STALLED: Self = Self(1 << 2);
+    /// The encoder is not believed: the motor coasts.
+    pub const BLIND: Self = Self(1 << 3);
+    /// An output of the board failed.
+    pub const OUTPUT: Self = Self(1 << 4);
+
+    /// Their names, for people.
+    pub const NAMES: [(Self, &'static str); 5] = [
+        (Self::EMERGENCY, "emergency stop"),
+        (Self::LOW_BATTERY, "low battery"),
+        (Self::STALLED, "motor stalled"),
+        (Self::BLIND, "encoder not believed"),
+        (Self::OUTPUT, "output failed"),
+    ];
+
+    /// Whether all of `which` are set.
+    #[must_use]
+    pub const fn has(self, which: Self) -> bool {
+        self.0 & which.0 == which.0
+    }
+
+    /// These and `which`.
+    #[must_use]
+    pub const fn with(self, which: Self) -> Self {
+        Self(self.0 | which.0)
+    }
+}
+
+/// How a module's link and clock are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Health {
+    /// What came to it since its boot.
+    pub incoming: Incoming,
+    /// How far its fleet time may be off.
+    pub uncertainty: MicrosSpan,
+    /// How much faster fleet time runs than its own clock, 10⁻⁹.
+    pub drift_ppb: i32,
 }
 
 /// What a module does and measures.
@@ -215,6 +302,8 @@ pub struct Telemetry {
     pub current: Amperes,
     /// Battery voltage.
     pub battery: Volts,
+    /// What is wrong with it.
+    pub faults: Faults,
 }
 
 /// What an ROV does and measures.
@@ -232,4 +321,6 @@ pub struct RovTelemetry {
     pub battery: Volts,
     /// Current drawn from the battery, all thrusters together.
     pub current: Amperes,
+    /// What is wrong with it.
+    pub faults: Faults,
 }

@@ -10,6 +10,7 @@
 //! | [`reconfigure`] | seeded reconfigurations of ROVs |
 //! | [`rules`] | import rules and bans, read off the source text |
 //! | [`spoil`] | ways to spoil a plan of ROVs |
+//! | [`storm`] | whole fleets in bad weather, with reboots, and who watches them |
 //! | [`stream`] | planners asked demand after demand, and what came of it |
 //! | [`figures`] | quantiles |
 
@@ -21,4 +22,5 @@ pub mod random;
 pub mod reconfigure;
 pub mod rules;
 pub mod spoil;
+pub mod storm;
 pub mod stream;

@@ -42,7 +42,7 @@ pub fn may_import(area: &str) -> &'static [&'static str] {
         // Of host::rov, no more than JUDGE_MAY.
         "host::verify" => &["host::quantity", "host::rov"],
         "host::rov" => &["host::quantity", "host::grid", "host::toml_lines"],
-        "host::link" => &["host::quantity", "protocol"],
+        "host::link" => &["host::quantity", "host::toml_lines", "protocol"],
         "host::sim" => &["host::quantity", "host::modboat", "host::rov", "firmware", "protocol"],
         "host::run" => &[
             "host::quantity",

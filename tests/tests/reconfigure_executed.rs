@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use host::link::faults::FaultParameters;
+use host::link::identity::HostIdentity;
 use host::link::udp::UdpRadio;
 use host::rov::plan::{Action, ActionKind, Criterion, Manner, Move, Placed, Plan};
 use host::rov::planner::{OrderRule, Request, plan};
@@ -127,6 +128,9 @@ fn all_arrived(executed: &Executed, tilt_most_rad: f64) {
     for link in &summary.link {
         let ledger = link.ledger;
         assert!(ledger.cycles > 0 && ledger.open() <= 1, "seed {seed}, robot {}: {ledger:?}", link.module);
+        let (out, incoming) = (link.to_module, link.from_module);
+        assert_eq!(out.sent, out.acknowledged + out.late + out.lost + out.under_way(), "{out:?}");
+        assert!(incoming.is_exact() && incoming.forged + incoming.foreign == 0, "seed {seed}: {incoming:?}");
         // One that has just come back refuses until it knows the fleet time again.
         assert!(ledger.refused <= 10 * summary.reboots, "seed {seed}, robot {}: {ledger:?}", link.module);
     }
@@ -431,14 +435,17 @@ fn robots_on_udp_follow_the_plan() {
     ]);
     let radio = UdpRadio::bind("127.0.0.1:0").expect("a socket");
     let host = radio.local_address().expect("an address");
+    let identity = HostIdentity::simulated(1, 0);
     let ended = AtomicBool::new(false);
     let executed = std::thread::scope(|scope| {
         for id in 1..=problem.robots.len() as u16 {
-            let ended = &ended;
+            let (ended, key) = (&ended, identity.key.clone());
             scope.spawn(move || {
                 let clock = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
                 let setup = RovSetup {
                     id: ModuleId(id),
+                    fleet: key.fleet(),
+                    key: key.module(ModuleId(id)),
                     reversed: &[false; 6],
                     battery_v: 16.0,
                     report_every: MicrosSpan(20_000),
@@ -454,7 +461,7 @@ fn robots_on_udp_follow_the_plan() {
                 }
             });
         }
-        let mut fleet = OverUdp::new(&problem, radio, FaultParameters::default(), 1);
+        let mut fleet = OverUdp::new(&problem, radio, identity.clone(), FaultParameters::default(), 1);
         let stop = AtomicBool::new(false);
         let options = options(1);
         let executed = run(

@@ -1,13 +1,20 @@
+use std::vec::Vec;
+
 use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
-use protocol::{ModboatCycle, Motion};
+use protocol::{Delivery, FleetKey, ModboatCycle, ModuleId, Motion, RovCycle};
 
 use super::*;
+use crate::bench_host::{AHEAD, BenchHost, Ends, assert_exact, identity, in_session};
 use crate::limits::Limits;
+use crate::link::HOST_SILENCE;
 use crate::reference::Reference;
 use crate::swimmer::{Measurement, Swimmer};
 
-const HOST: u32 = 77;
-const IDENTITY: Identity = Identity { module: ModuleId(2), session: 5, report_every: MicrosSpan(20_000) };
+mod hosts;
+mod stops;
+mod two_phase;
+
+const MS: u64 = 1_000;
 const AT_ZERO: Measurement = Measurement {
     tail: Some(Radians(0.0)),
     rate: RadiansPerSecond(0.0),
@@ -15,36 +22,74 @@ const AT_ZERO: Measurement = Measurement {
     battery: Volts(7.4),
 };
 
-fn from_host(session: u32, message: &Message) -> std::vec::Vec<u8> {
-    let mut buffer = [0; protocol::MAX_DATAGRAM];
-    let header = Header { module: IDENTITY.module, session, sequence: 0 };
-    encode(&header, message, &mut buffer).unwrap().to_vec()
+/// A module that ticks every millisecond, and its host.
+struct Bench {
+    endpoint: Endpoint<Swimmer>,
+    host: BenchHost,
+    now: Micros,
+    tail: Measurement,
 }
 
-fn sent(endpoint: &mut Endpoint<Swimmer>) -> std::vec::Vec<Message> {
-    let mut buffer = [0; protocol::MAX_DATAGRAM];
-    let mut messages = std::vec::Vec::new();
-    while let Some(datagram) = endpoint.poll_transmit(&mut buffer) {
-        messages.push(decode(datagram).unwrap().1);
+impl Bench {
+    /// Booted, and nothing has been said.
+    fn boot() -> Self {
+        let endpoint = Endpoint::new(Some(identity(1)), Swimmer::new(Limits::default()));
+        Self { endpoint, host: BenchHost::new(1), now: Micros(0), tail: AT_ZERO }
     }
-    messages
-}
 
-/// Booted, its clock 1 s behind the fleet's, exchanges done by `now` = 0.2 s.
-fn synchronised() -> Endpoint<Swimmer> {
-    let mut endpoint = Endpoint::new(IDENTITY, Swimmer::new(Limits::default()));
-    for exchange in 0..4 {
-        let now = Micros(exchange * 50_000);
-        endpoint.handle_timer(now, &AT_ZERO);
-        let fleet = now.after(MicrosSpan(1_000_000));
-        let reply = TimeReply { request_sent: now, received: fleet, sent: fleet };
-        endpoint.handle_datagram(now, &from_host(HOST, &Message::TimeReply(reply))).unwrap();
+    /// In a session, and it knows the fleet time: at 1 s of its own clock.
+    fn ready() -> Self {
+        let mut bench = Self::boot();
+        bench.run(1_000 * MS);
+        assert_eq!(bench.state(), ModuleState::Ready);
+        bench
     }
-    sent(&mut endpoint);
-    endpoint
+
+    /// Ticks until `end`, own clock. What it said comes back.
+    fn run(&mut self, end: u64) -> Vec<Message> {
+        let mut said = Vec::new();
+        while self.now.0 < end {
+            self.endpoint.handle_timer(self.now, &self.tail);
+            said.extend(self.host.listen(self.now, &mut self.endpoint));
+            self.now.0 += MS;
+        }
+        said
+    }
+
+    fn state(&self) -> ModuleState {
+        self.endpoint.state(self.now)
+    }
+
+    fn ask(&mut self, message: &Message) -> Verdict {
+        self.host.ask(self.now, &mut self.endpoint, message)
+    }
+
+    fn say(&mut self, message: &Message) -> Vec<Message> {
+        self.host.say(self.now, &mut self.endpoint, message)
+    }
+
+    /// Brings a datagram of anybody's.
+    fn bring(&mut self, datagram: &[u8]) -> Result<(), Class> {
+        let heard = self.endpoint.handle_datagram(self.now, datagram);
+        assert_exact(&self.endpoint);
+        heard
+    }
+
+    fn reference(&self) -> Reference {
+        self.endpoint.reference(self.now).expect("it has seen its tail")
+    }
+
+    fn incoming(&self) -> protocol::ledger::Incoming {
+        Ends::incoming(&self.endpoint)
+    }
+
+    fn is_frozen_at(&self, angle_rad: f32) -> bool {
+        (self.reference().angle_rad - angle_rad).abs() < 1e-6
+    }
 }
 
-fn cycle(number: u32, start: u64, amplitude: f32) -> Message {
+/// Starts at `start` on the module's own clock, at the pose 0, and ends there 2 s later.
+fn cycle(number: u32, start: u64, amplitude: f32) -> Cycle {
     let motion = ModboatCycle {
         rotation: Radians(0.0),
         centerline: Radians(-amplitude),
@@ -52,135 +97,195 @@ fn cycle(number: u32, start: u64, amplitude: f32) -> Message {
         transition: MicrosSpan(500_000),
         period: MicrosSpan(1_500_000),
     };
-    Message::Cycle(Cycle { number, start: Micros(start), motion: Motion::Modboat(motion) })
+    let motion = Motion::Modboat(motion);
+    Cycle { number, start: Micros(start + AHEAD), motion, delivery: Delivery::Direct }
 }
 
-fn answer(endpoint: &mut Endpoint<Swimmer>, now: u64, message: &Message) -> Verdict {
-    endpoint.handle_datagram(Micros(now), &from_host(HOST, message)).unwrap();
-    match sent(endpoint).as_slice() {
-        [Message::Acknowledge(acknowledge)] => acknowledge.verdict,
-        other => panic!("{other:?}"),
-    }
+fn direct(number: u32, start: u64) -> Message {
+    Message::Cycle(cycle(number, start, 1.0))
+}
+
+fn prepare(number: u32, start: u64) -> Message {
+    Message::Cycle(Cycle { delivery: Delivery::Prepare, ..cycle(number, start, 1.0) })
+}
+
+fn refused(refusal: Refusal) -> Verdict {
+    Verdict::Refused(refusal)
 }
 
 #[test]
-fn announces_itself_asks_the_time_and_reports() {
-    let mut endpoint = Endpoint::new(IDENTITY, Swimmer::new(Limits::default()));
-    endpoint.handle_timer(Micros(0), &Measurement::default());
-    assert!(matches!(sent(&mut endpoint)[..], [Message::Hello(_), Message::TimeRequest(_)]));
-    assert_eq!(endpoint.reference(Micros(0)), None, "nobody knows where the tail is");
-    endpoint.handle_timer(Micros(1_000), &AT_ZERO);
-    let [Message::Telemetry(report)] = sent(&mut endpoint)[..] else { panic!("a report is due") };
-    assert_eq!((report.state, report.cycle), (ModuleState::Unsynchronised, 0));
-    assert_eq!(endpoint.reference(Micros(1_000)), Some(Reference::at_rest(0.0)));
-    endpoint.handle_timer(Micros(199_000), &AT_ZERO);
-    assert!(!sent(&mut endpoint).iter().any(|message| matches!(message, Message::Hello(_))));
-    endpoint.handle_timer(Micros(200_000), &AT_ZERO);
-    assert!(sent(&mut endpoint).iter().any(|message| matches!(message, Message::Hello(_))));
+fn announces_itself_is_called_asks_the_time_and_reports() {
+    let mut bench = Bench::boot();
+    bench.tail.tail = None;
+    assert_eq!(bench.run(2 * MS), [], "it does not know where its tail is");
+    assert_eq!((bench.state(), bench.endpoint.reference(bench.now)), (ModuleState::Boot, None));
+    bench.tail = AT_ZERO;
+    let said = bench.run(3 * MS);
+    assert!(matches!(said[..], [Message::Hello(Hello { kind: ModuleKind::Modboat, session: 0, .. })]));
+    assert!(bench.endpoint.link().is_some_and(|link| link.is_open()), "called at once");
+    assert_eq!((bench.state(), bench.reference()), (ModuleState::Unsynchronised, Reference::at_rest(0.0)));
+    let said = bench.run(4 * MS);
+    let [Message::Telemetry(report), Message::Health(health)] = said[..] else { panic!("{said:?}") };
+    assert_eq!((report.state, report.cycle, report.faults), (ModuleState::Unsynchronised, 0, Faults(0)));
+    assert_eq!(health.incoming.accepted, 1, "the call");
+    let said = bench.run(3_004 * MS);
+    let count = |what: fn(&Message) -> bool| said.iter().filter(|message| what(message)).count();
+    assert_eq!(count(|message| matches!(message, Message::Telemetry(_))), 150, "every 20 ms");
+    assert_eq!(count(|message| matches!(message, Message::Health(_))), 3, "every second");
+    let session = bench.host.session().id();
+    let hellos: Vec<_> = said.iter().filter(|message| matches!(message, Message::Hello(_))).collect();
+    assert!((3..=4).contains(&hellos.len()), "{hellos:?}");
+    assert!(hellos.iter().all(|hello| matches!(hello, Message::Hello(hello) if hello.session == session)));
+    assert_eq!(bench.state(), ModuleState::Ready);
+}
+
+#[test]
+fn announces_itself_five_times_a_second_while_no_host_is_heard() {
+    let mut endpoint = Bench::boot().endpoint;
+    let mut buffer = [0; protocol::MAX_DATAGRAM];
+    let mut said = 0;
+    for now in (0..1_000 * MS).step_by(1_000).map(Micros) {
+        endpoint.handle_timer(now, &AT_ZERO);
+        while let Some(datagram) = endpoint.poll_transmit(&mut buffer) {
+            let header = protocol::Frame::parse(datagram).unwrap().header;
+            assert_eq!((header.kind, header.sequence), (protocol::Kind::Announce, said));
+            said += 1;
+        }
+    }
+    assert_eq!((said, endpoint.link().unwrap().announced()), (5, 5), "nothing else without a session");
 }
 
 #[test]
 fn takes_a_cycle_once_and_runs_it_on_fleet_time() {
-    let mut endpoint = synchronised();
-    assert_eq!(endpoint.state(Micros(200_000)), ModuleState::Ready);
-    let message = cycle(1, 2_000_000, 1.0);
-    assert_eq!(answer(&mut endpoint, 200_000, &message), Verdict::Accepted);
-    assert_eq!(answer(&mut endpoint, 300_000, &message), Verdict::Duplicate);
-    assert_eq!(
-        answer(&mut endpoint, 300_000, &cycle(1, 2_000_000, 1.1)),
-        Verdict::Refused(Refusal::Conflict)
-    );
-    // Fleet time 2 s is 1 s on its own clock.
-    assert_eq!(endpoint.state(Micros(999_999)), ModuleState::Ready);
-    assert_eq!(endpoint.state(Micros(1_000_000)), ModuleState::Executing);
+    let mut bench = Bench::ready();
+    assert_eq!(bench.ask(&direct(1, 2_000 * MS)), Verdict::Accepted);
+    bench.run(1_100 * MS);
+    assert_eq!(bench.ask(&direct(1, 2_000 * MS)), Verdict::Duplicate);
+    assert_eq!(bench.ask(&Message::Cycle(cycle(1, 2_000 * MS, 1.1))), refused(Refusal::Conflict));
+    bench.run(1_999 * MS);
+    assert_eq!(bench.state(), ModuleState::Ready);
+    bench.run(2_001 * MS);
+    assert_eq!(bench.state(), ModuleState::Executing);
     // 0.5 s of transition, half a period: φ₀ − A.
-    let reference = endpoint.reference(Micros(2_250_000)).unwrap();
-    assert!((reference.angle_rad + 2.0).abs() < 1e-5, "{reference:?}");
-    assert_eq!(endpoint.state(Micros(3_000_000)), ModuleState::Holding);
-    endpoint.handle_timer(Micros(3_000_000), &AT_ZERO);
-    assert!(sent(&mut endpoint).iter().any(|m| matches!(m, Message::Telemetry(report) if report.cycle == 1)));
+    bench.run(3_250 * MS);
+    assert!((bench.reference().angle_rad + 2.0).abs() < 1e-4, "{:?}", bench.reference());
+    let said = bench.run(4_001 * MS);
+    assert_eq!(bench.state(), ModuleState::Holding);
+    let runs = |message: &Message| {
+        matches!(message, Message::Telemetry(report)
+            if (report.state, report.cycle) == (ModuleState::Executing, 1))
+    };
+    assert!(said.iter().any(runs), "{said:?}");
+    assert!(bench.is_frozen_at(0.0));
 }
 
 #[test]
 fn refuses_what_it_must_not_run() {
-    let mut endpoint = Endpoint::new(IDENTITY, Swimmer::new(Limits::default()));
-    endpoint.handle_timer(Micros(0), &AT_ZERO);
-    sent(&mut endpoint);
-    let refusal = |verdict| Verdict::Refused(verdict);
-    assert_eq!(answer(&mut endpoint, 0, &cycle(1, 1, 1.0)), refusal(Refusal::NotSynchronised));
-    let mut endpoint = synchronised();
-    assert_eq!(answer(&mut endpoint, 200_000, &cycle(1, 1_199_999, 1.0)), refusal(Refusal::Late));
-    assert_eq!(answer(&mut endpoint, 200_000, &cycle(1, 3_601_000_000, 1.0)), refusal(Refusal::TooFarAhead));
-    assert_eq!(answer(&mut endpoint, 200_000, &cycle(1, 2_000_000, 3.0)), refusal(Refusal::BeyondLimits));
-    assert_eq!(
-        answer(&mut endpoint, 200_000, &cycle(1, 2_000_000, f32::NAN)),
-        refusal(Refusal::BeyondLimits)
-    );
-    let mut elsewhere = cycle(1, 2_000_000, 1.0);
-    if let Message::Cycle(Cycle { motion: Motion::Modboat(motion), .. }) = &mut elsewhere {
+    let mut bench = Bench::boot();
+    bench.run(MS);
+    assert_eq!(bench.ask(&direct(1, 2_000 * MS)), refused(Refusal::NotSynchronised));
+    assert_eq!(bench.ask(&Message::Commit(1)), refused(Refusal::NotPrepared));
+    let mut bench = Bench::ready();
+    assert_eq!(bench.ask(&direct(1, 999 * MS)), refused(Refusal::Late));
+    assert_eq!(bench.ask(&direct(1, 2_000 * MS)), refused(Refusal::Late), "a refusal is final");
+    for (number, amplitude) in (2..).zip([3.0, 0.5, f32::NAN, f32::INFINITY]) {
+        let asked = Message::Cycle(cycle(number, 2_000 * MS, amplitude));
+        assert_eq!(bench.ask(&asked), refused(Refusal::BeyondLimits), "{amplitude}");
+    }
+    let mut elsewhere = cycle(6, 2_000 * MS, 1.0);
+    if let Motion::Modboat(motion) = &mut elsewhere.motion {
         motion.rotation = Radians(0.5);
     }
-    assert_eq!(answer(&mut endpoint, 200_000, &elsewhere), refusal(Refusal::PoseMismatch));
-    let rov = Motion::Rov(protocol::RovCycle { thrusts: heapless::Vec::new(), lease: MicrosSpan(1) });
-    let rov = Message::Cycle(Cycle { number: 1, start: Micros(2_000_000), motion: rov });
-    assert_eq!(answer(&mut endpoint, 200_000, &rov), refusal(Refusal::WrongKind));
-    assert_eq!(endpoint.state(Micros(2_000_000)), ModuleState::Ready, "nothing of that runs");
-}
-
-#[test]
-fn an_emergency_stop_latches() {
-    let mut endpoint = synchronised();
-    assert_eq!(answer(&mut endpoint, 200_000, &cycle(1, 2_000_000, 1.0)), Verdict::Accepted);
-    endpoint.handle_datagram(Micros(1_700_000), &from_host(HOST, &Message::EmergencyStop)).unwrap();
-    let frozen = endpoint.reference(Micros(1_700_000)).unwrap();
-    assert_eq!(endpoint.reference(Micros(9_000_000)).unwrap(), frozen);
-    assert_eq!(endpoint.state(Micros(9_000_000)), ModuleState::Stopped);
-    let verdict = answer(&mut endpoint, 2_000_000, &cycle(2, 4_000_000, 1.0));
-    assert_eq!(verdict, Verdict::Refused(Refusal::Stopped));
-}
-
-#[test]
-fn a_new_host_is_heard_after_the_running_cycle() {
-    let mut endpoint = synchronised();
-    assert_eq!(answer(&mut endpoint, 200_000, &cycle(9, 2_000_000, 1.0)), Verdict::Accepted);
-    let new_host = from_host(HOST + 1, &Message::EmergencyStop);
-    endpoint.handle_datagram(Micros(1_500_000), &new_host).unwrap();
-    assert_eq!(endpoint.ignored().early, 1);
-    assert_eq!(endpoint.state(Micros(1_500_000)), ModuleState::Executing);
-    endpoint.handle_datagram(Micros(3_000_000), &from_host(HOST + 1, &Message::Hold)).unwrap();
-    assert_eq!(endpoint.state(Micros(3_000_000)), ModuleState::Unsynchronised, "its time begins anew");
-    assert!(endpoint.reference(Micros(3_000_000)).unwrap().angle_rad.abs() < 1e-6, "the pose is held");
-}
-
-#[test]
-fn what_comes_late_changes_nothing() {
-    let mut endpoint = synchronised();
-    let numbered = |session, sequence, message: &Message| {
-        let mut buffer = [0; protocol::MAX_DATAGRAM];
-        let header = Header { module: IDENTITY.module, session, sequence };
-        encode(&header, message, &mut buffer).unwrap().to_vec()
-    };
-    let now = Micros(200_000);
-    endpoint.handle_datagram(now, &numbered(HOST, 11, &cycle(1, 2_000_000, 1.0))).unwrap();
-    endpoint.handle_datagram(now, &numbered(HOST, 10, &Message::Hold)).unwrap();
-    assert_eq!(endpoint.ignored().stale, 1);
-    assert_eq!(endpoint.state(Micros(1_000_000)), ModuleState::Executing, "the hold was older");
-    // Another host, and a datagram of the one before that took its time.
-    let later = Micros(4_000_000);
-    endpoint.handle_datagram(later, &numbered(HOST + 1, 0, &Message::Hold)).unwrap();
-    endpoint.handle_datagram(later, &numbered(HOST, 12, &Message::EmergencyStop)).unwrap();
-    assert_eq!(endpoint.ignored().stale, 2);
-    assert_ne!(endpoint.state(later), ModuleState::Stopped);
+    assert_eq!(bench.ask(&Message::Cycle(elsewhere)), refused(Refusal::PoseMismatch));
+    let motion = Motion::Rov(RovCycle { thrusts: heapless::Vec::new(), lease: MicrosSpan(1) });
+    let rov = Message::Cycle(Cycle { motion, ..cycle(7, 2_000 * MS, 1.0) });
+    assert_eq!(bench.ask(&rov), refused(Refusal::WrongKind));
+    bench.run(2_001 * MS);
+    assert_eq!(bench.state(), ModuleState::Ready, "nothing of that runs");
+    let late = bench.host.session().outgoing().late;
+    assert_eq!(late, 2, "the host learns from the receipts what came too late");
+    // By now it is sure of the time for that long.
+    bench.run(30_000 * MS);
+    assert_eq!(bench.ask(&direct(8, 40_100 * MS)), refused(Refusal::TooFarAhead));
 }
 
 #[test]
 fn what_is_not_for_it_changes_nothing() {
-    let mut endpoint = synchronised();
-    assert!(endpoint.handle_datagram(Micros(1), b"noise").is_err());
+    let mut bench = Bench::ready();
+    let before = std::format!("{:?} {:?}", bench.endpoint.robot, bench.endpoint.failsafe);
+    let key = FleetKey::new([0x43; 32]);
+    let strangers = [(crate::bench_host::fleet_key(), ModuleId(3)), (key, crate::bench_host::MODULE)];
+    assert_eq!(bench.bring(b"noise"), Err(Class::Corrupt));
+    for (key, module) in strangers {
+        let boot = protocol::Nonce([1; 16]);
+        let side = protocol::Side::Host;
+        let mut other = protocol::Session::new(
+            side,
+            key.fleet(),
+            module,
+            &key.module(module),
+            &boot,
+            protocol::Nonce([9; 16]),
+        );
+        let mut buffer = [0; protocol::MAX_DATAGRAM];
+        let stop = other.seal(&Message::EmergencyStop, &mut buffer).unwrap().to_vec();
+        assert_eq!(bench.bring(&stop), Err(Class::Foreign));
+    }
+    // What modules say is not for modules.
     let mut buffer = [0; protocol::MAX_DATAGRAM];
-    let header = Header { module: ModuleId(3), session: HOST, sequence: 0 };
-    let foreign = encode(&header, &Message::EmergencyStop, &mut buffer).unwrap();
-    endpoint.handle_datagram(Micros(1), foreign).unwrap();
-    assert_eq!(endpoint.ignored(), Ignored { damaged: 1, foreign: 1, early: 0, stale: 0 });
-    assert_eq!(endpoint.state(Micros(1)), ModuleState::Ready);
+    bench.endpoint.handle_timer(bench.now.after(KEEP_EVERY), &AT_ZERO);
+    let mut own = Vec::new();
+    while let Some(datagram) = bench.endpoint.poll_transmit(&mut buffer) {
+        own.push(datagram.to_vec());
+    }
+    assert!(!own.is_empty());
+    for datagram in &own {
+        assert_eq!(bench.bring(datagram), Err(Class::Foreign), "its own words come back");
+    }
+    let incoming = bench.incoming();
+    assert_eq!((incoming.corrupt, incoming.foreign, incoming.forged), (1, 2 + own.len() as u32, 0));
+    assert_eq!(std::format!("{:?} {:?}", bench.endpoint.robot, bench.endpoint.failsafe), before);
+}
+
+#[test]
+fn a_cycle_is_refused_while_the_time_at_its_start_is_unsure() {
+    let mut bench = Bench::boot();
+    let strict = Identity { sure_within: MicrosSpan(0), ..identity(1) };
+    bench.endpoint = Endpoint::new(Some(strict), Swimmer::new(Limits::default()));
+    bench.run(1_000 * MS);
+    assert_eq!(bench.state(), ModuleState::Ready);
+    assert_eq!(bench.ask(&direct(1, 2_000 * MS)), refused(Refusal::Unsure));
+    bench.run(2_001 * MS);
+    assert_eq!(bench.state(), ModuleState::Ready);
+}
+
+#[test]
+fn a_cycle_is_dropped_at_the_gate_when_the_time_has_become_unsure() {
+    for unsure in [false, true] {
+        let mut bench = Bench::ready();
+        assert_eq!(bench.ask(&direct(1, 2_000 * MS)), Verdict::Accepted);
+        bench.run(1_900 * MS);
+        bench.host.tells_time = false;
+        if unsure {
+            // The same time, from exchanges that took 100 ms: good to 50 ms.
+            bench.endpoint.clock.reset();
+            for k in 0..crate::clock::NEEDED as u64 {
+                let sent = Micros(1_000 * MS + k * 100 * MS);
+                let host = Micros(sent.0 + 50 * MS + AHEAD);
+                let reply_received = Micros(sent.0 + 100 * MS);
+                let exchange =
+                    Exchange { request_sent: sent, request_received: host, reply_sent: host, reply_received };
+                assert!(bench.endpoint.clock.add(&exchange, false));
+            }
+            assert!(bench.endpoint.clock.is_synchronised());
+        }
+        bench.run(1_994 * MS);
+        assert!(bench.endpoint.robot.waiting(bench.endpoint.fleet(bench.now)).is_some(), "until the gate");
+        bench.run(2_010 * MS);
+        let expected = if unsure { ModuleState::Ready } else { ModuleState::Executing };
+        assert_eq!(bench.state(), expected);
+        assert_eq!(bench.is_frozen_at(0.0), unsure || bench.reference().rate_rad_s == 0.0);
+        bench.run(2_600 * MS);
+        assert_eq!(bench.is_frozen_at(0.0), unsure);
+    }
 }

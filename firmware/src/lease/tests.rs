@@ -17,7 +17,8 @@ fn cycle(number: u32, start: u64) -> Cycle {
 
 fn with(number: u32, start: u64, thrusts: &[f32], lease: MicrosSpan) -> Cycle {
     let thrusts = thrusts.iter().copied().map(Newtons).collect();
-    Cycle { number, start: Micros(start), motion: Motion::Rov(RovCycle { thrusts, lease }) }
+    let motion = Motion::Rov(RovCycle { thrusts, lease });
+    Cycle { number, start: Micros(start), motion, delivery: Delivery::Direct }
 }
 
 fn refused(refusal: Refusal) -> Verdict {
@@ -110,8 +111,12 @@ fn says_why_it_refuses() {
         transition: MicrosSpan(0),
         period: MicrosSpan(1_000_000),
     };
-    let boat = Cycle { number: 9, start: Micros(3_000), motion: Motion::Modboat(boat) };
+    let motion = Motion::Modboat(boat);
+    let boat = Cycle { number: 9, start: Micros(3_000), motion, delivery: Delivery::Direct };
     assert_eq!(lease.offer(now, &boat), refused(Refusal::WrongKind));
+    let prepared = Cycle { delivery: Delivery::Prepare, ..cycle(9, 3_000) };
+    assert_eq!(lease.offer(now, &prepared), refused(Refusal::WrongKind), "thrusts stand for themselves");
+    assert_eq!(lease.commit(now, 9), refused(Refusal::NotPrepared));
 }
 
 #[test]
@@ -127,7 +132,10 @@ fn hold_is_neutral_and_a_stop_stays() {
     assert_eq!(number(&lease, 60_000), None);
     assert_eq!(lease.offer(Micros(60_000), &cycle(3, 70_000)), refused(Refusal::Stopped));
     lease.begin_anew(Micros(60_000));
-    assert!(lease.is_stopped());
+    assert_eq!(lease.offer(Micros(60_000), &cycle(1, 70_000)), refused(Refusal::Stopped));
+    lease.release();
+    assert_eq!(lease.offer(Micros(60_000), &cycle(1, 70_000)), Verdict::Accepted);
+    assert_eq!([number(&lease, 69_999), number(&lease, 70_000)], [None, Some(1)]);
 }
 
 proptest! {

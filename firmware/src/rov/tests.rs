@@ -7,21 +7,16 @@ use std::vec::Vec;
 
 use proptest::prelude::*;
 use protocol::units::{MicrosSpan, Newtons, PulseMicros};
-use protocol::{
-    Cycle, Header, MAX_DATAGRAM, Message, ModuleId, ModuleState, Motion, Refusal, RovCycle, TimeReply,
-    Verdict, decode, encode,
-};
+use protocol::{Cycle, Delivery, Message, ModuleState, Motion, Refusal, RovCycle, Verdict};
 
 use super::*;
-use crate::endpoint::Identity;
+use crate::bench_host::{AHEAD, BenchHost, identity};
 use crate::lease::LeaseLimits;
 use crate::thruster::bank::{Mounting, Settings};
 use crate::thruster::esc::Demands;
 use crate::thruster::law;
 
-const IDENTITY: Identity = Identity { module: ModuleId(4), session: 5, report_every: MicrosSpan(20_000) };
 const SUPPLY: Supply = Supply { battery: Volts(16.0), current: Amperes(3.0) };
-const FLEET_AHEAD: u64 = 1_000_000;
 const TICK: u64 = 5_000;
 
 /// A pin whose pulse, µs, everybody sees. 25 counts a microsecond at 400 Hz.
@@ -48,35 +43,31 @@ struct Bench {
     rov: Rov<Pin>,
     pins: [Pin; 2],
     now: Micros,
-    sequence: u32,
+    host: BenchHost,
 }
 
 impl Bench {
-    fn boot(pins: &[Pin; 2], session: u32) -> Rov<Pin> {
+    fn boot(pins: &[Pin; 2], life: u8) -> Rov<Pin> {
         let mountings = [0, 1].map(|output| Mounting { output, reversed: false });
         let demands = Demands { slew_n_s: 400.0, reversal_delay: MicrosSpan(20_000) };
         let settings = Settings { arming: MicrosSpan(500_000), demands, ..Settings::default() };
         let bank = Bank::new(pins.iter().cloned(), &mountings, settings).unwrap();
         let lease = ThrustLease::new(LeaseLimits::of(2));
-        Rov::new(Endpoint::new(Identity { session, ..IDENTITY }, lease), bank)
+        Rov::new(Endpoint::new(Some(identity(life)), lease), bank)
     }
 
     /// Booted and ticking, its clock synchronised: 1 s behind the fleet's.
     fn new() -> Self {
         let pins = [Pin::default(), Pin::default()];
-        let rov = Self::boot(&pins, 5);
-        let mut bench = Self { rov, pins, now: Micros(0), sequence: 0 };
+        let rov = Self::boot(&pins, 1);
+        let mut bench = Self { rov, pins, now: Micros(0), host: BenchHost::new(1) };
         bench.run(300_000);
         assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Arming);
         bench
     }
 
     fn hear(&mut self, message: &Message) {
-        let mut buffer = [0; MAX_DATAGRAM];
-        let header = Header { module: ModuleId(4), session: 77, sequence: self.sequence };
-        self.sequence += 1;
-        let datagram = encode(&header, message, &mut buffer).unwrap();
-        self.rov.handle_datagram(self.now, datagram).unwrap();
+        self.host.say(self.now, &mut self.rov, message);
     }
 
     /// Ticks until `end`, own clock; the host answers the clock exchanges. All else that was said comes back.
@@ -91,29 +82,15 @@ impl Bench {
     }
 
     fn listen(&mut self) -> Vec<Message> {
-        let (mut said, mut buffer) = (Vec::new(), [0; MAX_DATAGRAM]);
-        while let Some(datagram) = self.rov.poll_transmit(&mut buffer) {
-            match decode(datagram).unwrap().1 {
-                Message::TimeRequest(request) => {
-                    let fleet = Micros(self.now.0 + FLEET_AHEAD);
-                    let reply = TimeReply { request_sent: request.sent, received: fleet, sent: fleet };
-                    self.hear(&Message::TimeReply(reply));
-                }
-                other => said.push(other),
-            }
-        }
-        said
+        self.host.listen(self.now, &mut self.rov)
     }
 
     /// A cycle that starts at `start` on the module's own clock.
     fn offer(&mut self, number: u32, start: u64, thrusts: [f32; 2], lease: u32) -> Verdict {
         let thrusts = thrusts.into_iter().map(Newtons).collect();
         let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(lease) });
-        self.hear(&Message::Cycle(Cycle { number, start: Micros(start + FLEET_AHEAD), motion }));
-        match self.listen().as_slice() {
-            [Message::Acknowledge(answer)] if answer.cycle == number => answer.verdict,
-            other => panic!("{other:?}"),
-        }
+        let cycle = Cycle { number, start: Micros(start + AHEAD), motion, delivery: Delivery::Direct };
+        self.host.ask(self.now, &mut self.rov, &Message::Cycle(cycle))
     }
 
     fn pulses_us(&self) -> [f32; 2] {
@@ -195,8 +172,8 @@ fn duplicates_change_nothing_and_a_reboot_begins_at_neutral() {
     assert_eq!(bench.offer(3, 600_000, [9.0, 4.0], 500_000), Verdict::Refused(Refusal::Conflict));
     bench.run(bench.now.0 + TICK);
     assert_eq!(bench.pulses_us(), before);
-    // Power is lost: its memory and the arming with it; the same session of the host goes on.
-    bench.rov = Bench::boot(&bench.pins, 6);
+    // Power is lost: its memory and the arming with it; the host calls it again.
+    bench.rov = Bench::boot(&bench.pins, 2);
     bench.run(bench.now.0 + TICK);
     assert_eq!(bench.pulses_us(), [1500.0; 2]);
     assert_eq!(bench.offer(3, 600_000, [4.0, 4.0], 500_000), Verdict::Refused(Refusal::NotSynchronised));
@@ -209,7 +186,7 @@ fn duplicates_change_nothing_and_a_reboot_begins_at_neutral() {
 }
 
 #[test]
-fn a_stop_is_for_good() {
+fn a_stop_lasts_until_released() {
     let mut bench = Bench::new();
     bench.run(600_000);
     bench.offer(1, 600_000, [4.0, 4.0], 900_000);
@@ -220,6 +197,41 @@ fn a_stop_is_for_good() {
     assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Stopped);
     let now = bench.now.0;
     assert_eq!(bench.offer(2, now, [4.0, 4.0], 900_000), Verdict::Refused(Refusal::Stopped));
+    bench.hear(&Message::Release);
+    bench.run(bench.now.0 + TICK);
+    assert_eq!(bench.pulses_us(), [1500.0; 2], "what was dropped stays dropped");
+    let now = bench.now.0;
+    assert_eq!(bench.offer(3, now, [4.0, 4.0], 900_000), Verdict::Accepted);
+    bench.run(bench.now.0 + 2 * TICK);
+    assert!(bench.pulses_us()[0] > 1528.0);
+}
+
+#[test]
+fn a_low_battery_ends_with_the_lease() {
+    let mut bench = Bench::new();
+    bench.run(600_000);
+    let low = Supply { battery: Volts(13.0), ..SUPPLY };
+    let mut number = 0;
+    while bench.now.0 < 2_400_000 {
+        number += 1;
+        assert_eq!(bench.offer(number, bench.now.0, [4.0, 4.0], 400_000), Verdict::Accepted);
+        for _ in 0..20 {
+            bench.rov.tick(bench.now, &low).unwrap();
+            bench.listen();
+            bench.now.0 += TICK;
+        }
+    }
+    for _ in 0..50 {
+        bench.rov.tick(bench.now, &low).unwrap();
+        bench.listen();
+        bench.now.0 += TICK;
+    }
+    assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Executing, "the lease lasts");
+    assert!(bench.pulses_us()[0] > 1528.0);
+    let now = bench.now.0;
+    assert_eq!(bench.offer(number + 1, now, [4.0, 4.0], 400_000), Verdict::Refused(Refusal::LowBattery));
+    bench.run(bench.now.0 + 500_000);
+    assert_eq!(bench.pulses_us(), [1500.0; 2]);
 }
 
 proptest! {

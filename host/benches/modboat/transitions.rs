@@ -22,11 +22,13 @@ const TRIES: usize = 60;
 struct Regions(DistanceToCollision);
 
 impl Clearance for Regions {
-    fn turn(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+    fn turn(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let offset = pair.offset;
         self.0.clear(offset, from_rad, to_rad, 0.0)
     }
 
-    fn swim(&self, offset: usize, i: Swing, j: Swing) -> bool {
+    fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool {
+        let offset = pair.offset;
         let to_rad = [i, j].map(|swing| swing.centerline_rad - swing.amplitude_rad);
         self.0.clear(offset, [i.start_rad(), j.start_rad()], to_rad, 0.0)
     }
@@ -44,8 +46,8 @@ fn cycle(pairs: &Pairs, clear: &Regions, rng: &mut ChaCha8Rng) -> Vec<Swing> {
             let mut placed = pairs.of(module).iter().map(|&index| pairs.all()[index]);
             let free = placed.all(|pair| match cycle.get(pair.other(module)) {
                 None => true,
-                Some(&other) if pair.i == module => clear.swim(pair.offset, swing, other),
-                Some(&other) => clear.swim(pair.offset, other, swing),
+                Some(&other) if pair.i == module => clear.swim(&pair, swing, other),
+                Some(&other) => clear.swim(&pair, other, swing),
             });
             free.then_some(swing)
         };

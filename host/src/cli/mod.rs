@@ -12,6 +12,7 @@ mod compare;
 mod envelope;
 mod filter;
 mod folder;
+mod keygen;
 mod module;
 mod path;
 mod plan;
@@ -50,6 +51,8 @@ enum Command {
     Reconfigure(reconfigure::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
     Module(module::Arguments),
+    /// Make the secret key of a fleet, or from it the key of one module
+    Keygen(keygen::Arguments),
 }
 
 /// How a command ended, if not well.
@@ -71,6 +74,7 @@ pub fn main() -> ExitCode {
         Command::Path(arguments) => path::main(&arguments),
         Command::Reconfigure(arguments) => reconfigure::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
+        Command::Keygen(arguments) => keygen::main(&arguments),
     };
     let (code, message) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,

@@ -3,13 +3,16 @@
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use protocol::ModuleState;
 use protocol::units::{Micros, MicrosSpan};
-use protocol::{ModuleId, ModuleState};
 
+use super::keygen::module_credentials;
 use super::{Failure, signal, tell};
+use crate::link::key_file::ModuleCredentials;
 use crate::link::udp::UdpRadio;
 use crate::run::scenario::{Scenario, Start};
 use crate::sim::module::{ClockParameters, Setup, SimModule, TICK};
@@ -28,6 +31,9 @@ pub(super) struct Arguments {
     /// Where the host listens
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:4870")]
     host: String,
+    /// Its key file, or on the host's machine the fleet's [default: flotilla/fleet.key in $XDG_CONFIG_HOME or ~/.config]
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
     /// Where this module listens; port 0 takes any free one [default: any port, on this machine alone if the host is
     /// on it]
     #[arg(long, value_name = "ADDRESS")]
@@ -77,10 +83,13 @@ fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
         let id = arguments.id;
         return Err(Failure::Bad(format!("--id {id}: there are only {modules} modules in {name}")));
     }
+    let ModuleCredentials { id, fleet, key } = module_credentials(arguments.key.as_deref(), arguments.id)?;
     let (radio, address) = listen(arguments, host)?;
     let Start { tail_rad, .. } = scenario.start;
     let setup = Setup {
-        id: ModuleId(arguments.id),
+        id,
+        fleet,
+        key,
         modboat: &scenario.modboat,
         motor: &scenario.motor,
         clock: &CLOCK,
@@ -99,9 +108,12 @@ fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
         return Err(Failure::Bad(format!("--reversed {number}: there are only {thrusters} thrusters")));
     }
     let reversed: Vec<bool> = (1..=thrusters).map(|number| arguments.reversed.contains(&number)).collect();
+    let ModuleCredentials { id, fleet, key } = module_credentials(arguments.key.as_deref(), arguments.id)?;
     let (radio, address) = listen(arguments, host)?;
     let setup = RovSetup {
-        id: ModuleId(arguments.id),
+        id,
+        fleet,
+        key,
         reversed: &reversed,
         battery_v: arguments.battery,
         report_every: MicrosSpan(20_000),

@@ -39,6 +39,8 @@ enum Tolerance {
     Prefer,
     /// Whatever the wrench error
     Require,
+    /// The same, and any module may lose its power at any time
+    Power,
     /// Nothing is asked
     Off,
 }
@@ -53,6 +55,7 @@ impl PlannerArguments {
             config.loss_tolerant = match how {
                 Tolerance::Prefer => LossTolerance::Prefer,
                 Tolerance::Require => LossTolerance::Require,
+                Tolerance::Power => LossTolerance::Power,
                 Tolerance::Off => LossTolerance::Off,
             };
         }

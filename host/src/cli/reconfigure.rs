@@ -8,8 +8,9 @@ use clap::ValueEnum;
 use super::folder::Folder;
 use super::progress::Bar;
 use super::run::RadioKind;
-use super::{Failure, signal, tell, written};
+use super::{Failure, keygen, signal, tell, written};
 use crate::link::faults::FaultParameters;
+use crate::link::identity::HostIdentity;
 use crate::link::udp::UdpRadio;
 use crate::plot;
 use crate::rov::plan::{Criterion, Manner, Plan};
@@ -68,6 +69,9 @@ pub(super) struct Arguments {
     /// Where to listen for ROVs (flotilla module --rov), with --radio udp
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:4870")]
     listen: String,
+    /// The fleet's key file, with --radio udp [default: flotilla/fleet.key in $XDG_CONFIG_HOME or ~/.config]
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
     /// Folder for plans, summary.json and the pictures [default: runs/NAME, a new one each time]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -133,8 +137,9 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Failure::Bad("--radio udp: say which plan, by --criterion".to_owned()));
         }
         RadioKind::Udp => {
+            let host = keygen::host(arguments.key.as_deref())?;
             let radio = UdpRadio::bind(arguments.listen.as_str());
-            Some(radio.map_err(|error| Failure::Bad(error.to_string()))?)
+            Some((radio.map_err(|error| Failure::Bad(error.to_string()))?, host))
         }
     };
     let (mut columns, mut failures) = (Vec::new(), Vec::new());
@@ -212,7 +217,7 @@ fn execute(
     arguments: &Arguments,
     scenario: &ReconfigureScenario,
     plan: &Plan,
-    radio: Option<UdpRadio>,
+    radio: Option<(UdpRadio, HostIdentity)>,
     bar: &mut Bar,
 ) -> Result<Executed, Failure> {
     let problem = &scenario.problem;
@@ -222,7 +227,7 @@ fn execute(
     let options = Options { seed, radio: faults, law };
     let could = |error: ExecutionError| Failure::Could(error.to_string());
     let stop = &signal::STOP;
-    let Some(radio) = radio else {
+    let Some((radio, host)) = radio else {
         let mut fleet = InProcess::new(problem, faults, seed).map_err(could)?;
         let pace = Pace::Simulated;
         return run(problem, plan, &options, &mut fleet, pace, bar, stop, &mut |_, _, _| {}).map_err(could);
@@ -232,7 +237,7 @@ fn execute(
         "listening on {address} for {} ROVs (flotilla module --rov --id 1 --host {address}, and so on)",
         problem.robots.len()
     ));
-    let mut fleet = OverUdp::new(problem, radio, faults, seed);
+    let mut fleet = OverUdp::new(problem, radio, host, faults, seed);
     run(problem, plan, &options, &mut fleet, Pace::Real, bar, stop, &mut |_, _, _| {}).map_err(could)
 }
 

@@ -2,6 +2,8 @@
 
 use std::io::Write;
 
+use protocol::ledger::{Incoming, Outgoing};
+
 use crate::link::ledger::Ledger;
 use crate::run::summary::Summary;
 
@@ -41,10 +43,11 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
     )?;
     writeln!(
         out,
-        "  intervals  {:.2} s on average; {:.0} % without transition, {:.0} % loss tolerant",
+        "  intervals  {:.2} s on average; {:.0} % without transition, {:.0} % loss tolerant, {:.0} % power tolerant",
         cycles.mean_interval_s,
         100.0 * cycles.without_transition_share,
-        100.0 * cycles.loss_tolerant_share
+        100.0 * cycles.loss_tolerant_share,
+        100.0 * cycles.power_tolerant_share
     )?;
     writeln!(
         out,
@@ -69,12 +72,36 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
     let sum = |of: fn(&Ledger) -> u64| -> u64 { summary.link.iter().map(|link| of(&link.ledger)).sum() };
     writeln!(
         out,
-        "  link       {} cycles sent, {} acknowledged, {} refused, {} unanswered; {} sent again",
+        "  link       {} cycles sent, {} acknowledged, {} refused, {} late, {} unanswered; {} sent again",
         sum(|l| l.cycles),
         sum(|l| l.acknowledged),
         sum(|l| l.refused),
+        sum(|l| l.late),
         sum(|l| l.unanswered),
         sum(|l| l.resent)
+    )?;
+    let out_ward = summary.link.iter().fold(Outgoing::default(), |sum, link| sum.plus(&link.to_module));
+    writeln!(
+        out,
+        "  datagrams  {} sent: {} acknowledged, {} late, {} lost, {} under way",
+        out_ward.sent,
+        out_ward.acknowledged,
+        out_ward.late,
+        out_ward.lost,
+        out_ward.under_way()
+    )?;
+    let inward = || summary.link.iter().map(|link| &link.from_module).chain([&summary.strays]);
+    let sum = |of: fn(&Incoming) -> u32| -> u64 { inward().map(|counts| u64::from(of(counts))).sum() };
+    writeln!(
+        out,
+        "             {} received: {} accepted, {} duplicate, {} stale, {} corrupt, {} forged, {} foreign",
+        sum(|i| i.received),
+        sum(|i| i.accepted),
+        sum(|i| i.duplicate),
+        sum(|i| i.stale),
+        sum(|i| i.corrupt),
+        sum(|i| i.forged),
+        sum(|i| i.foreign)
     )?;
     if let Some(error_us) = summary.clock_error_us {
         writeln!(out, "  clocks     fleet time known to {:.2} ms on every module", error_us as f64 * 1e-3)?;

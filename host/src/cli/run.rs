@@ -5,15 +5,18 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use protocol::ModuleId;
 
 use super::folder::Folder;
 use super::planner::PlannerArguments;
 use super::progress::Bar;
-use super::{Failure, report, signal, tell, written};
+use super::{Failure, keygen, report, signal, tell, written};
+use crate::link::identity::HostIdentity;
 use crate::link::udp::UdpRadio;
 use crate::run::RunError;
 use crate::run::experiment::{Pace, Progress, RunResult, run};
 use crate::run::fleet::{InProcess, OverUdp};
+use crate::run::roster::Roster;
 use crate::run::scenario::Scenario;
 use crate::run::summary::Summary;
 
@@ -37,6 +40,15 @@ pub(super) struct Arguments {
     /// Where to listen for modules, with --radio udp
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:4870")]
     listen: String,
+    /// The fleet's key file, with --radio udp [default: flotilla/fleet.key in $XDG_CONFIG_HOME or ~/.config]
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
+    /// Which modules there are and where each sits, with --radio udp [default: 1, 2, … in the structure's order]
+    #[arg(long, value_name = "FILE")]
+    roster: Option<PathBuf>,
+    /// Swim with so many modules at least, and leave out those that are missing: all, or a number [default: the scenario's, all]
+    #[arg(long, value_name = "all|N", value_parser = required)]
+    require: Option<u32>,
     /// Share of datagrams lost, instead of the scenario's
     #[arg(long, value_name = "SHARE")]
     loss: Option<f64>,
@@ -70,11 +82,22 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
         scenario.radio.loss = loss;
         scenario.radio.validate().map_err(|error| Failure::Bad(format!("--loss: {error}")))?;
     }
+    if let Some(require) = arguments.require {
+        scenario.timing.require = require;
+    }
+    let modules = scenario.structure.len();
+    if scenario.timing.require as usize > modules {
+        let require = scenario.timing.require;
+        return Err(Failure::Bad(format!(
+            "--require {require}: there are only {modules} modules in {}",
+            scenario.name
+        )));
+    }
     let seed = arguments.seed.unwrap_or(scenario.seed);
     // Port and folder come first: a run that nobody can join, or whose results have nowhere to go, is not begun.
     let radio = match arguments.radio {
         RadioKind::Loopback => None,
-        RadioKind::Udp => Some(UdpRadio::bind(arguments.listen.as_str()).map_err(|error| bad(&error))?),
+        RadioKind::Udp => Some(remote(&arguments, &scenario)?),
     };
     let folder = match &arguments.out {
         Some(folder) => Folder::named(folder)?,
@@ -97,16 +120,44 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
     }
 }
 
+/// `all` is zero.
+fn required(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        _ if text == "all" => Ok(0),
+        Ok(count @ 1..=1024) => Ok(count),
+        _ => Err("must be `all` or a number of modules from 1 to 1024".to_owned()),
+    }
+}
+
+/// Modules that are not in this process.
+struct Remote {
+    radio: UdpRadio,
+    host: HostIdentity,
+    roster: Vec<ModuleId>,
+}
+
+fn remote(arguments: &Arguments, scenario: &Scenario) -> Result<Remote, Failure> {
+    let bad = |error: &dyn std::fmt::Display| Failure::Bad(error.to_string());
+    let host = keygen::host(arguments.key.as_deref())?;
+    let roster = match &arguments.roster {
+        Some(path) => Roster::read(path).and_then(|roster| roster.seats(&scenario.structure)),
+        None => Roster::numbered(scenario.structure.len()).seats(&scenario.structure),
+    };
+    let roster = roster.map_err(|error| bad(&error))?;
+    let radio = UdpRadio::bind(arguments.listen.as_str()).map_err(|error| bad(&error))?;
+    Ok(Remote { radio, host, roster })
+}
+
 /// Runs `scenario` on the chosen radio.
 fn swim(
     arguments: &Arguments,
     scenario: &Scenario,
     seed: u64,
-    radio: Option<UdpRadio>,
+    remote: Option<Remote>,
 ) -> Result<RunResult, Failure> {
     let stop = &signal::STOP;
     let mut bar = Bar::new(&scenario.name);
-    let Some(radio) = radio else {
+    let Some(Remote { radio, host, roster }) = remote else {
         let pace = if arguments.realtime { Pace::Watched } else { Pace::Simulated };
         let mut fleet = InProcess::new(scenario, seed).map_err(|error| failure(error, ""))?;
         let result = run(scenario, seed, &mut fleet, pace, &mut bar, stop, &mut |_, _, _| {});
@@ -120,7 +171,7 @@ fn swim(
     } else {
         bar.note(&listening);
     }
-    let mut fleet = OverUdp::new(scenario, radio, seed);
+    let mut fleet = OverUdp::new(scenario, radio, host, roster, seed);
     let result = run(scenario, seed, &mut fleet, Pace::Real, &mut bar, stop, &mut |_, _, _| {});
     result.map_err(|error| failure(error, &invitation(arguments, address)))
 }
@@ -132,10 +183,12 @@ fn invitation(arguments: &Arguments, mut address: SocketAddr) -> String {
             if address.is_ipv4() { Ipv4Addr::LOCALHOST.into() } else { Ipv6Addr::LOCALHOST.into() };
         address.set_ip(local);
     }
-    match arguments.scenario.as_str() {
-        DEFAULT => format!("--host {address}"),
-        scenario => format!("--host {address} --scenario {scenario}"),
-    }
+    let scenario = match arguments.scenario.as_str() {
+        DEFAULT => String::new(),
+        scenario => format!(" --scenario {scenario}"),
+    };
+    let key = arguments.key.as_ref().map_or_else(String::new, |key| format!(" --key {}", key.display()));
+    format!("--host {address}{scenario}{key}")
 }
 
 /// `invitation` is empty where modules are not processes.

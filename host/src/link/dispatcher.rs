@@ -1,32 +1,42 @@
-//! The host's side of the link: knows the modules, answers their clocks, sends each cycle ahead of its start and
-//! again until it is acknowledged.
+//! The host's side of the link: takes modules in, answers their clocks, sends each cycle ahead of its start and again until
+//! it is answered, and keeps what each module has certainly, possibly and certainly not.
 //!
 //! A cycle of a Modboat is of use until it starts, the thrusts of an ROV until their lease ends; a newer cycle takes the
-//! place of one that is still open.
+//! place of one that is still open. [`delivery`](super::delivery) has the two ways of delivery.
 //!
 //! Sans-IO: datagrams and the time go in, datagrams come out of [`Dispatcher::poll_transmit`]. Host time is fleet
-//! time. A module is known by its id; its address is wherever its last datagram came from.
+//! time. A module is known by its id and its key; its address is wherever its newest datagram came from.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 
+use protocol::ledger::{Class, Incoming};
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{
-    Acknowledge, Cycle, DecodeError, Header, MAX_DATAGRAM, Message, ModuleId, Motion, Refusal, RovTelemetry,
-    Telemetry, TimeReply, Verdict, decode, encode,
+    Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, ModuleState, Motion, Nonce,
+    Refusal, TimeReply, Verdict,
 };
 
-use super::ledger::Ledger;
+use super::delivery::{COMMIT_LEAD, Course, Decision, Standing};
+pub use super::member::ModuleLink;
+use super::member::{Heard, Joined};
 
-/// Pause between two sends of one cycle. *Assumed*: some ten sends fit into the time a cycle is sent ahead.
-pub const RESEND_EVERY: MicrosSpan = MicrosSpan(20_000);
+/// Pause between two sends of a stop or its release. *Assumed.*
+const ORDER_EVERY: MicrosSpan = MicrosSpan(20_000);
+
+/// So long after a release a stop of before it, or a report of before that, may still arrive. *Assumed.*
+const RELEASE_SETTLES: MicrosSpan = MicrosSpan(300_000);
 
 /// What a datagram meant to the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
-    /// A module spoke for the first time.
+    /// A module is in a session for the first time.
     Joined(usize),
-    /// A module speaks with a new session: it lost its memory and no longer has any cycle.
+    /// A module is in a new session because it booted: it lost its memory and no longer has any cycle.
     Rebooted(usize),
+    /// A module is in a new session within the same boot.
+    Rejoined(usize),
+    /// A module serves another host.
+    Elsewhere(usize),
     /// A module took a cycle.
     Accepted {
         /// Which module (index).
@@ -47,448 +57,348 @@ pub enum Event {
     Reported(usize),
 }
 
-/// A cycle on its way to a module.
+/// Where the host came from: told apart from its other lives by twelve random bytes.
 #[derive(Clone, Debug)]
-struct Pending {
-    cycle: Cycle,
-    next_send: Micros,
+struct Life {
+    boot: [u8; 12],
+    sessions: u32,
 }
 
-/// What the host knows of one module.
-#[derive(Clone, Debug)]
-pub struct ModuleLink<A> {
-    id: ModuleId,
-    address: Option<A>,
-    session: Option<u32>,
-    former_session: Option<u32>,
-    last_sequence: u32,
-    sequence: u32,
-    pending: Option<Pending>,
-    accepted: Option<u32>,
-    telemetry: Option<Telemetry>,
-    rov_telemetry: Option<RovTelemetry>,
-    heard: Micros,
-    boots: u32,
-    ledger: Ledger,
+impl Life {
+    /// A nonce that no session has had.
+    fn nonce(&mut self) -> Nonce {
+        let mut nonce = [0; 16];
+        nonce[..12].copy_from_slice(&self.boot);
+        nonce[12..].copy_from_slice(&self.sessions.to_le_bytes());
+        self.sessions = self.sessions.wrapping_add(1);
+        Nonce(nonce)
+    }
 }
 
-impl<A> ModuleLink<A> {
-    /// The module's id.
-    pub fn id(&self) -> ModuleId {
-        self.id
-    }
+/// What waits to be sent to a module (index).
+#[derive(Clone, Debug)]
+enum Letter {
+    Call(usize, Nonce),
+    Say(usize, Message),
+}
 
-    /// Whether it has ever spoken.
-    pub fn is_known(&self) -> bool {
-        self.session.is_some()
-    }
-
-    /// How often it was seen to boot.
-    pub fn boots(&self) -> u32 {
-        self.boots
-    }
-
-    /// When it was last heard, fleet time.
-    pub fn heard(&self) -> Micros {
-        self.heard
-    }
-
-    /// Its last report since its last boot, if it is an ROV.
-    pub fn rov_telemetry(&self) -> Option<&RovTelemetry> {
-        self.rov_telemetry.as_ref()
-    }
-
-    /// Its last report since its last boot, if it is a Modboat.
-    pub fn telemetry(&self) -> Option<&Telemetry> {
-        self.telemetry.as_ref()
-    }
-
-    /// Whether the module certainly has `cycle`: it acknowledged it, or reports that it runs or ran it.
-    pub fn has(&self, cycle: u32) -> bool {
-        self.accepted == Some(cycle)
-            || self.telemetry.is_some_and(|telemetry| telemetry.cycle == cycle)
-            || self.rov_telemetry.as_ref().is_some_and(|telemetry| telemetry.cycle == cycle)
-    }
-
-    /// Counts of its link.
-    pub fn ledger(&self) -> &Ledger {
-        &self.ledger
-    }
+/// A stop, or its release, that is repeated until everybody has followed it.
+#[derive(Clone, Debug)]
+enum Order {
+    /// In force until a release, for whoever joins or goes on meanwhile too.
+    Stop { since: Micros, next_send: Micros },
+    /// Over for each module that has followed it: what stops that one afterwards is another stop.
+    Release { next_send: Micros, settled: Micros, followed: Vec<bool> },
 }
 
 /// See the module's documentation.
 #[derive(Debug)]
 pub struct Dispatcher<A> {
-    session: u32,
+    fleet: FleetId,
+    life: Life,
     modules: Vec<ModuleLink<A>>,
-    outbox: VecDeque<(A, Vec<u8>)>,
-    damaged: u64,
-    foreign: u64,
+    /// Place of each id in the roster.
+    places: HashMap<ModuleId, usize>,
+    outbox: VecDeque<Letter>,
+    order: Option<Order>,
+    strays: Incoming,
 }
 
 impl<A: Copy> Dispatcher<A> {
-    /// For the modules 1 … `modules`; `session` tells this life of the host from its earlier ones.
-    pub fn new(modules: u16, session: u32) -> Self {
-        let link = |id| ModuleLink {
-            id: ModuleId(id),
-            address: None,
-            session: None,
-            former_session: None,
-            last_sequence: 0,
-            sequence: 0,
-            pending: None,
-            accepted: None,
-            telemetry: None,
-            rov_telemetry: None,
-            heard: Micros(0),
-            boots: 0,
-            ledger: Ledger::default(),
-        };
-        let modules = (1..=modules).map(link).collect();
-        Self { session, modules, outbox: VecDeque::new(), damaged: 0, foreign: 0 }
+    /// For the modules of `roster`, whose keys follow from `key`; the random `boot` tells this life of the host from its
+    /// other ones.
+    pub fn new(roster: &[ModuleId], key: &FleetKey, boot: [u8; 12]) -> Self {
+        let fleet = key.fleet();
+        let modules = roster.iter().map(|&id| ModuleLink::new(fleet, id, key.module(id))).collect();
+        let places = roster.iter().enumerate().map(|(index, &id)| (id, index)).collect();
+        let (life, outbox) = (Life { boot, sessions: 0 }, VecDeque::new());
+        Self { fleet, life, modules, places, outbox, order: None, strays: Incoming::default() }
     }
 
-    /// All modules, by index (id − 1).
+    /// All modules, in the order of the roster.
     pub fn modules(&self) -> &[ModuleLink<A>] {
         &self.modules
     }
 
-    /// Datagrams that did not decode.
-    pub fn damaged(&self) -> u64 {
-        self.damaged
+    /// Datagrams that no module of the roster can be charged with: damaged ones, other fleets', strangers'.
+    pub fn strays(&self) -> &Incoming {
+        &self.strays
     }
 
-    /// Datagrams from modules that are not of this fleet.
-    pub fn foreign(&self) -> u64 {
-        self.foreign
-    }
-
-    /// Takes in one datagram. What does not decode is counted and otherwise ignored.
+    /// Takes in one datagram. What is not to be followed is counted and otherwise ignored.
     ///
     /// # Errors
-    /// [`DecodeError`], for those who want to show it; nothing needs to be done about it.
-    pub fn handle_datagram(
-        &mut self,
-        now: Micros,
-        from: A,
-        datagram: &[u8],
-    ) -> Result<Option<Event>, DecodeError> {
-        let (header, message) = decode(datagram).inspect_err(|_| self.damaged += 1)?;
-        let Some(index) = (header.module.0 as usize).checked_sub(1).filter(|&i| i < self.modules.len())
-        else {
-            self.foreign += 1;
-            return Ok(None);
-        };
-        let link = &mut self.modules[index];
-        if link.former_session == Some(header.session) {
-            // From before its reboot, and late.
-            link.ledger.stale += 1;
-            return Ok(None);
-        }
-        let first_seen = match link.session {
-            Some(session) if session == header.session => None,
-            Some(_) => Some(Event::Rebooted(index)),
-            None => Some(Event::Joined(index)),
-        };
-        if first_seen.is_some() {
-            link.former_session = link.session.replace(header.session);
-            link.last_sequence = header.sequence;
-            link.boots += 1;
-        }
-        if matches!(first_seen, Some(Event::Rebooted(_))) {
-            // Nothing said to its former life counts any more.
-            (link.accepted, link.telemetry, link.rov_telemetry) = (None, None, None);
-            link.close_pending();
-        }
-        link.ledger.datagrams_received += 1;
-        link.address = Some(from);
-        link.heard = now;
-        let event = match message {
-            Message::TimeRequest(request) => {
-                let reply = TimeReply { request_sent: request.sent, received: now, sent: now };
-                self.send(index, &Message::TimeReply(reply));
-                None
+    /// What it is instead, for those who want to show it; nothing needs to be done about it.
+    pub fn handle_datagram(&mut self, now: Micros, from: A, datagram: &[u8]) -> Result<Option<Event>, Class> {
+        let addressed = Frame::parse(datagram).map_err(|_| Class::Corrupt).and_then(|frame| {
+            let index = self.places.get(&frame.header.module).copied();
+            let ours = frame.header.fleet == self.fleet && frame.header.kind.is_for_host();
+            index.filter(|_| ours).map(|index| (index, frame)).ok_or(Class::Foreign)
+        });
+        let (index, frame) = addressed.inspect_err(|&class| self.strays.count(class))?;
+        let life = &mut self.life;
+        match self.modules[index].open(now, from, &frame, || life.nonce())? {
+            Heard::Call(boot) => {
+                self.outbox.push_back(Letter::Call(index, boot));
+                Ok(self.modules[index].is_elsewhere().then_some(Event::Elsewhere(index)))
             }
-            Message::Acknowledge(acknowledge) => self.modules[index].acknowledged(index, acknowledge),
-            // Reports may overtake each other; only the newest counts.
-            Message::Telemetry(telemetry) if header.sequence >= link.last_sequence => {
-                link.last_sequence = header.sequence;
-                link.telemetry = Some(telemetry);
-                Some(Event::Reported(index))
+            Heard::Elsewhere => Ok(Some(Event::Elsewhere(index))),
+            Heard::Known => Ok(None),
+            Heard::Said { opened, joined } => {
+                let first = joined.map(|joined| match joined {
+                    Joined::First => Event::Joined(index),
+                    Joined::Rebooted => Event::Rebooted(index),
+                    Joined::Again => Event::Rejoined(index),
+                });
+                if joined == Some(Joined::Rebooted) {
+                    self.forget(index);
+                }
+                let event = self.follow(now, index, opened.sequence, opened.message);
+                Ok(first.or(event))
             }
-            Message::RovTelemetry(telemetry) if header.sequence >= link.last_sequence => {
-                link.last_sequence = header.sequence;
-                link.rov_telemetry = Some(telemetry);
-                Some(Event::Reported(index))
-            }
-            _ => None,
-        };
-        Ok(first_seen.or(event))
+        }
     }
 
-    /// Queues what is due: cycles not acknowledged yet are sent again for as long as they are of use.
+    fn follow(&mut self, now: Micros, index: usize, sequence: u32, message: Message) -> Option<Event> {
+        match message {
+            Message::TimeRequest(request) => {
+                let reply = TimeReply { request_sent: request.sent, received: now, sent: now };
+                self.outbox.push_back(Letter::Say(index, Message::TimeReply(reply)));
+                None
+            }
+            Message::Acknowledge(acknowledge) => self.acknowledged(now, index, acknowledge),
+            // Reports may overtake each other; only the newest counts.
+            Message::Telemetry(_) | Message::RovTelemetry(_) => {
+                let link = &mut self.modules[index];
+                if link.note_report(now, sequence, message) {
+                    return Some(Event::Reported(index));
+                }
+                link.came_late();
+                None
+            }
+            Message::Health(health) => {
+                self.modules[index].note_health(health);
+                None
+            }
+            _ => None,
+        }
+    }
+
+    fn acknowledged(&mut self, now: Micros, index: usize, acknowledge: Acknowledge) -> Option<Event> {
+        let Acknowledge { cycle, verdict } = acknowledge;
+        let link = &mut self.modules[index];
+        let course = link.course.as_mut().filter(|course| course.number == cycle)?;
+        let standing = course.standing.answered(verdict)?;
+        if course.standing == Standing::Sent {
+            link.answers.add(now.since(course.sent));
+        }
+        course.standing = standing;
+        // An answer that comes after the start still tells what the module has.
+        let counted = course.closed;
+        course.closed |= !standing.is_open();
+        let (count, event) = match (standing, verdict) {
+            (Standing::Taken, _) => (&mut link.ledger.acknowledged, Event::Accepted { module: index, cycle }),
+            (Standing::Refused, Verdict::Refused(reason)) => {
+                let event = Event::Refused { module: index, cycle, reason };
+                let late = reason == Refusal::Late;
+                (if late { &mut link.ledger.late } else { &mut link.ledger.refused }, event)
+            }
+            _ => return None,
+        };
+        *count += u64::from(!counted);
+        Some(event)
+    }
+
+    /// Queues what is due: cycles not answered yet are sent again for as long as they are of use, prepared ones are committed
+    /// or given up, stops are repeated until followed.
     pub fn handle_timer(&mut self, now: Micros) {
         for index in 0..self.modules.len() {
             let link = &mut self.modules[index];
-            let Some(pending) = &mut link.pending else { continue };
-            if useful_until(&pending.cycle) <= now {
-                link.close_pending();
-            } else if pending.next_send <= now {
-                pending.next_send = now.after(RESEND_EVERY);
-                let cycle = pending.cycle.clone();
-                link.ledger.resent += 1;
-                self.send(index, &Message::Cycle(cycle));
+            let in_session = link.is_known();
+            let Some(course) = link.course.as_mut().filter(|course| course.is_open()) else { continue };
+            if course.useful_until <= now {
+                // Whether it was taken nobody said; a commit that was never sent was taken by nobody.
+                let never = course.standing == Standing::Prepared;
+                let standing = if never { Standing::Dropped } else { course.standing };
+                self.abandon(index, standing);
+            } else if in_session && let Some(message) = course.due(now) {
+                if course.standing == Standing::Unsent {
+                    (course.standing, course.sent) = (Standing::Sent, now);
+                } else {
+                    link.ledger.resent += 1;
+                }
+                self.outbox.push_back(Letter::Say(index, message));
             }
+        }
+        self.decide(now);
+        self.repeat_order(now);
+    }
+
+    /// The courses of cycle `number`.
+    fn courses(&self, number: u32) -> impl Iterator<Item = (usize, &Course)> {
+        let all =
+            self.modules.iter().enumerate().filter_map(|(index, link)| Some((index, link.course.as_ref()?)));
+        all.filter(move |(_, course)| course.number == number)
+    }
+
+    /// Commits a prepared cycle that everybody holds, or gives it up.
+    fn decide(&mut self, now: Micros) {
+        let prepared = |link: &ModuleLink<A>| {
+            link.course.as_ref().filter(|course| course.needs_all() && course.is_open()).cloned()
+        };
+        let Some(Course { number, start, .. }) = self.modules.iter().find_map(prepared) else { return };
+        let standings = self.courses(number).map(|(_, course)| course.standing);
+        let decision = Standing::decide(standings, now.after(COMMIT_LEAD) <= start);
+        let all: Vec<usize> = self.courses(number).map(|(index, _)| index).collect();
+        match decision {
+            Decision::Wait => {}
+            Decision::Commit => {
+                for index in all {
+                    if let Some(course) = &mut self.modules[index].course {
+                        self.outbox.push_back(Letter::Say(index, course.commit(now)));
+                    }
+                }
+            }
+            Decision::Drop => all.into_iter().for_each(|index| self.abandon(index, Standing::Dropped)),
         }
     }
 
-    /// Sends every module its part of cycle `number`, in the order of the modules, and keeps at it. One that was
-    /// dispatched before and is still open is given up.
-    pub fn dispatch(&mut self, now: Micros, number: u32, start: Micros, motions: &[Motion]) {
+    /// Whether cycle `number` was given up before its start: nobody runs it.
+    pub fn is_dropped(&self, number: u32) -> bool {
+        let standings = || {
+            self.courses(number).filter(|(_, course)| course.needs_all()).map(|(_, course)| course.standing)
+        };
+        standings().any(|standing| matches!(standing, Standing::Dropped | Standing::Refused))
+            && !standings().any(|standing| matches!(standing, Standing::Committing | Standing::Taken))
+    }
+
+    /// Sends every module its part of cycle `number`, in the order of the roster, and keeps at it; a module without a motion gets
+    /// none. One that was dispatched before and is still open is given up.
+    pub fn dispatch(
+        &mut self,
+        now: Micros,
+        number: u32,
+        start: Micros,
+        motions: &[Option<Motion>],
+        delivery: Delivery,
+    ) {
         debug_assert_eq!(motions.len(), self.modules.len(), "one motion for each module");
         for (index, motion) in motions.iter().enumerate() {
-            let cycle = Cycle { number, start, motion: motion.clone() };
+            self.give_up(index);
+            let Some(motion) = motion.clone() else { continue };
+            let cycle = Cycle { number, start, motion, delivery };
             let link = &mut self.modules[index];
-            link.close_pending();
             link.ledger.cycles += 1;
-            link.pending = Some(Pending { cycle: cycle.clone(), next_send: now.after(RESEND_EVERY) });
-            self.send(index, &Message::Cycle(cycle));
+            link.course = Some(Course::new(now, cycle.clone(), link.is_known()));
+            if link.is_known() {
+                self.outbox.push_back(Letter::Say(index, Message::Cycle(cycle)));
+            }
         }
     }
 
     /// Tells everybody to finish the running cycle and hold.
     pub fn hold(&mut self) {
-        self.broadcast(&Message::Hold);
-    }
-
-    /// Tells everybody to freeze at once.
-    pub fn emergency_stop(&mut self) {
-        self.broadcast(&Message::EmergencyStop);
-    }
-
-    fn broadcast(&mut self, message: &Message) {
         for index in 0..self.modules.len() {
-            self.modules[index].close_pending();
-            self.send(index, message);
+            self.give_up(index);
+            self.outbox.push_back(Letter::Say(index, Message::Hold));
         }
     }
 
-    /// The next datagram to send, if any, and where to.
-    pub fn poll_transmit(&mut self) -> Option<(A, Vec<u8>)> {
-        self.outbox.pop_front()
+    /// Tells everybody to freeze at once, until they have.
+    pub fn emergency_stop(&mut self, now: Micros) {
+        self.order(now, Order::Stop { since: now, next_send: now });
     }
 
-    fn send(&mut self, index: usize, message: &Message) {
+    /// Ends an emergency stop.
+    pub fn release(&mut self, now: Micros) {
+        let followed = vec![false; self.modules.len()];
+        self.order(now, Order::Release { next_send: now, settled: now.after(RELEASE_SETTLES), followed });
+    }
+
+    fn order(&mut self, now: Micros, order: Order) {
+        (0..self.modules.len()).for_each(|index| self.give_up(index));
+        self.order = Some(order);
+        self.repeat_order(now);
+    }
+
+    fn repeat_order(&mut self, now: Micros) {
+        let Self { modules, outbox, order, .. } = self;
+        let mut tell = |index, message| outbox.push_back(Letter::Say(index, message));
+        match order {
+            Some(Order::Stop { since, next_send }) if *next_send <= now => {
+                *next_send = now.after(ORDER_EVERY);
+                for (index, link) in modules.iter().enumerate() {
+                    if link.state_since(*since) != Some(ModuleState::Stopped) {
+                        tell(index, Message::EmergencyStop);
+                    }
+                }
+            }
+            Some(Order::Release { next_send, settled, followed }) if *next_send <= now => {
+                *next_send = now.after(ORDER_EVERY);
+                for ((index, link), followed) in modules.iter().enumerate().zip(followed.iter_mut()) {
+                    *followed |=
+                        link.state_since(*settled).is_some_and(|state| state != ModuleState::Stopped);
+                    if !*followed {
+                        tell(index, Message::Release);
+                    }
+                }
+                if followed.iter().all(|&followed| followed) {
+                    *order = None;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and returns that part, and where it goes
+    /// to.
+    pub fn poll_transmit<'a>(&mut self, now: Micros, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+        // A loop over indices: a datagram that cannot be written leaves the buffer to the next.
+        while let Some(letter) = self.outbox.pop_front() {
+            let sealed = match letter {
+                Letter::Call(index, boot) => {
+                    self.modules[index].seal_call(boot, buffer).map(|(to, bytes)| (to, bytes.len()))
+                }
+                Letter::Say(index, mut message) => {
+                    if let Message::TimeReply(reply) = &mut message {
+                        reply.sent = now;
+                    }
+                    self.modules[index].seal(&message, buffer).map(|(to, bytes)| (to, bytes.len()))
+                }
+            };
+            if let Some((to, length)) = sealed {
+                return Some((to, &buffer[..length]));
+            }
+        }
+        None
+    }
+
+    /// Nothing that was sent to a module's former life is held any more, and nothing meant for that is to reach this one.
+    fn forget(&mut self, index: usize) {
+        self.abandon(index, Standing::Dropped);
+        if let Some(course) = &mut self.modules[index].course {
+            course.standing = Standing::Dropped;
+        }
+        self.outbox.retain(|letter| !matches!(letter, Letter::Say(of, _) if *of == index));
+    }
+
+    /// Gives up the cycle that is on its way to a module, if one is: another takes its place.
+    fn give_up(&mut self, index: usize) {
+        if let Some(standing) = self.modules[index].course.as_ref().map(|course| course.standing) {
+            self.abandon(index, standing);
+        }
+    }
+
+    /// Ends a cycle that is still open, with nobody's answer.
+    fn abandon(&mut self, index: usize, standing: Standing) {
         let link = &mut self.modules[index];
-        // Nobody knows yet where this module is; the next send will find it.
-        let Some(address) = link.address else { return };
-        let header = Header { module: link.id, session: self.session, sequence: link.sequence };
-        link.sequence = link.sequence.wrapping_add(1);
-        let mut buffer = [0; MAX_DATAGRAM];
-        if let Ok(datagram) = encode(&header, message, &mut buffer) {
-            link.ledger.datagrams_sent += 1;
-            self.outbox.push_back((address, datagram.to_vec()));
-        }
-    }
-}
-
-/// When it makes no difference any more whether the cycle arrives.
-fn useful_until(cycle: &Cycle) -> Micros {
-    match &cycle.motion {
-        Motion::Modboat(_) => cycle.start,
-        Motion::Rov(thrusts) => cycle.start.after(thrusts.lease),
-    }
-}
-
-impl<A> ModuleLink<A> {
-    fn acknowledged(&mut self, index: usize, acknowledge: Acknowledge) -> Option<Event> {
-        let cycle = acknowledge.cycle;
-        if self.pending.as_ref().is_none_or(|pending| pending.cycle.number != cycle) {
-            return None;
-        }
-        self.pending = None;
-        Some(match acknowledge.verdict {
-            Verdict::Accepted | Verdict::Duplicate => {
-                self.ledger.acknowledged += 1;
-                self.accepted = Some(cycle);
-                Event::Accepted { module: index, cycle }
-            }
-            Verdict::Refused(reason) => {
-                self.ledger.refused += 1;
-                Event::Refused { module: index, cycle, reason }
-            }
-        })
-    }
-
-    fn close_pending(&mut self) {
-        if self.pending.take().is_some() {
-            self.ledger.unanswered += 1;
+        if let Some(course) = link.course.as_mut().filter(|course| course.is_open()) {
+            link.ledger.unanswered += 1;
+            course.standing = standing;
+            course.closed = true;
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use protocol::units::{Amperes, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
-    use protocol::{Hello, ModboatCycle, ModuleKind, ModuleState, RovCycle};
-
-    use super::*;
-
-    const CYCLE: Motion = Motion::Modboat(ModboatCycle {
-        rotation: Radians(0.5),
-        centerline: Radians(0.0),
-        amplitude: Radians(1.0),
-        transition: MicrosSpan(500_000),
-        period: MicrosSpan(1_500_000),
-    });
-
-    fn from_module(id: u16, session: u32, sequence: u32, message: Message) -> Vec<u8> {
-        let mut buffer = [0; MAX_DATAGRAM];
-        encode(&Header { module: ModuleId(id), session, sequence }, &message, &mut buffer).unwrap().to_vec()
-    }
-
-    fn hello() -> Message {
-        Message::Hello(Hello { kind: ModuleKind::Modboat, firmware: (0, 1, 0) })
-    }
-
-    fn sent(dispatcher: &mut Dispatcher<char>) -> Vec<(char, Message)> {
-        std::iter::from_fn(|| dispatcher.poll_transmit())
-            .map(|(to, datagram)| (to, decode(&datagram).unwrap().1))
-            .collect()
-    }
-
-    #[test]
-    fn a_cycle_goes_out_again_until_acknowledged() {
-        let mut dispatcher = Dispatcher::new(2, 5);
-        let event = dispatcher.handle_datagram(Micros(0), 'a', &from_module(1, 9, 0, hello()));
-        assert_eq!(event, Ok(Some(Event::Joined(0))));
-        dispatcher.dispatch(Micros(0), 1, Micros(100_000), &[CYCLE, CYCLE]);
-        assert_eq!(sent(&mut dispatcher).len(), 1, "module 2 has no address yet");
-        dispatcher.handle_timer(Micros(19_999));
-        assert!(sent(&mut dispatcher).is_empty());
-        dispatcher.handle_datagram(Micros(19_999), 'b', &from_module(2, 3, 0, hello())).unwrap();
-        dispatcher.handle_timer(Micros(20_000));
-        assert_eq!(sent(&mut dispatcher).iter().map(|(to, _)| *to).collect::<String>(), "ab");
-        let accepted = Message::Acknowledge(Acknowledge { cycle: 1, verdict: Verdict::Accepted });
-        let event = dispatcher.handle_datagram(Micros(30_000), 'a', &from_module(1, 9, 1, accepted));
-        assert_eq!(event, Ok(Some(Event::Accepted { module: 0, cycle: 1 })));
-        dispatcher.handle_timer(Micros(40_000));
-        assert_eq!(sent(&mut dispatcher).iter().map(|(to, _)| *to).collect::<String>(), "b");
-        dispatcher.handle_timer(Micros(100_000));
-        assert!(sent(&mut dispatcher).is_empty(), "the cycle has started");
-        let [one, two] = [0, 1].map(|index| *dispatcher.modules()[index].ledger());
-        assert_eq!((one.cycles, one.acknowledged, one.unanswered, one.open()), (1, 1, 0, 0));
-        assert_eq!((two.cycles, two.acknowledged, two.unanswered, two.open()), (1, 0, 1, 0));
-        assert!(dispatcher.modules()[0].has(1) && !dispatcher.modules()[1].has(1));
-    }
-
-    #[test]
-    fn a_reboot_forgets_what_was_accepted() {
-        let mut dispatcher = Dispatcher::new(1, 5);
-        dispatcher.handle_datagram(Micros(0), 'a', &from_module(1, 9, 0, hello())).unwrap();
-        dispatcher.dispatch(Micros(0), 1, Micros(100_000), &[CYCLE]);
-        let accepted = Message::Acknowledge(Acknowledge { cycle: 1, verdict: Verdict::Accepted });
-        dispatcher.handle_datagram(Micros(1), 'a', &from_module(1, 9, 1, accepted)).unwrap();
-        assert!(dispatcher.modules()[0].has(1));
-        let event = dispatcher.handle_datagram(Micros(2), 'a', &from_module(1, 10, 0, hello()));
-        assert_eq!(event, Ok(Some(Event::Rebooted(0))));
-        assert!(!dispatcher.modules()[0].has(1));
-        assert_eq!(dispatcher.modules()[0].boots(), 2);
-    }
-
-    #[test]
-    fn what_a_module_said_before_its_reboot_does_not_count_as_another() {
-        let mut dispatcher = Dispatcher::new(1, 5);
-        dispatcher.handle_datagram(Micros(0), 'a', &from_module(1, 9, 0, hello())).unwrap();
-        dispatcher.handle_datagram(Micros(1), 'a', &from_module(1, 10, 0, hello())).unwrap();
-        assert_eq!(dispatcher.handle_datagram(Micros(2), 'a', &from_module(1, 9, 1, hello())), Ok(None));
-        assert_eq!(dispatcher.modules()[0].boots(), 2);
-        assert_eq!(dispatcher.modules()[0].ledger().stale, 1);
-    }
-
-    #[test]
-    fn an_older_report_does_not_replace_a_newer_one() {
-        let mut dispatcher = Dispatcher::new(1, 5);
-        let report = |cycle| {
-            Message::Telemetry(Telemetry {
-                at: Micros(0),
-                state: ModuleState::Executing,
-                cycle,
-                tail: Radians(0.0),
-                rate: RadiansPerSecond(0.0),
-                current: Amperes(0.0),
-                battery: Volts(7.4),
-            })
-        };
-        dispatcher.handle_datagram(Micros(0), 'a', &from_module(1, 9, 0, hello())).unwrap();
-        dispatcher.handle_datagram(Micros(1), 'a', &from_module(1, 9, 7, report(2))).unwrap();
-        dispatcher.handle_datagram(Micros(2), 'a', &from_module(1, 9, 6, report(1))).unwrap();
-        assert_eq!(dispatcher.modules()[0].telemetry().unwrap().cycle, 2);
-    }
-
-    #[test]
-    fn thrusts_twenty_times_a_second_are_each_accounted_for() {
-        let mut dispatcher = Dispatcher::new(1, 5);
-        dispatcher.handle_datagram(Micros(0), 'a', &from_module(1, 9, 0, hello())).unwrap();
-        let thrusts = [Newtons(4.0)].into_iter().collect();
-        let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(200_000) });
-        let accepted = |cycle| Message::Acknowledge(Acknowledge { cycle, verdict: Verdict::Accepted });
-        let numbers = |dispatcher: &mut Dispatcher<char>| -> Vec<u32> {
-            let numbers = sent(dispatcher).into_iter().map(|(_, message)| match message {
-                Message::Cycle(cycle) => cycle.number,
-                other => panic!("{other:?}"),
-            });
-            numbers.collect()
-        };
-        // 1 is answered; 2 is still open when 3 takes its place, and its late answer is not 3's.
-        for (k, start) in [(1, 30_000), (2, 80_000), (3, 130_000)] {
-            let now = Micros(start - 30_000);
-            dispatcher.dispatch(now, k, Micros(start), std::slice::from_ref(&motion));
-            assert_eq!(numbers(&mut dispatcher), [k]);
-            dispatcher.handle_timer(Micros(start - 10_000));
-            assert_eq!(numbers(&mut dispatcher), [k], "again");
-            if k == 1 {
-                let answer = from_module(1, 9, k, accepted(k));
-                let event = dispatcher.handle_datagram(Micros(25_000), 'a', &answer);
-                assert_eq!(event, Ok(Some(Event::Accepted { module: 0, cycle: 1 })));
-            }
-        }
-        let event = dispatcher.handle_datagram(Micros(120_000), 'a', &from_module(1, 9, 2, accepted(2)));
-        assert_eq!(event, Ok(None));
-        // It goes on past its start, until its lease is over.
-        dispatcher.handle_timer(Micros(329_999));
-        assert_eq!(numbers(&mut dispatcher), [3]);
-        dispatcher.handle_timer(Micros(330_000));
-        assert_eq!(numbers(&mut dispatcher), [0; 0]);
-        let ledger = *dispatcher.modules()[0].ledger();
-        assert_eq!((ledger.cycles, ledger.acknowledged, ledger.unanswered, ledger.open()), (3, 1, 2, 0));
-        assert_eq!(ledger.resent, 4);
-        // What it reports counts as an answer as far as having it goes.
-        let report = Message::RovTelemetry(RovTelemetry {
-            at: Micros(200_000),
-            state: ModuleState::Executing,
-            cycle: 3,
-            pulses: [PulseMicros(1580.0)].into_iter().collect(),
-            battery: Volts(16.0),
-            current: Amperes(1.0),
-        });
-        assert!(!dispatcher.modules()[0].has(3));
-        let event = dispatcher.handle_datagram(Micros(201_000), 'a', &from_module(1, 9, 3, report));
-        assert_eq!(event, Ok(Some(Event::Reported(0))));
-        let link = &dispatcher.modules()[0];
-        assert!(link.has(3) && link.telemetry().is_none());
-        assert_eq!(link.rov_telemetry().map(|report| report.pulses.len()), Some(1));
-    }
-
-    #[test]
-    fn clocks_are_answered_and_strangers_counted() {
-        let mut dispatcher = Dispatcher::new(1, 5);
-        let request = Message::TimeRequest(protocol::TimeRequest { sent: Micros(77) });
-        dispatcher.handle_datagram(Micros(1_000), 'a', &from_module(1, 9, 0, request.clone())).unwrap();
-        let reply = TimeReply { request_sent: Micros(77), received: Micros(1_000), sent: Micros(1_000) };
-        assert_eq!(sent(&mut dispatcher), [('a', Message::TimeReply(reply))]);
-        assert_eq!(dispatcher.handle_datagram(Micros(0), 'x', &from_module(2, 9, 0, request)), Ok(None));
-        assert!(dispatcher.handle_datagram(Micros(0), 'x', b"noise").is_err());
-        assert_eq!((dispatcher.foreign(), dispatcher.damaged()), (1, 1));
-    }
-}
+mod tests;

@@ -1,104 +1,41 @@
-//! Faults as middleware: wraps any [`Radio`] and loses, delays, reorders, duplicates and damages what it sends.
+//! Faults as middleware: wraps any [`Radio`] and loses, delays, reorders, duplicates, damages, replays and forges what
+//! it sends.
 //!
-//! Everything is drawn from one seeded generator, so that a seed reproduces a run.
+//! | file | what |
+//! |---|---|
+//! | `parameters` | how bad the medium is, from the table `[radio]` |
+//! | `count` | what it did, exactly |
+//! | `burst` | losses that come together |
+//! | `flight` | what is under way |
+//! | `stranger` | what is recorded, replayed and forged |
+//!
+//! Everything is drawn from one seed, so that a seed reproduces a run: what befalls a datagram, the bursts and the
+//! stranger each have a stream of their own. A fault beyond loss, duplication, corruption and jitter draws nothing while
+//! it is off, so that it leaves the runs without it as they were.
+//!
+//! A burst takes everything sent while it lasts, a replay or a forgery too. `loss` is of what was handed over alone, as
+//! are damage and spikes; replays and forgeries come through as they were made, after the usual delay. A replay or a
+//! forgery can follow on any datagram handed over, lost or not; recorded are those that were not lost, before damage.
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
+mod burst;
+mod count;
+mod flight;
+mod parameters;
+mod stranger;
+#[cfg(test)]
+mod tests;
 
 use protocol::Radio;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::units::Micros;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
-use crate::quantity::{ParameterError, Range, check_ranges};
+pub use count::{FaultCount, ForgeryCount};
+pub use parameters::FaultParameters;
 
-/// How bad the medium is. The default is a perfect one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FaultParameters {
-    /// Share of datagrams that vanish, 0–1.
-    pub loss: f64,
-    /// Share of datagrams that arrive twice, 0–1.
-    pub duplication: f64,
-    /// Share of datagrams that arrive with one bit flipped, 0–1.
-    pub corruption: f64,
-    /// Least time under way, s.
-    pub delay_s: f64,
-    /// Up to this much more, uniformly drawn for each datagram, s. Longer than the gap between two datagrams, it
-    /// reorders them.
-    pub jitter_s: f64,
-}
-
-impl FaultParameters {
-    /// Refuses shares outside 0–1 and delays that are negative or not numbers.
-    ///
-    /// # Errors
-    /// [`ParameterError`] names the first offending key.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        check_ranges(&[
-            ("loss", self.loss, "(share)", Range::Share),
-            ("duplication", self.duplication, "(share)", Range::Share),
-            ("corruption", self.corruption, "(share)", Range::Share),
-            ("delay_s", self.delay_s, "s", Range::NonNegative),
-            ("jitter_s", self.jitter_s, "s", Range::NonNegative),
-        ])
-    }
-}
-
-/// What the medium did to the datagrams handed to it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct FaultCount {
-    /// Handed over.
-    pub sent: u64,
-    /// Vanished.
-    pub lost: u64,
-    /// Doubled.
-    pub duplicated: u64,
-    /// Damaged.
-    pub corrupted: u64,
-}
-
-impl std::ops::Add for FaultCount {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self {
-            sent: self.sent + other.sent,
-            lost: self.lost + other.lost,
-            duplicated: self.duplicated + other.duplicated,
-            corrupted: self.corrupted + other.corrupted,
-        }
-    }
-}
-
-/// One datagram under way. Ordered by arrival, then by the order of sending.
-#[derive(Debug)]
-struct Flight<Address> {
-    due: Micros,
-    order: u64,
-    to: Address,
-    datagram: Vec<u8>,
-}
-
-impl<Address> PartialEq for Flight<Address> {
-    fn eq(&self, other: &Self) -> bool {
-        self.order == other.order
-    }
-}
-
-impl<Address> Eq for Flight<Address> {}
-
-impl<Address> PartialOrd for Flight<Address> {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<Address> Ord for Flight<Address> {
-    fn cmp(&self, other: &Self) -> Ordering {
-        (self.due, self.order).cmp(&(other.due, other.order))
-    }
-}
+use burst::Burst;
+use flight::UnderWay;
+use stranger::Stranger;
 
 /// A radio with faults on its sending side.
 #[derive(Debug)]
@@ -106,41 +43,139 @@ pub struct Faulty<R: Radio> {
     radio: R,
     parameters: FaultParameters,
     rng: ChaCha8Rng,
-    under_way: BinaryHeap<Reverse<Flight<R::Address>>>,
-    order: u64,
+    burst: Burst,
+    stranger: Stranger<R::Address>,
+    under_way: UnderWay<R::Address>,
     count: FaultCount,
 }
 
+/// Whether a fault of probability `share` strikes. Draws nothing while it is off.
+fn strikes(rng: &mut ChaCha8Rng, share: f64) -> bool {
+    share > 0.0 && rng.random_bool(share)
+}
+
 impl<R: Radio> Faulty<R> {
-    /// Wraps `radio`; `seed` decides every fault.
+    /// Wraps `radio`; `seed` decides every fault. Takes what [`FaultParameters::validate`] does not refuse.
     pub fn new(radio: R, parameters: FaultParameters, seed: u64) -> Self {
-        let rng = ChaCha8Rng::seed_from_u64(seed);
-        Self { radio, parameters, rng, under_way: BinaryHeap::new(), order: 0, count: FaultCount::default() }
+        let stream = |number| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(number);
+            rng
+        };
+        Self {
+            radio,
+            parameters,
+            rng: stream(0),
+            burst: Burst::new(stream(1)),
+            stranger: Stranger::new(stream(2)),
+            under_way: UnderWay::new(),
+            count: FaultCount::default(),
+        }
     }
 
     /// What it did so far.
     pub fn count(&self) -> FaultCount {
-        self.count
+        FaultCount { under_way: self.under_way.len(), ..self.count }
     }
 
+    /// How bad the medium is at present.
+    pub fn parameters(&self) -> &FaultParameters {
+        &self.parameters
+    }
+
+    /// Changes the weather for what is sent from now on; what is under way arrives when it would have. What was
+    /// recorded stays recorded.
+    pub fn set_parameters(&mut self, parameters: FaultParameters) {
+        self.parameters = parameters;
+    }
+
+    /// Makes the medium perfect from now on; with `drop_under_way`, what is still under way is lost.
+    pub fn heal(&mut self, drop_under_way: bool) {
+        self.parameters = FaultParameters::default();
+        if drop_under_way {
+            let dropped = self.under_way.clear();
+            self.count.dropped += dropped;
+            self.count.lost += dropped;
+        }
+    }
+
+    /// Puts one copy of what was handed over under way, with whatever befalls it.
     fn launch(&mut self, now: Micros, to: R::Address, mut datagram: Vec<u8>) {
-        if self.rng.random_bool(self.parameters.corruption) && !datagram.is_empty() {
+        if self.is_full() {
+            return;
+        }
+        let p = &self.parameters;
+        // Cut first: a flipped bit that is then cut off would be no flipped bit.
+        if strikes(&mut self.rng, p.truncation) && !datagram.is_empty() {
+            datagram.truncate(self.rng.random_range(0..datagram.len()));
+            self.count.truncated += 1;
+        }
+        if self.rng.random_bool(p.corruption) && !datagram.is_empty() {
             let bit = self.rng.random_range(0..datagram.len() * 8);
             datagram[bit / 8] ^= 1 << (bit % 8);
             self.count.corrupted += 1;
         }
-        let delay_s = self.parameters.delay_s + self.parameters.jitter_s * self.rng.random::<f64>();
-        let due = now.after(MicrosSpan((delay_s * 1e6) as u32));
-        self.order += 1;
-        self.under_way.push(Reverse(Flight { due, order: self.order, to, datagram }));
+        let mut delay_s = p.delay_s + p.jitter_s * self.rng.random::<f64>();
+        if strikes(&mut self.rng, p.reordering) {
+            delay_s += p.reorder_s;
+            self.count.reordered += 1;
+        }
+        if strikes(&mut self.rng, p.late) {
+            delay_s += p.late_s * self.rng.random::<f64>();
+            self.count.late += 1;
+        }
+        self.under_way.launch(now, delay_s, to, datagram);
+    }
+
+    /// What the stranger does on hearing that something is sent to `to`.
+    fn intrude(&mut self, now: Micros, to: R::Address, in_burst: bool) {
+        let p = self.parameters;
+        if strikes(&mut self.stranger.rng, p.replay)
+            && let Some(datagram) = self.stranger.replay(to)
+        {
+            self.count.replayed += 1;
+            let wait_s = p.replay_s * self.stranger.rng.random::<f64>();
+            self.launch_strange(now, wait_s, to, datagram, in_burst);
+        }
+        if strikes(&mut self.stranger.rng, p.forgery) {
+            let (to, datagram) = self.stranger.forge(to, &mut self.count);
+            self.launch_strange(now, 0.0, to, datagram, in_burst);
+        }
+    }
+
+    fn launch_strange(
+        &mut self,
+        now: Micros,
+        wait_s: f64,
+        to: R::Address,
+        datagram: Vec<u8>,
+        in_burst: bool,
+    ) {
+        if in_burst {
+            self.count.lost += 1;
+            self.count.burst_lost += 1;
+        } else if !self.is_full() {
+            let jitter_s = self.parameters.jitter_s * self.stranger.rng.random::<f64>();
+            self.under_way.launch(now, self.parameters.delay_s + jitter_s + wait_s, to, datagram);
+        }
+    }
+
+    /// Whether one more cannot be under way; then counts it as dropped.
+    fn is_full(&mut self) -> bool {
+        let full = self.under_way.is_full();
+        self.count.lost += u64::from(full);
+        self.count.dropped += u64::from(full);
+        full
     }
 
     /// Hands over everything that has arrived by `now`.
     fn deliver(&mut self, now: Micros) -> Result<(), R::Error> {
-        while self.under_way.peek().is_some_and(|Reverse(flight)| flight.due <= now) {
-            if let Some(Reverse(flight)) = self.under_way.pop() {
-                self.radio.send(now, flight.to, &flight.datagram)?;
+        while let Some(flight) = self.under_way.land(now) {
+            if let Err(error) = self.radio.send(now, flight.to, &flight.datagram) {
+                self.count.lost += 1;
+                return Err(error);
             }
+            self.count.delivered += 1;
         }
         Ok(())
     }
@@ -152,8 +187,11 @@ impl<R: Radio> Radio for Faulty<R> {
 
     fn send(&mut self, now: Micros, to: R::Address, datagram: &[u8]) -> Result<(), R::Error> {
         self.count.sent += 1;
-        if self.rng.random_bool(self.parameters.loss) {
+        let lost = self.rng.random_bool(self.parameters.loss);
+        let in_burst = self.burst.is_bad(now, &self.parameters);
+        if lost || in_burst {
             self.count.lost += 1;
+            self.count.burst_lost += u64::from(in_burst);
         } else {
             self.launch(now, to, datagram.to_vec());
             if self.rng.random_bool(self.parameters.duplication) {
@@ -161,83 +199,23 @@ impl<R: Radio> Radio for Faulty<R> {
                 self.launch(now, to, datagram.to_vec());
             }
         }
+        if self.parameters.replay > 0.0 || self.parameters.forgery > 0.0 {
+            self.intrude(now, to, in_burst);
+            if !lost && !in_burst {
+                self.stranger.hear_sent(to, datagram);
+            }
+        }
         self.deliver(now)
     }
 
     fn receive(&mut self, now: Micros, buffer: &mut [u8]) -> Result<Option<(usize, R::Address)>, R::Error> {
         self.deliver(now)?;
-        self.radio.receive(now, buffer)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::loopback::{Ether, Node};
-    use super::*;
-
-    const HOST: Node = Node(0);
-    const MODULE: Node = Node(1);
-
-    /// Sends 0, 1, 2 … a millisecond apart and returns (arrival in ms, number) in order of arrival.
-    fn flood(parameters: FaultParameters, seed: u64, datagrams: u32) -> (Vec<(u64, u32)>, FaultCount) {
-        let ether = Ether::default();
-        let mut host = Faulty::new(ether.radio(HOST), parameters, seed);
-        let mut module = ether.radio(MODULE);
-        let mut arrivals = Vec::new();
-        for ms in 0..u64::from(datagrams) + 200 {
-            let now = Micros(ms * 1000);
-            if let Ok(number) = u32::try_from(ms)
-                && number < datagrams
-            {
-                host.send(now, MODULE, &number.to_le_bytes()).unwrap();
-            }
-            let mut buffer = [0; 16];
-            assert_eq!(host.receive(now, &mut buffer), Ok(None), "nobody sends to the host");
-            while let Ok(Some((4, HOST))) = module.receive(now, &mut buffer) {
-                arrivals.push((ms, u32::from_le_bytes(buffer[..4].try_into().unwrap())));
-            }
+        let received = self.radio.receive(now, buffer)?;
+        if let Some((length, from)) = received
+            && self.parameters.forgery > 0.0
+        {
+            self.stranger.hear_received(from, &buffer[..length]);
         }
-        (arrivals, host.count())
-    }
-
-    #[test]
-    fn a_perfect_medium_changes_nothing() {
-        let (arrivals, count) = flood(FaultParameters::default(), 1, 500);
-        assert!(arrivals.iter().copied().eq((0..500).map(|number| (u64::from(number), number))));
-        assert_eq!(count, FaultCount { sent: 500, ..FaultCount::default() });
-    }
-
-    #[test]
-    fn every_datagram_is_accounted_for() {
-        let parameters =
-            FaultParameters { loss: 0.3, duplication: 0.1, corruption: 0.0, delay_s: 0.010, jitter_s: 0.050 };
-        for seed in 0..5 {
-            let (arrivals, count) = flood(parameters, seed, 5_000);
-            assert_eq!(arrivals.len() as u64, count.sent - count.lost + count.duplicated, "seed {seed}");
-            let share = count.lost as f64 / count.sent as f64;
-            assert!((share - 0.3).abs() < 0.03, "seed {seed}: lost {share}");
-            assert!(arrivals.windows(2).any(|pair| pair[1].1 < pair[0].1), "seed {seed}: jitter reorders");
-            for (ms, number) in arrivals {
-                assert!(
-                    (10..=61).contains(&(ms - u64::from(number))),
-                    "seed {seed}: {number} came at {ms} ms"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn a_seed_reproduces_a_run() {
-        let parameters = FaultParameters { loss: 0.2, corruption: 0.2, jitter_s: 0.02, ..Default::default() };
-        assert_eq!(flood(parameters, 7, 300), flood(parameters, 7, 300));
-        assert_ne!(flood(parameters, 7, 300), flood(parameters, 8, 300));
-    }
-
-    #[test]
-    fn nonsense_is_refused_by_name() {
-        let error = FaultParameters { loss: f64::NAN, ..Default::default() }.validate().unwrap_err();
-        assert_eq!(error.key, "loss");
-        let error = FaultParameters { delay_s: -1.0, ..Default::default() }.validate().unwrap_err();
-        assert_eq!(error.to_string(), "delay_s = -1 s: must be a finite number, zero or greater");
+        Ok(received)
     }
 }

@@ -3,13 +3,23 @@
 //! | file | what |
 //! |---|---|
 //! | [`loopback`] | a radio inside one process |
-//! | [`faults`] | loss, delay, reordering, duplication, damage: middleware over any radio |
+//! | [`faults`] | loss, delay, reordering, duplication, damage, replay, forgery: middleware over any radio |
 //! | [`udp`] | a radio over a UDP socket |
-//! | [`dispatcher`] | sends each cycle ahead and again until acknowledged; sans-IO |
+//! | [`dispatcher`] | takes modules in, sends each cycle ahead and again until answered; sans-IO |
+//! | [`member`] | what the host knows of one module |
+//! | [`delivery`] | how a cycle gets to one module, or to all or none |
+//! | [`identity`] | who the host is |
 //! | [`ledger`] | what was sent, what came back |
+//! | [`key_file`] | the files that keys are kept in |
+//! | [`entropy`] | random bytes for keys and nonces |
 
+pub mod delivery;
 pub mod dispatcher;
+pub mod entropy;
 pub mod faults;
+pub mod identity;
+pub mod key_file;
 pub mod ledger;
 pub mod loopback;
+mod member;
 pub mod udp;

@@ -57,4 +57,6 @@ pub struct Plan {
     pub outside_envelope: bool,
     /// True if any subset of the modules may miss the plan and stay as it is; false with unknown angles.
     pub loss_tolerant: bool,
+    /// True if moreover any module may stop anywhere in its motion while the others go on, as one does that loses its power.
+    pub power_tolerant: bool,
 }

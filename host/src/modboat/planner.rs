@@ -11,7 +11,7 @@ use super::parameters::Parameters;
 use super::plan::Plan;
 use super::planner_config::{DistanceSource, PlannerConfig};
 use super::potential_field::planner::FieldPlanner;
-use super::setting::Setting;
+use super::setting::{Presence, Reach, Setting};
 use super::structure::Structure;
 use super::table::Table;
 
@@ -83,6 +83,48 @@ impl Planner {
             PlannerKind::PotentialField => Which::PotentialField(Box::new(FieldPlanner::new(setting))),
         };
         Self { modules: structure.len(), which }
+    }
+
+    /// An exact planner where some modules do not take part, whatever `config` names: one that is absent has a tail that nobody
+    /// knows, and others keep out of its reach altogether. `None` where nobody takes part.
+    #[must_use]
+    pub fn among(
+        structure: &Structure,
+        parameters: &Parameters,
+        config: &PlannerConfig,
+        distance: Arc<DistanceToCollision>,
+        presence: Vec<Presence>,
+    ) -> Option<Self> {
+        if presence.len() != structure.len() || !presence.contains(&Presence::Takes) {
+            return None;
+        }
+        let setting = Setting::new(structure, parameters, config, distance).with_presence(presence);
+        Some(Self { modules: structure.len(), which: Which::Exact(Box::new(ExactPlanner::new(setting))) })
+    }
+
+    /// Who takes part where the tails of some modules are not known: those whose tails are, unless they rest within an unknown one's
+    /// reach. `poses_rad` are the tails' angles by module.
+    #[must_use]
+    pub fn presence(
+        structure: &Structure,
+        distance: &DistanceToCollision,
+        poses_rad: &[Option<f64>],
+    ) -> Vec<Presence> {
+        let mut presence: Vec<Presence> = poses_rad
+            .iter()
+            .map(|pose| if pose.is_some() { Presence::Takes } else { Presence::Absent })
+            .collect();
+        for &offset in distance.offsets() {
+            let reach = Reach::new(distance.tail(), offset);
+            for (i, j) in structure.neighbours(offset) {
+                match (poses_rad.get(i).copied().flatten(), poses_rad.get(j).copied().flatten()) {
+                    (Some(pose), None) if !reach.clears_i(pose) => presence[i] = Presence::Stays(pose),
+                    (None, Some(pose)) if !reach.clears_j(pose) => presence[j] = Presence::Stays(pose),
+                    _ => {}
+                }
+            }
+        }
+        presence
     }
 
     /// The same planner; a potential field searches by the table of these very parameters from now on.

@@ -25,8 +25,19 @@ pub enum LossTolerance {
     Prefer,
     /// Loss tolerant, whatever the wrench error.
     Require,
+    /// The same, and where that costs little accuracy any module may stop anywhere in its motion, as one does that loses its
+    /// power.
+    Power,
     /// Nothing is asked.
     Off,
+}
+
+impl LossTolerance {
+    /// Whether a plan without it is none.
+    #[must_use]
+    pub const fn is_required(self) -> bool {
+        matches!(self, Self::Require | Self::Power)
+    }
 }
 
 /// Settings of Algorithm 1 and of what surrounds it. The paper gives the weights; the rest is *assumed*.

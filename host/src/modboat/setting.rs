@@ -3,7 +3,7 @@
 //! The examination uses the exact tail geometry ([`Tail`]), which shares nothing with the collision
 //! regions that planners search by: a plan in which two tails touch is no plan.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use super::distance::DistanceToCollision;
@@ -23,6 +23,10 @@ const THERE_RAD: f64 = 0.1;
 /// A pair that rests nearer to a collision than a transition's margin may come no nearer than this share of it.
 const REST_SHARE: f64 = 0.9;
 
+pub use tolerance::Presence;
+
+mod tolerance;
+
 /// A structure of modules, its neighbours, and where their tails collide.
 #[derive(Clone, Debug)]
 pub struct Setting {
@@ -41,6 +45,10 @@ pub struct Setting {
     /// By offset: the direction from a module to that neighbour, and the greatest angle off it at which a tail can still
     /// touch the neighbour's, rad.
     pub reaches: Vec<Reach>,
+    /// What each module is good for.
+    pub presence: Vec<Presence>,
+    /// By module, from where to where its tail swings in the cycle that still runs, rad; empty where that is not to be minded.
+    pub before_rad: Vec<[f64; 2]>,
 }
 
 /// Where a tail can touch a neighbour's at one lattice offset.
@@ -64,6 +72,24 @@ impl Reach {
     #[must_use]
     pub fn clears_i(&self, phi_i_rad: f64) -> bool {
         wrap_rad(phi_i_rad - self.towards_rad).abs() >= self.within_rad
+    }
+
+    /// Whether tail i is out of j's reach all the way from one angle to another.
+    #[must_use]
+    pub fn clears_i_along(&self, from_rad: f64, to_rad: f64) -> bool {
+        self.clears_along(self.towards_rad, from_rad, to_rad)
+    }
+
+    /// The same of tail j.
+    #[must_use]
+    pub fn clears_j_along(&self, from_rad: f64, to_rad: f64) -> bool {
+        self.clears_along(self.towards_rad + PI, from_rad, to_rad)
+    }
+
+    /// Whether the way from one angle to another lies in what `within_rad` about `towards_rad` leaves of the circle.
+    fn clears_along(&self, towards_rad: f64, from_rad: f64, to_rad: f64) -> bool {
+        let past_rad = (from_rad.min(to_rad) - towards_rad - self.within_rad).rem_euclid(TAU);
+        past_rad + (to_rad - from_rad).abs() <= TAU - 2.0 * self.within_rad
     }
 
     /// Whether tail j is out of i's reach at this angle, wherever tail i is.
@@ -139,7 +165,17 @@ impl Setting {
             pairs,
             reaches: distance.offsets().iter().map(|&offset| Reach::new(distance.tail(), offset)).collect(),
             distance,
+            presence: vec![Presence::Takes; structure.len()],
+            before_rad: Vec::new(),
         }
+    }
+
+    /// The same with some modules that do not take part.
+    #[must_use]
+    pub fn with_presence(mut self, presence: Vec<Presence>) -> Self {
+        debug_assert_eq!(presence.len(), self.cells.len(), "one for each module");
+        self.presence = presence;
+        self
     }
 
     /// The greatest |rotation| within `transition_s`, rad.
@@ -198,11 +234,15 @@ impl Setting {
         for turns in &steps {
             clearance_m = self.clearance_m(clearance_m, |pair| turn_ends(turns, pair));
         }
+        if !self.minds_the_absent(&steps, &cycle) {
+            return None;
+        }
         // Not "≤ 0": a NaN is no clearance either.
         if clearance_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
         let loss_tolerant = tails.is_some_and(|tails| self.loss_tolerant(&steps, &cycle, tails));
+        let power_tolerant = loss_tolerant && self.all_stop_clear(&steps, &cycle);
         let wrench = self.wrench(&cycle);
         let approach = approach.filter(|approach| !approach.is_still());
         let (travel_rad, transition_s) =
@@ -220,6 +260,7 @@ impl Setting {
             clearance_m,
             outside_envelope: false,
             loss_tolerant,
+            power_tolerant,
         })
     }
 
@@ -267,6 +308,7 @@ impl Setting {
             clearance_m,
             outside_envelope: false,
             loss_tolerant: tails.is_some() && clearance_m > 0.0,
+            power_tolerant: tails.is_some() && clearance_m > 0.0,
             cycle,
         }
     }
@@ -274,7 +316,8 @@ impl Setting {
     /// The lesser of `known_m` and the least clearance of any pair along the motion that `ends` gives it, m.
     fn clearance_m(&self, known_m: f64, ends: impl Fn(&Pair) -> [[f64; 2]; 2]) -> f64 {
         let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
-        self.pairs.all().iter().fold(known_m, |least_m, pair| {
+        let known = self.pairs.all().iter().filter(|pair| !self.is_unknown(pair));
+        known.fold(known_m, |least_m, pair| {
             let [from, to] = ends(pair);
             tail.least_along_m(offsets[pair.offset], from, to, least_m)
         })
@@ -284,7 +327,8 @@ impl Setting {
     /// may miss both, or the second: then it rests between them.
     fn loss_tolerant(&self, steps: &[Vec<Turn>], cycle: &[Swing], tails: &[f64]) -> bool {
         let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
-        self.pairs.all().iter().all(|pair| {
+        // Beside a tail that nobody knows nothing changes if a plan is missed.
+        self.pairs.all().iter().filter(|pair| !self.is_unknown(pair)).all(|pair| {
             let offset = offsets[pair.offset];
             let clear = |rest: [f64; 2], [from, to]: [[f64; 2]; 2]| {
                 !tail.collides_along(offset, [from[0], rest[1]], [to[0], rest[1]])

@@ -131,6 +131,7 @@ fn swim(
             via: None,
             outside_envelope: false,
             loss_tolerant: true,
+            power_tolerant: true,
         });
     }
     (cycles, tails)

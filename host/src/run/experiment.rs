@@ -4,8 +4,9 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use protocol::ledger::Outgoing;
 use protocol::units::Micros;
-use protocol::{MAX_DATAGRAM, Radio};
+use protocol::{Faults, MAX_DATAGRAM, ModuleState, Radio};
 
 use super::RunError;
 use super::distances;
@@ -15,6 +16,7 @@ use super::record::{PoseSample, RunRecord};
 use super::recorder::Recorder;
 use super::scenario::Scenario;
 use super::summary::Summary;
+use crate::link::dispatcher::{Dispatcher, ModuleLink};
 use crate::sim::TailState;
 use crate::sim::mocap::Mocap;
 use crate::sim::module::TICK;
@@ -31,22 +33,14 @@ pub enum Pace {
     Real,
 }
 
-impl Pace {
-    /// Another life of the host is another session; in a simulation the seed decides.
-    pub(super) fn session(self, seed: u64) -> u32 {
-        match self {
-            Self::Simulated | Self::Watched => seed as u32,
-            Self::Real => std::process::id() ^ (unix_micros() as u32),
-        }
-    }
-}
-
 /// What a run reports while it goes on.
 pub trait Progress {
     /// `t_s` of `duration_s` seconds have passed.
     fn at(&mut self, t_s: f64, duration_s: f64);
     /// Before the first second: `done` of `total` steps of what the run needs are done.
     fn preparing(&mut self, _what: &str, _done: u64, _total: u64) {}
+    /// How the link is doing, in a few words.
+    fn link(&mut self, _text: &str) {}
     /// Something worth a line: a module joins, the fleet holds.
     fn note(&mut self, text: &str);
 }
@@ -95,9 +89,8 @@ pub fn run<F: Fleet>(
     stop: &AtomicBool,
     drill: Drill<'_, F>,
 ) -> Result<RunResult, RunError> {
-    let session = pace.session(seed);
     let table = distances::table(&scenario.modboat, &scenario.planner, progress);
-    let mut pilot = Pilot::new(scenario, session, table, stopwatch)?;
+    let mut pilot = Pilot::new(scenario, fleet.host(), fleet.roster(), table, stopwatch)?;
     let start = PoseSample {
         position_m: scenario.start.position_m,
         heading_rad: scenario.start_heading_rad(),
@@ -111,7 +104,7 @@ pub fn run<F: Fleet>(
     let mut idle_since = Micros(0);
     let mut clock = Clock::new(pace);
     let mut buffer = [0; MAX_DATAGRAM];
-    let (mut heard, mut waiting) = (0, true);
+    let (mut heard, mut waiting, mut missed) = (0, true, false);
     let mut cut_short = None;
 
     loop {
@@ -133,9 +126,7 @@ pub fn run<F: Fleet>(
             pilot.handle_fix(&fix);
         }
         pilot.handle_timer(tick);
-        while let Some((to, datagram)) = pilot.poll_transmit() {
-            fleet.radio().send(clock.now(tick), to, &datagram).map_err(Into::into)?;
-        }
+        transmit(&mut pilot, fleet, || clock.now(tick))?;
 
         let sample = (&pose, tails.as_slice(), tank.last_wrench());
         recorder.step(tick, pilot.origin(), f64::from(TICK.as_secs_f32()), sample, pilot.decisions());
@@ -146,9 +137,7 @@ pub fn run<F: Fleet>(
             progress.note("interrupted: the fleet finishes its cycle and holds");
             cut_short = Some("interrupted".to_owned());
             pilot.finish();
-            while let Some((to, datagram)) = pilot.poll_transmit() {
-                fleet.radio().send(clock.now(tick), to, &datagram).map_err(Into::into)?;
-            }
+            transmit(&mut pilot, fleet, || clock.now(tick))?;
             break;
         }
 
@@ -161,26 +150,33 @@ pub fn run<F: Fleet>(
             idle_since = tick;
             clock_error_us = clock_error_us.max(fleet.clock_error_us(tick));
             if waiting {
-                progress.note("all modules are ready: swimming");
+                progress.note(&swimming(&pilot));
             }
         } else if !waiting {
             progress.note("the fleet holds: a module's tail is not known");
         }
         waiting = !pilot.is_swimming();
         let idle_s = tick.as_secs_f64() - idle_since.as_secs_f64();
+        if idle_s <= scenario.timing.missing_after_s {
+            missed = false;
+        } else if !std::mem::replace(&mut missed, true) {
+            progress.note(&format!("still missing: {}", missing(&pilot)));
+        }
         if idle_s > scenario.timing.join_s {
-            let modules = pilot.missing().into_iter().map(|index| index as u16 + 1).collect();
+            let links = pilot.dispatcher().modules();
+            let modules = pilot.missing().into_iter().map(|index| links[index].id().0).collect();
             let silent = RunError::Silent { modules, waited_s: scenario.timing.join_s, hint: String::new() };
             // What was measured before a module fell silent is kept.
             if pilot.origin().is_none() {
                 return Err(silent);
             }
-            cut_short = Some(silent.to_string());
+            cut_short = Some(stopped(links).unwrap_or_else(|| silent.to_string()));
             break;
         }
         if clock.ticks.is_multiple_of(100) {
             let t_s = pilot.origin().map_or(0.0, |origin| tick.as_secs_f64() - origin.as_secs_f64());
             progress.at(t_s.max(0.0), scenario.duration_s());
+            progress.link(&link_line(pilot.dispatcher()));
         }
     }
 
@@ -192,6 +188,83 @@ pub fn run<F: Fleet>(
     summary.wall_s = wall_s;
     summary.judge(cut_short);
     Ok(RunResult { summary, record })
+}
+
+/// Whose tails nobody knows, and why if that is known.
+fn missing<A: Copy>(pilot: &Pilot<A>) -> String {
+    let modules = pilot.dispatcher().modules();
+    let one = |index: usize| {
+        let link = &modules[index];
+        let why = match (link.is_elsewhere(), link.state(), link.health()) {
+            (true, ..) => " (serves another host)".to_owned(),
+            (false, Some(ModuleState::Ready | ModuleState::Holding), Some(health)) => {
+                format!(" (knows the fleet time to {:.1} ms)", f64::from(health.uncertainty.0) * 1e-3)
+            }
+            (false, Some(state), _) => format!(" ({state:?})"),
+            (false, None, _) => String::new(),
+        };
+        format!("{}{why}", link.id())
+    };
+    pilot.missing().into_iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// Who swims.
+fn swimming<A: Copy>(pilot: &Pilot<A>) -> String {
+    let missing = pilot.decisions().last().map_or(&[][..], |decision| &decision.missing);
+    let missing: Vec<String> = pilot
+        .dispatcher()
+        .modules()
+        .iter()
+        .zip(missing)
+        .filter(|(_, missing)| **missing)
+        .map(|(link, _)| link.id().to_string())
+        .collect();
+    match missing.as_slice() {
+        [] => "all modules are ready: swimming".to_owned(),
+        missing => format!("swimming without {}, whose tails may be anywhere", missing.join(", ")),
+    }
+}
+
+/// The ledger in a line, as it is now.
+fn link_line<A: Copy>(dispatcher: &Dispatcher<A>) -> String {
+    let modules = dispatcher.modules();
+    let there = modules.iter().filter(|link| link.is_known()).count();
+    let sent = modules.iter().fold(Outgoing::default(), |sum, link| sum.plus(&link.outgoing()));
+    let incoming = || modules.iter().map(|link| link.incoming()).chain([dispatcher.strays()]);
+    let bad: u64 = incoming().map(|i| u64::from(i.duplicate + i.stale + i.corrupt + i.foreign)).sum();
+    let forged: u64 = incoming().map(|i| u64::from(i.forged)).sum();
+    let unsure = modules.iter().filter_map(|link| link.health()).map(|health| health.uncertainty.0).max();
+    let clock = unsure.map_or(String::new(), |us| format!(", clocks ±{:.1} ms", f64::from(us) * 1e-3));
+    let faults = modules.iter().filter(|link| link.faults().0 != 0).count();
+    let faults = if faults == 0 { String::new() } else { format!(", {faults} with faults") };
+    format!(
+        "{there}/{} modules, {} sent, {} lost, {} late, {bad} not followed, {forged} forged{clock}{faults}",
+        modules.len(),
+        sent.sent,
+        sent.lost,
+        sent.late
+    )
+}
+
+/// Who has stopped and why, by its own word.
+fn stopped<A: Copy>(links: &[ModuleLink<A>]) -> Option<String> {
+    let link = links.iter().find(|link| link.state() == Some(ModuleState::Stopped))?;
+    let faults = Faults::NAMES.iter().filter(|(fault, _)| link.faults().has(*fault));
+    let names: Vec<&str> = faults.map(|(_, name)| *name).collect();
+    Some(format!("module {} has stopped: {}", link.id(), names.join(", ")))
+}
+
+/// Sends what the pilot has to say.
+fn transmit<F: Fleet>(
+    pilot: &mut Pilot<<F::Radio as Radio>::Address>,
+    fleet: &mut F,
+    now: impl Fn() -> Micros,
+) -> Result<(), RunError> {
+    let mut buffer = [0; MAX_DATAGRAM];
+    while let Some((to, datagram)) = pilot.poll_transmit(now(), &mut buffer) {
+        fleet.radio().send(now(), to, datagram).map_err(Into::into)?;
+    }
+    Ok(())
 }
 
 /// Ticks of a thousandth of a second, simulated or awaited.
@@ -241,10 +314,4 @@ impl Clock {
 fn stopwatch() -> Micros {
     static BEGAN: OnceLock<Instant> = OnceLock::new();
     Micros(BEGAN.get_or_init(Instant::now).elapsed().as_micros() as u64)
-}
-
-fn unix_micros() -> u64 {
-    std::time::SystemTime::now()
-        .duration_since(std::time::UNIX_EPOCH)
-        .map_or(0, |since| since.as_micros() as u64)
 }

@@ -9,7 +9,8 @@ use protocol::{ModuleId, Radio};
 use super::RunError;
 use super::scenario::Scenario;
 use crate::link::dispatcher::Dispatcher;
-use crate::link::faults::{FaultCount, Faulty};
+use crate::link::faults::{FaultCount, FaultParameters, Faulty};
+use crate::link::identity::HostIdentity;
 use crate::link::loopback::{Ether, LoopbackRadio, Node};
 use crate::link::udp::UdpRadio;
 use crate::sim::TailState;
@@ -29,6 +30,12 @@ pub trait Fleet {
 
     /// The host's end of it.
     fn radio(&mut self) -> &mut Self::Radio;
+
+    /// Who the host is to them.
+    fn host(&self) -> &HostIdentity;
+
+    /// Their ids, in the order of the structure's places.
+    fn roster(&self) -> &[ModuleId];
 
     /// Lets the modules run up to `now`, one servo tick after the last call.
     ///
@@ -54,6 +61,8 @@ pub trait Fleet {
 /// Modules in this process.
 pub struct InProcess {
     radio: Faulty<LoopbackRadio>,
+    host: HostIdentity,
+    roster: Vec<ModuleId>,
     modules: Vec<SimModule<Faulty<LoopbackRadio>>>,
 }
 
@@ -69,11 +78,14 @@ impl InProcess {
             seed.wrapping_mul(1_000_003).wrapping_add(stream * 10_007 + index as u64)
         };
         let radio = Faulty::new(ether.radio(HOST), scenario.radio, seeds(1, 0));
+        let host = HostIdentity::simulated(seed, 0);
         let mut modules = Vec::with_capacity(scenario.structure.len());
         for index in 0..scenario.structure.len() {
             let id = index as u16 + 1;
             let setup = Setup {
                 id: ModuleId(id),
+                fleet: host.key.fleet(),
+                key: host.key.module(ModuleId(id)),
                 modboat: &scenario.modboat,
                 motor: &scenario.motor,
                 clock: &scenario.clock,
@@ -86,7 +98,25 @@ impl InProcess {
                 .map_err(|source| RunError::Module { id, source })?;
             modules.push(module);
         }
-        Ok(Self { radio, modules })
+        let roster = (1..=scenario.structure.len() as u16).map(ModuleId).collect();
+        Ok(Self { radio, host, roster, modules })
+    }
+
+    /// The modules.
+    pub fn modules(&self) -> &[SimModule<Faulty<LoopbackRadio>>] {
+        &self.modules
+    }
+
+    /// Changes what the medium does on every radio.
+    pub fn set_weather(&mut self, faults: FaultParameters) {
+        self.radio.set_parameters(faults);
+        self.modules.iter_mut().for_each(|module| module.radio_mut().set_parameters(faults));
+    }
+
+    /// Makes the medium perfect; with `drop_under_way`, what is under way never arrives.
+    pub fn heal(&mut self, drop_under_way: bool) {
+        self.radio.heal(drop_under_way);
+        self.modules.iter_mut().for_each(|module| module.radio_mut().heal(drop_under_way));
     }
 
     /// The modules, for faults in them.
@@ -97,6 +127,14 @@ impl InProcess {
 
 impl Fleet for InProcess {
     type Radio = Faulty<LoopbackRadio>;
+
+    fn host(&self) -> &HostIdentity {
+        &self.host
+    }
+
+    fn roster(&self) -> &[ModuleId] {
+        &self.roster
+    }
 
     fn radio(&mut self) -> &mut Self::Radio {
         &mut self.radio
@@ -127,20 +165,37 @@ impl Fleet for InProcess {
 /// Modules that are processes of their own, or robots. The water is simulated here, from the tails they report.
 pub struct OverUdp {
     radio: Faulty<UdpRadio>,
+    host: HostIdentity,
+    roster: Vec<ModuleId>,
     tails: Vec<RemoteTail>,
 }
 
 impl OverUdp {
-    /// For `modules` modules that will announce themselves to `radio`; `scenario`'s faults on what the host sends.
-    pub fn new(scenario: &Scenario, radio: UdpRadio, seed: u64) -> Self {
+    /// For the modules of `roster`, in the order of the structure's places, who will announce themselves to `radio`;
+    /// `scenario`'s faults on what the host sends.
+    pub fn new(
+        scenario: &Scenario,
+        radio: UdpRadio,
+        host: HostIdentity,
+        roster: Vec<ModuleId>,
+        seed: u64,
+    ) -> Self {
         let inertia_kg_m2 = scenario.motor.rotor_inertia_kg_m2;
         let tails = scenario.structure.cells().iter().map(|_| RemoteTail::new(inertia_kg_m2)).collect();
-        Self { radio: Faulty::new(radio, scenario.radio, seed), tails }
+        Self { radio: Faulty::new(radio, scenario.radio, seed), host, roster, tails }
     }
 }
 
 impl Fleet for OverUdp {
     type Radio = Faulty<UdpRadio>;
+
+    fn host(&self) -> &HostIdentity {
+        &self.host
+    }
+
+    fn roster(&self) -> &[ModuleId] {
+        &self.roster
+    }
 
     fn radio(&mut self) -> &mut Self::Radio {
         &mut self.radio

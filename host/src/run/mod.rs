@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`scenario`] | what is run, from a TOML file |
+//! | [`roster`] | which modules a fleet has, from a TOML file |
 //! | [`pilot`] | the host's closed loop; sans-IO |
 //! | [`fleet`] | who executes: modules in this process, or processes on UDP |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
@@ -26,6 +27,7 @@ pub mod pilot;
 pub mod reconfigure;
 pub mod record;
 pub mod recorder;
+pub mod roster;
 pub mod scenario;
 pub mod summary;
 pub mod vehicles;

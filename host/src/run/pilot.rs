@@ -8,9 +8,11 @@
 //! ```
 //!
 //! A decision falls `lead` before the running cycle ends. It needs to know where every tail will be then: at the
-//! end pose of the running cycle if the module certainly has it, where it reports to rest if not. While that is
-//! unknown of one module nothing is sent, everybody finishes and holds, and the loop starts again as soon as all
-//! are ready.
+//! end pose of the running cycle if the module reports that it runs it, where it reports to rest if not. For a report that
+//! is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, everybody finishes and holds, and the
+//! loop starts again as soon as all are ready. Where fewer are required, one that is silent for long is missing: its tail may be
+//! anywhere, nobody comes within its reach, and the others swim. When it is back, and rests where it says, the next decision
+//! counts on it again.
 //!
 //! Decisions follow each other as the plans say: one interval is the plan's own transition, none where nobody moves,
 //! and one period. The controller has to know the interval before there is a plan: it takes that of the decision
@@ -20,26 +22,36 @@
 //! rests there, the second, sent when everybody certainly has the first, does the rest. If somebody has not, the second
 //! is never sent: the fleet holds, at the poses between or where it was.
 
-use protocol::DecodeError;
-use protocol::ModuleState;
+use firmware::link::SURE_WITHIN;
+use protocol::ledger::Class;
 use protocol::units::{Micros, MicrosSpan};
+use protocol::{Delivery, ModuleId, ModuleState, Motion};
 use std::sync::Arc;
 
-use super::scenario::{Demand, Leg, Scenario};
-use crate::link::dispatcher::{Dispatcher, Event};
+use super::scenario::{Demand, Leg, Scenario, Timing};
+use crate::link::delivery::Knowledge;
+use crate::link::dispatcher::{Dispatcher, Event, ModuleLink};
+use crate::link::identity::HostIdentity;
 use crate::modboat::control::{Controller, Observation, Target};
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::motion::{Turn, Wrench};
 use crate::modboat::observer::{Fix, Observer};
 use crate::modboat::plan::{Outcome, Plan};
 use crate::modboat::planner::Planner;
+use crate::modboat::setting::Presence;
 use crate::modboat::table::Table;
 use crate::quantity::ParameterError;
 
 pub use decision::{Decision, Via};
-use decision::{cycles, first_cycles, give_up_second, steps};
+use decision::{cycles, first_cycles, give_up, give_up_second, steps};
 
 mod decision;
+
+/// So long before the running cycle ends a decision waits no longer for reports: what it sends must get through. *Assumed.*
+pub const DECIDE_BY: MicrosSpan = MicrosSpan(200_000);
+
+/// A fleet at rest begins when every module is that sure of the fleet time: with something in hand for the time until the start.
+const SURE_TO_BEGIN: MicrosSpan = MicrosSpan(SURE_WITHIN.0 / 4 * 3);
 
 /// See the module's documentation. `A` is the radio's address.
 pub struct Pilot<A> {
@@ -48,6 +60,9 @@ pub struct Pilot<A> {
     observer: Observer,
     controller: Controller,
     planner: Planner,
+    distance: Arc<DistanceToCollision>,
+    /// The planner without those who are missing.
+    partial: Option<(Vec<Presence>, Planner)>,
     stopwatch: fn() -> Micros,
     lead: MicrosSpan,
     /// What the observer takes to act now.
@@ -64,33 +79,37 @@ pub struct Pilot<A> {
     finished: bool,
     reboots: u32,
     refusals: u32,
+    dropped: u32,
 }
 
 impl<A: Copy> Pilot<A> {
-    /// For one scenario; `session` tells this life of the host from its earlier ones. The planner searches by `table`, if
+    /// For one scenario, as the host `host`, with the modules of `roster` in the structure's places. The planner searches by `table`, if
     /// there is one, whatever the scenario says. `stopwatch` is any clock that says how long the planner took.
     ///
     /// # Errors
     /// [`ParameterError`] for numbers the observer or planner cannot work with.
     pub fn new(
         scenario: &Scenario,
-        session: u32,
+        host: &HostIdentity,
+        roster: &[ModuleId],
         table: Option<Arc<Table>>,
         stopwatch: fn() -> Micros,
     ) -> Result<Self, ParameterError> {
         let Scenario { structure, modboat, .. } = scenario;
         let distance = Arc::new(DistanceToCollision::new(modboat));
-        let mut planner = Planner::with_distance(structure, modboat, &scenario.planner, distance);
+        let mut planner =
+            Planner::with_distance(structure, modboat, &scenario.planner, Arc::clone(&distance));
         if let Some(table) = table {
             planner = planner.with_table(table);
         }
-        let modules = structure.len() as u16;
         Ok(Self {
             scenario: scenario.clone(),
-            dispatcher: Dispatcher::new(modules, session),
+            dispatcher: Dispatcher::new(roster, &host.key, host.boot),
             observer: Observer::new(structure, modboat, &scenario.observer)?,
             controller: Controller::new(structure, modboat, &scenario.control),
             planner,
+            distance,
+            partial: None,
             stopwatch,
             lead: span(scenario.timing.lead_s),
             wrench: Wrench::default(),
@@ -102,17 +121,23 @@ impl<A: Copy> Pilot<A> {
             finished: false,
             reboots: 0,
             refusals: 0,
+            dropped: 0,
         })
     }
 
     /// Takes in one datagram.
     ///
     /// # Errors
-    /// [`DecodeError`] if it is none; it is counted and nothing happens.
-    pub fn handle_datagram(&mut self, now: Micros, from: A, datagram: &[u8]) -> Result<(), DecodeError> {
+    /// What it is, if it is not to be followed; it is counted and nothing happens.
+    pub fn handle_datagram(&mut self, now: Micros, from: A, datagram: &[u8]) -> Result<(), Class> {
         match self.dispatcher.handle_datagram(now, from, datagram)? {
             Some(Event::Rebooted(_)) => self.reboots += 1,
             Some(Event::Refused { .. }) => self.refusals += 1,
+            Some(Event::Reported(index))
+                if self.dispatcher.modules()[index].state() == Some(ModuleState::Stopped) =>
+            {
+                self.let_go();
+            }
             _ => {}
         }
         Ok(())
@@ -145,8 +170,11 @@ impl<A: Copy> Pilot<A> {
         if self.second {
             self.send_second(now);
         }
+        self.forget_if_dropped(now);
         match self.decisions.last().filter(|_| self.swimming).map(Decision::end) {
-            Some(end) if now.after(self.lead) >= end => self.decide(now, end),
+            Some(end) if now.after(self.lead) >= end && !self.waits_for_reports(now, end) => {
+                self.decide(now, end);
+            }
             None if now >= self.retry => self.decide(now, now.after(self.lead)),
             _ => {}
         }
@@ -160,9 +188,9 @@ impl<A: Copy> Pilot<A> {
         }
     }
 
-    /// The next datagram to send, if any, and where to.
-    pub fn poll_transmit(&mut self) -> Option<(A, Vec<u8>)> {
-        self.dispatcher.poll_transmit()
+    /// Writes the next datagram to send, if any, to the start of `buffer`, and says where to.
+    pub fn poll_transmit<'a>(&mut self, now: Micros, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+        self.dispatcher.poll_transmit(now, buffer)
     }
 
     /// Start of the first cycle, fleet time: time zero of the run.
@@ -200,9 +228,15 @@ impl<A: Copy> Pilot<A> {
         self.refusals
     }
 
-    /// Modules (by index) whose tails nobody knows for the next cycle.
+    /// How often a cycle that nobody may miss was given up because somebody might have.
+    pub fn dropped(&self) -> u32 {
+        self.dropped
+    }
+
+    /// Modules (by index) that the next cycle waits for: nobody knows where their tails are, or they do not know the time.
     pub fn missing(&self) -> Vec<usize> {
-        (0..self.dispatcher.modules().len()).filter(|&index| self.pose_of(index).is_none()).collect()
+        let waited_for = |&index: &usize| self.pose_of(index).is_none() || !self.is_sure(index);
+        (0..self.dispatcher.modules().len()).filter(waited_for).collect()
     }
 
     /// Mean wrench that the fleet is meant to give at `now`, over the whole cycle with its transition: the observer
@@ -226,17 +260,28 @@ impl<A: Copy> Pilot<A> {
                 Some(via.rad[index])
             }
             Some(decision) if link.has(decision.last_number()) => Some(decision.turns[index].to_rad),
-            _ => matches!(report.state, ModuleState::Ready | ModuleState::Holding)
+            // It rests where it says, if it says so after the start of all that it may have taken.
+            _ => (matches!(report.state, ModuleState::Ready | ModuleState::Holding) && link.is_up_to_date())
                 .then(|| f64::from(report.tail.0)),
         }
+    }
+
+    /// Whether a report that would tell who runs the cycle that ends at `end` may still come in time.
+    fn waits_for_reports(&self, now: Micros, end: Micros) -> bool {
+        let Some(decision) = self.decisions.last() else { return false };
+        let number = decision.last_number();
+        let unknown = |(link, &missing): (&ModuleLink<A>, &bool)| {
+            !missing && link.knowledge(number) == Knowledge::Possibly
+        };
+        now.after(DECIDE_BY) < end && self.dispatcher.modules().iter().zip(&decision.missing).any(unknown)
     }
 
     /// Plans the cycle that starts at `start` and sends it; holds the fleet if that cannot be done.
     fn decide(&mut self, now: Micros, start: Micros) {
         self.swimming_over_if_unknown();
-        let poses: Option<Vec<f64>> =
+        let known: Vec<Option<f64>> =
             (0..self.dispatcher.modules().len()).map(|index| self.pose_of(index)).collect();
-        let (Some(poses), Some(estimate)) = (poses, self.observer.estimate()) else {
+        let (true, Some(estimate)) = (self.is_enough(now, &known), self.observer.estimate()) else {
             self.swimming = false;
             return;
         };
@@ -268,9 +313,38 @@ impl<A: Copy> Pilot<A> {
 
         let began = (self.stopwatch)();
         let previous = self.decisions.last().map(|decision| decision.plan.cycle.as_slice());
-        let plan = self.planner.plan(demand, Some(&poses), previous);
+        let presence = Planner::presence(&self.scenario.structure, &self.distance, &known);
+        // Where nobody knows, any angle will do: nothing is sent there.
+        let poses: Vec<f64> = known.iter().map(|pose| pose.unwrap_or(0.0)).collect();
+        let Some(planner) =
+            planner_for(&mut self.planner, &mut self.partial, &self.scenario, &self.distance, &presence)
+        else {
+            self.swimming = false;
+            return;
+        };
+        let plan = planner.plan(demand, Some(&poses), previous);
         let solve_us = u64::from((self.stopwatch)().since(began).0);
-        self.carry_out(now, start, demand, &poses, plan, solve_us);
+        let missing = known.iter().map(Option::is_none).collect();
+        self.carry_out(now, start, demand, (&poses, missing), plan, solve_us);
+    }
+
+    /// Whether a module knows the fleet time well enough to be begun with. Once it swims it says itself what it does not dare.
+    fn is_sure(&self, index: usize) -> bool {
+        let health = self.dispatcher.modules()[index].health();
+        self.swimming || health.is_some_and(|health| health.uncertainty <= SURE_TO_BEGIN)
+    }
+
+    /// Whether the tails of enough modules are known: of all, or of those that are required while the others are missing.
+    fn is_enough(&self, now: Micros, known: &[Option<f64>]) -> bool {
+        let Timing { require, missing_after_s, .. } = self.scenario.timing;
+        let count = known.iter().flatten().count();
+        let silent = |index: usize| {
+            let heard = self.dispatcher.modules()[index].heard();
+            f64::from(now.since(heard).as_secs_f32()) >= missing_after_s
+        };
+        let unknown = || (0..known.len()).filter(|&index| known[index].is_none());
+        let sure = (0..known.len()).filter(|&index| known[index].is_some()).all(|index| self.is_sure(index));
+        sure && (count == known.len() || require > 0 && count >= require as usize && unknown().all(silent))
     }
 
     /// Sends what was planned for `start`, with the tails at `poses`.
@@ -279,7 +353,7 @@ impl<A: Copy> Pilot<A> {
         now: Micros,
         start: Micros,
         demand: Wrench,
-        poses: &[f64],
+        (poses, missing): (&[f64], Vec<bool>),
         plan: Plan,
         solve_us: u64,
     ) {
@@ -291,12 +365,14 @@ impl<A: Copy> Pilot<A> {
         let speed_max_rad_s = self.scenario.modboat.tail_speed_max_rad_s;
         let (via, transition) = steps(&plan, &turns, speed_max_rad_s);
         let number = self.decisions.last().map_or(1, |decision| decision.last_number() + 1);
-        let decision = Decision { number, start, transition, via, period, demand, turns, plan, solve_us };
+        let decision =
+            Decision { number, start, transition, via, period, demand, missing, turns, plan, solve_us };
         self.swimming = decision.plan.outcome != Outcome::Held;
         self.second = self.swimming && decision.via.is_some();
         if self.swimming {
             self.origin.get_or_insert(start);
-            self.dispatcher.dispatch(now, number, start, &first_cycles(&decision));
+            let motions = of_those_present(first_cycles(&decision), &decision);
+            self.dispatcher.dispatch(now, number, start, &motions, delivery(&decision));
         } else {
             self.retry = decision.end();
         }
@@ -312,10 +388,43 @@ impl<A: Copy> Pilot<A> {
             return;
         }
         self.second = false;
-        if self.dispatcher.modules().iter().all(|link| link.has(decision.number)) {
-            self.dispatcher.dispatch(now, decision.last_number(), start, &cycles(decision));
+        if all_have(&self.dispatcher, decision, decision.number) {
+            let (number, delivery) = (decision.last_number(), delivery(decision));
+            let motions = of_those_present(cycles(decision), decision);
+            self.dispatcher.dispatch(now, number, start, &motions, delivery);
         } else {
             self.swimming = false;
+            give_up_second(decision);
+        }
+    }
+
+    /// A cycle that not everybody could be sure to get in time is run by nobody: another is planned when its start has
+    /// passed.
+    fn forget_if_dropped(&mut self, now: Micros) {
+        let Some(decision) = self.decisions.last_mut().filter(|_| self.swimming) else { return };
+        let (number, start) = if self.second {
+            (decision.number, decision.start)
+        } else {
+            (decision.last_number(), decision.last_start())
+        };
+        if now >= start || !self.dispatcher.is_dropped(number) {
+            return;
+        }
+        if decision.via.is_some() && !self.second {
+            give_up_second(decision);
+        } else {
+            give_up(decision, self.lead);
+        }
+        self.dropped += 1;
+        (self.swimming, self.second, self.retry) = (false, false, start);
+    }
+
+    /// Somebody has stopped in the middle of what it had: from where to go on is seen when everybody rests.
+    fn let_go(&mut self) {
+        self.swimming = false;
+        if std::mem::take(&mut self.second)
+            && let Some(decision) = self.decisions.last_mut()
+        {
             give_up_second(decision);
         }
     }
@@ -323,11 +432,44 @@ impl<A: Copy> Pilot<A> {
     /// A module that lost the running cycle (it rebooted, or never had it) leaves the rhythm of the others.
     fn swimming_over_if_unknown(&mut self) {
         let Some(decision) = self.decisions.last().filter(|_| self.swimming) else { return };
-        let number = decision.last_number();
-        if !self.dispatcher.modules().iter().all(|link| link.has(number)) {
+        if !all_have(&self.dispatcher, decision, decision.last_number()) {
             self.swimming = false;
         }
     }
+}
+
+/// A plan that somebody may not miss goes to all or none.
+fn delivery(decision: &Decision) -> Delivery {
+    if decision.plan.loss_tolerant { Delivery::Direct } else { Delivery::Prepare }
+}
+
+/// The motions, with none for those who are missing.
+fn of_those_present(motions: Vec<Motion>, decision: &Decision) -> Vec<Option<Motion>> {
+    motions.into_iter().zip(&decision.missing).map(|(motion, missing)| (!missing).then_some(motion)).collect()
+}
+
+/// Whether everybody who is not missing certainly has cycle `number` of this decision.
+fn all_have<A: Copy>(dispatcher: &Dispatcher<A>, decision: &Decision, number: u32) -> bool {
+    dispatcher.modules().iter().zip(&decision.missing).all(|(link, &missing)| missing || link.has(number))
+}
+
+/// The planner for those who take part; made anew when that changes. Nothing where nobody does.
+fn planner_for<'a>(
+    whole: &'a mut Planner,
+    partial: &'a mut Option<(Vec<Presence>, Planner)>,
+    scenario: &Scenario,
+    distance: &Arc<DistanceToCollision>,
+    presence: &[Presence],
+) -> Option<&'a mut Planner> {
+    if presence.iter().all(|presence| *presence == Presence::Takes) {
+        return Some(whole);
+    }
+    if partial.as_ref().is_none_or(|(known, _)| known != presence) {
+        let Scenario { structure, modboat, planner, .. } = scenario;
+        let among = Planner::among(structure, modboat, planner, Arc::clone(distance), presence.to_vec())?;
+        *partial = Some((presence.to_vec(), among));
+    }
+    partial.as_mut().map(|(_, planner)| planner)
 }
 
 fn span(seconds: f64) -> MicrosSpan {

@@ -65,6 +65,8 @@ pub struct CycleRecord {
     pub via: Option<ViaRecord>,
     /// Whether any modules may miss it without a collision.
     pub loss_tolerant: bool,
+    /// Whether any module may lose its power in it.
+    pub power_tolerant: bool,
 }
 
 /// The first step of a transition in two.

@@ -95,6 +95,7 @@ impl Recorder {
                     }),
                     outside_envelope: plan.outside_envelope,
                     loss_tolerant: plan.loss_tolerant,
+                    power_tolerant: plan.power_tolerant,
                 }
             })
             .collect();

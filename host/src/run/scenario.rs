@@ -84,11 +84,15 @@ pub struct Timing {
     pub lead_s: f64,
     /// Give up on modules that have not joined after this long, s.
     pub join_s: f64,
+    /// Swim with so many modules at least, the others' tails taken to be anywhere; 0: all of them.
+    pub require: u32,
+    /// A module that has said nothing for so long is missing, s. *Assumed*: several reports and announcements in a row.
+    pub missing_after_s: f64,
 }
 
 impl Default for Timing {
     fn default() -> Self {
-        Self { lead_s: 0.3, join_s: 10.0 }
+        Self { lead_s: 0.3, join_s: 10.0, require: 0, missing_after_s: 3.0 }
     }
 }
 
@@ -258,6 +262,13 @@ impl Scenario {
                 "must lie between 0.02 and the period",
             ),
             ("timing", "join_s", parsed.timing.join_s, 0.1..=3600.0, "must lie between 0.1 and 3600"),
+            (
+                "timing",
+                "missing_after_s",
+                parsed.timing.missing_after_s,
+                0.5..=3600.0,
+                "must lie between 0.5 and 3600",
+            ),
         ];
         for (table, key, value, range, reason) in ranges {
             if !range.contains(&value) {

@@ -1,12 +1,15 @@
 //! The figures of a run: `summary.json`, and what is printed.
 
+use protocol::Faults;
+use protocol::ledger::{Incoming, Outgoing};
 use serde::Serialize;
 
 use super::pilot::Pilot;
 use super::record::{LegRecord, RunRecord};
 use super::scenario::Scenario;
+use crate::link::dispatcher::ModuleLink;
 use crate::link::faults::FaultCount;
-use crate::link::ledger::Ledger;
+use crate::link::ledger::{Ledger, Quantiles};
 use crate::quantity::wrap_rad;
 use crate::sim::tank::Tank;
 
@@ -44,10 +47,8 @@ pub struct Summary {
     pub least_clearance_m: Option<f64>,
     /// Each module's link, in order.
     pub link: Vec<LinkFigures>,
-    /// Datagrams that did not decode.
-    pub datagrams_damaged: u64,
-    /// Datagrams from modules of another fleet.
-    pub datagrams_foreign: u64,
+    /// Datagrams that no module can be charged with: damaged ones, other fleets', strangers'.
+    pub strays: Incoming,
     /// What the simulated medium did, all radios together.
     pub faults: Option<FaultCount>,
     /// Greatest error of a module's fleet time while it swam, µs.
@@ -101,6 +102,8 @@ pub struct CycleFigures {
     pub without_transition_share: f64,
     /// Share of all that any modules may miss without a collision.
     pub loss_tolerant_share: f64,
+    /// Share of all in which any module may lose its power at any time without a collision.
+    pub power_tolerant_share: f64,
     /// Mean time from one decision to the next, s.
     pub mean_interval_s: f64,
     /// With a demand outside the envelope, which nothing could have met.
@@ -135,9 +138,48 @@ pub struct ContactFigures {
 pub struct LinkFigures {
     /// Its id.
     pub module: u16,
-    /// The counts.
+    /// Its cycles.
     #[serde(flatten)]
     pub ledger: Ledger,
+    /// Datagrams to it: sent = acknowledged + late + lost + under way.
+    pub to_module: Outgoing,
+    /// Datagrams that claimed to be from it: received = accepted + duplicate + stale + corrupt + forged + foreign.
+    pub from_module: Incoming,
+    /// What it last said came to it, of the same kinds; null if it never did.
+    pub module_received: Option<Incoming>,
+    /// From a cycle's first datagram to its answer.
+    pub answer: Quantiles,
+    /// How far its fleet time may be off, by its own word, µs.
+    pub clock_uncertainty_us: Option<u32>,
+    /// How much faster fleet time runs than its clock, by its own word, 10⁻⁹.
+    pub clock_drift_ppb: Option<i32>,
+    /// Boots seen.
+    pub boots: u32,
+    /// Sessions it has had.
+    pub sessions: u32,
+    /// What it last said was wrong with it.
+    pub faults: Vec<&'static str>,
+}
+
+impl LinkFigures {
+    /// Of the module that goes by the number `module`.
+    pub fn new<A: Copy>(module: u16, link: &ModuleLink<A>) -> Self {
+        let health = link.health();
+        let faults = Faults::NAMES.iter().filter(|(fault, _)| link.faults().has(*fault));
+        Self {
+            module,
+            ledger: *link.ledger(),
+            to_module: link.outgoing(),
+            from_module: *link.incoming(),
+            module_received: health.map(|health| health.incoming),
+            answer: link.answers().quantiles(),
+            clock_uncertainty_us: health.map(|health| health.uncertainty.0),
+            clock_drift_ppb: health.map(|health| health.drift_ppb),
+            boots: link.boots(),
+            sessions: link.sessions(),
+            faults: faults.map(|(_, name)| *name).collect(),
+        }
+    }
 }
 
 impl Summary {
@@ -151,9 +193,10 @@ impl Summary {
     ) -> Self {
         let zero_s = pilot.origin().map_or(0.0, |origin| origin.as_secs_f64());
         let duration_s = record.poses.last().map_or(0.0, |pose| pose.t_s);
+        let id = |index: usize| usize::from(pilot.dispatcher().modules()[index].id().0);
         let contacts = tank.contacts().iter().map(|contact| ContactFigures {
             t_s: contact.t_s - zero_s,
-            modules: [contact.modules.0 + 1, contact.modules.1 + 1],
+            modules: [id(contact.modules.0), id(contact.modules.1)],
             overlap_m: -contact.clearance_m,
         });
         let link = pilot.dispatcher().modules().iter();
@@ -171,9 +214,8 @@ impl Summary {
             cycles: cycle_figures(record, pilot.reboots(), pilot.refusals()),
             contacts: contacts.collect(),
             least_clearance_m: least_clearance_m.is_finite().then_some(least_clearance_m),
-            link: link.map(|link| LinkFigures { module: link.id().0, ledger: *link.ledger() }).collect(),
-            datagrams_damaged: pilot.dispatcher().damaged(),
-            datagrams_foreign: pilot.dispatcher().foreign(),
+            link: link.map(|link| LinkFigures::new(link.id().0, link)).collect(),
+            strays: *pilot.dispatcher().strays(),
             faults: None,
             clock_error_us: None,
             wall_s: 0.0,
@@ -191,7 +233,8 @@ impl Summary {
     pub(super) fn judge(&mut self, cut_short: Option<String>) {
         let Self { duration_s, planned_s, complete, .. } = *self;
         let cycles: u64 = self.link.iter().map(|link| link.ledger.cycles).sum();
-        let refused: u64 = self.link.iter().map(|link| link.ledger.refused).sum();
+        let taken: u64 = self.link.iter().map(|link| link.ledger.acknowledged).sum();
+        let refused: u64 = self.link.iter().map(|link| link.ledger.refused + link.ledger.late).sum();
         self.failure = if let Some(first) = self.contacts.first() {
             Some(format!(
                 "{} tail contacts, the first between modules {} and {} at {:.2} s: the structure would have come apart",
@@ -205,10 +248,11 @@ impl Summary {
             Some(format!("ended early, after {duration_s:.1} of {planned_s:.1} s{why}"))
         } else if cycles == 0 {
             Some("no cycle was found in which no tails meet; everybody held".to_owned())
-        } else if cycles == refused {
+        } else if taken == 0 {
             // Nobody moved, so nobody touched.
             Some(format!(
-                "the modules refused all {cycles} cycles: motor, period and transition do not go together"
+                "the modules took none of {cycles} cycles and refused {refused}: motor, period and transition do not go \
+                 together, or the clocks are not sure"
             ))
         } else {
             None
@@ -266,6 +310,7 @@ fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigure
         with_transition: cycles.iter().filter(|cycle| cycle.transition_s > 0.0).count(),
         without_transition_share: mean(&|cycle| f64::from(u8::from(cycle.transition_s == 0.0))),
         loss_tolerant_share: mean(&|cycle| f64::from(u8::from(cycle.loss_tolerant))),
+        power_tolerant_share: mean(&|cycle| f64::from(u8::from(cycle.power_tolerant))),
         mean_interval_s: record.mean_interval_s(),
         outside_envelope: cycles.iter().filter(|cycle| cycle.outside_envelope).count(),
         mean_error: mean(&|cycle| cycle.error),

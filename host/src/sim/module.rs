@@ -6,15 +6,16 @@
 use std::convert::Infallible;
 
 use firmware::encoder::{Encoder, Mounting};
-use firmware::endpoint::{Endpoint, Identity};
+use firmware::endpoint::Endpoint;
 use firmware::limits::Limits;
+use firmware::link::{Identity, Link, SURE_WITHIN};
 use firmware::modboat::Modboat;
 use firmware::motor::Bridge;
 use firmware::servo::{CurrentSense, ServoError, ServoParameters};
 use firmware::swimmer::Swimmer;
 use firmware::tail::Tail;
 use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
-use protocol::{ModuleId, ModuleState, Radio};
+use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -106,6 +107,8 @@ pub struct SimModule<R: Radio> {
 #[derive(Clone, Debug)]
 struct Build {
     id: ModuleId,
+    fleet: FleetId,
+    key: ModuleKey,
     report_every: MicrosSpan,
     limits: Limits,
     servo: ServoParameters,
@@ -118,6 +121,10 @@ struct Build {
 pub struct Setup<'a> {
     /// Its number.
     pub id: ModuleId,
+    /// Its fleet.
+    pub fleet: FleetId,
+    /// Its key.
+    pub key: ModuleKey,
     /// What kind of Modboat it is.
     pub modboat: &'a Parameters,
     /// Its motor.
@@ -128,7 +135,7 @@ pub struct Setup<'a> {
     pub tail_rad: f64,
     /// Pause between two reports.
     pub report_every: MicrosSpan,
-    /// Decides its clock, its boot time and its session numbers.
+    /// Decides its clock, its boot time and its boot nonces.
     pub seed: u64,
 }
 
@@ -153,6 +160,8 @@ impl<R: Radio> SimModule<R> {
         let zero_counts = motor.encoder_offset_counts();
         let build = Build {
             id: setup.id,
+            fleet: setup.fleet,
+            key: setup.key.clone(),
             report_every: setup.report_every,
             limits: limits_of(setup.modboat),
             servo,
@@ -161,7 +170,7 @@ impl<R: Radio> SimModule<R> {
         };
         let (motor, _) = SimMotor::new(&build.motor, setup.tail_rad)?;
         // A module that cannot be built says so now, not when it boots.
-        boot(&build, &motor, node.session())?;
+        boot(&build, &motor, node.boot_nonce())?;
         Ok(Self { build, motor, node })
     }
 
@@ -172,7 +181,7 @@ impl<R: Radio> SimModule<R> {
     /// The radio's own; [`ModuleError`] cannot occur after [`new`](Self::new) succeeded.
     pub fn tick(&mut self, now: Micros) -> Result<(), R::Error> {
         if self.node.boots(now) {
-            let firmware = boot(&self.build, &self.motor, self.node.session()).ok();
+            let firmware = boot(&self.build, &self.motor, self.node.boot_nonce()).ok();
             self.node.power_on(firmware);
         }
         // The simulated pins cannot fail.
@@ -187,6 +196,11 @@ impl<R: Radio> SimModule<R> {
     pub fn reboot(&mut self, now: Micros, off: MicrosSpan) {
         self.node.power_off(now, off);
         self.motor.release();
+    }
+
+    /// Lets its own clock jump ahead by so much, or back.
+    pub fn step_clock(&mut self, by_s: f64) {
+        self.node.step_clock(by_s);
     }
 
     /// The tail as it is.
@@ -209,6 +223,16 @@ impl<R: Radio> SimModule<R> {
         self.node.state(now)
     }
 
+    /// Number of the cycle that it runs at `now`, true time, if any.
+    pub fn running(&self, now: Micros) -> Option<u32> {
+        self.node.running(now)
+    }
+
+    /// Its way in and out, while it has power.
+    pub fn link(&self) -> Option<&Link> {
+        self.node.link()
+    }
+
     /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
     pub fn clock_error_us(&self, now: Micros) -> Option<i64> {
         self.node.clock_error_us(now)
@@ -218,15 +242,26 @@ impl<R: Radio> SimModule<R> {
     pub fn radio(&self) -> &R {
         self.node.radio()
     }
+
+    /// Its end of the radio, to change the weather there.
+    pub fn radio_mut(&mut self) -> &mut R {
+        self.node.radio_mut()
+    }
+
+    /// Datagrams that came while it had no power.
+    pub fn unheard(&self) -> u64 {
+        self.node.unheard()
+    }
 }
 
-fn boot(build: &Build, motor: &SimMotor, session: u32) -> Result<Firmware, ModuleError> {
-    let &Build { id, report_every, limits, ref servo, mounting, .. } = build;
+fn boot(build: &Build, motor: &SimMotor, boot: [u8; 12]) -> Result<Firmware, ModuleError> {
+    let &Build { id: module, fleet, ref key, report_every, limits, ref servo, mounting, .. } = build;
     let pins = motor.pins();
-    let identity = Identity { module: id, session, report_every };
+    let key = key.clone();
+    let identity = Identity { module, fleet, key, boot, report_every, sure_within: SURE_WITHIN };
     let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
     let tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, servo)?;
-    Ok(Modboat::new(Endpoint::new(identity, Swimmer::new(limits)), tail))
+    Ok(Modboat::new(Endpoint::new(Some(identity), Swimmer::new(limits)), tail))
 }
 
 /// The limits a module is provisioned with: those of the kind of Modboat it is.

@@ -57,6 +57,9 @@ pub struct MotorParameters {
     pub torque_constant_n_m_a: f64,
     /// What the encoder reads at φ = 0, rad: how the magnet happens to sit on the shaft.
     pub encoder_offset_rad: f64,
+    /// Whether the bridge shorts the winding while the board is in reset: its two inputs are pulled up, by a resistor each. Otherwise
+    /// the tail coasts.
+    pub reset_brakes: bool,
 }
 
 impl Default for MotorParameters {
@@ -69,6 +72,7 @@ impl Default for MotorParameters {
             tail_drag_n_m_s2: 2e-5,
             torque_constant_n_m_a: 0.09,
             encoder_offset_rad: 0.0,
+            reset_brakes: true,
         }
     }
 }
@@ -235,10 +239,10 @@ impl SimMotor {
         }
     }
 
-    /// What the pins do when the board loses its power: all low, the tail coasts.
+    /// What the pins do while the board is in reset: its outputs are open, and resistors decide.
     pub fn release(&mut self) {
         self.wires.duty.set(0);
-        self.wires.direction.iter().for_each(|input| input.set(false));
+        self.wires.direction.iter().for_each(|input| input.set(self.parameters.reset_brakes));
     }
 
     /// Advances the motor by `dt_s` with the pins as they are.

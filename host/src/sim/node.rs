@@ -4,6 +4,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use firmware::clock::FleetClock;
 use firmware::encoder::Encoder;
+use firmware::link::Link;
 use firmware::modboat::Modboat;
 use firmware::rov::Rov;
 use firmware::servo::CurrentSense;
@@ -16,7 +17,7 @@ use super::module::ClockParameters;
 
 /// The firmware of one kind of module, as its board calls it.
 pub(super) trait Firmware {
-    /// Follows a datagram; a damaged one it counts itself.
+    /// Follows a datagram; what it does not follow it counts itself.
     fn hear(&mut self, local: Micros, datagram: &[u8]);
     /// The next datagram to send.
     fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
@@ -24,6 +25,10 @@ pub(super) trait Firmware {
     fn state(&self, local: Micros) -> ModuleState;
     /// The fleet time as it knows it.
     fn clock(&self) -> &FleetClock;
+    /// The cycle it runs.
+    fn running(&self, local: Micros) -> Option<u32>;
+    /// Its way in and out.
+    fn link(&self) -> Option<&Link>;
 }
 
 impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Firmware
@@ -44,6 +49,14 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> F
     fn clock(&self) -> &FleetClock {
         self.endpoint().clock()
     }
+
+    fn running(&self, local: Micros) -> Option<u32> {
+        self.endpoint().running(local)
+    }
+
+    fn link(&self) -> Option<&Link> {
+        self.endpoint().link()
+    }
 }
 
 impl<P: SetDutyCycle> Firmware for Rov<P> {
@@ -61,6 +74,14 @@ impl<P: SetDutyCycle> Firmware for Rov<P> {
 
     fn clock(&self) -> &FleetClock {
         self.endpoint().clock()
+    }
+
+    fn running(&self, local: Micros) -> Option<u32> {
+        self.endpoint().running(local)
+    }
+
+    fn link(&self) -> Option<&Link> {
+        self.endpoint().link()
     }
 }
 
@@ -85,10 +106,11 @@ pub(super) struct Node<F, R: Radio> {
     host: R::Address,
     rng: ChaCha8Rng,
     boots_at: Micros,
+    unheard: u64,
 }
 
 impl<F: Firmware, R: Radio> Node<F, R> {
-    /// Without power; it is given within the first 50 ms. `seed` decides its clock, its boot time and its sessions.
+    /// Without power; it is given within the first 50 ms. `seed` decides its clock, its boot time and its boot nonces.
     pub(super) fn new(seed: u64, clock: &ClockParameters, radio: R, host: R::Address) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let clock = LocalClock {
@@ -96,11 +118,11 @@ impl<F: Firmware, R: Radio> Node<F, R> {
             rate: 1.0 + clock.drift_ppm * 1e-6 * (2.0 * rng.random::<f64>() - 1.0),
         };
         let boots_at = Micros(rng.random_range(0..50_000));
-        Self { firmware: None, clock, radio, host, rng, boots_at }
+        Self { firmware: None, clock, radio, host, rng, boots_at, unheard: 0 }
     }
 
-    /// A session number for its next life.
-    pub(super) fn session(&mut self) -> u32 {
+    /// Random bytes for its next life.
+    pub(super) fn boot_nonce(&mut self) -> [u8; 12] {
         self.rng.random()
     }
 
@@ -126,8 +148,9 @@ impl<F: Firmware, R: Radio> Node<F, R> {
         let local = self.clock.read(now);
         while let Some((length, _)) = self.radio.receive(now, &mut buffer)? {
             // Without power a datagram falls on deaf ears.
-            if let Some(firmware) = &mut self.firmware {
-                firmware.hear(local, &buffer[..length]);
+            match &mut self.firmware {
+                Some(firmware) => firmware.hear(local, &buffer[..length]),
+                None => self.unheard += 1,
             }
         }
         if let Some(firmware) = &mut self.firmware {
@@ -144,9 +167,24 @@ impl<F: Firmware, R: Radio> Node<F, R> {
         self.firmware.as_ref()
     }
 
+    /// Lets its own clock jump ahead by so much, as if ticks had been lost, or back.
+    pub(super) fn step_clock(&mut self, by_s: f64) {
+        self.clock.offset_s += by_s;
+    }
+
     /// What the firmware is doing at `now`; nothing without power.
     pub(super) fn state(&self, now: Micros) -> Option<ModuleState> {
         Some(self.firmware.as_ref()?.state(self.clock.read(now)))
+    }
+
+    /// The cycle that the firmware runs at `now`, true time.
+    pub(super) fn running(&self, now: Micros) -> Option<u32> {
+        self.firmware.as_ref()?.running(self.clock.read(now))
+    }
+
+    /// Its way in and out, while it has power.
+    pub(super) fn link(&self) -> Option<&Link> {
+        self.firmware.as_ref()?.link()
     }
 
     /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
@@ -159,5 +197,15 @@ impl<F: Firmware, R: Radio> Node<F, R> {
     /// Its end of the radio.
     pub(super) fn radio(&self) -> &R {
         &self.radio
+    }
+
+    /// Its end of the radio, to change the weather there.
+    pub(super) fn radio_mut(&mut self) -> &mut R {
+        &mut self.radio
+    }
+
+    /// Datagrams that came while it had no power.
+    pub(super) fn unheard(&self) -> u64 {
+        self.unheard
     }
 }

@@ -79,8 +79,8 @@ impl RemoteTail {
 
 #[cfg(test)]
 mod tests {
-    use protocol::ModuleState;
     use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
+    use protocol::{Faults, ModuleState};
 
     use super::*;
 
@@ -93,6 +93,7 @@ mod tests {
             rate: RadiansPerSecond(rate as f32),
             current: Amperes(0.0),
             battery: Volts(7.4),
+            faults: Faults::default(),
         }
     }
 

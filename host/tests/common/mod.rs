@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// Long enough for anything that ends at all, on a machine with much else to do.
 pub const PATIENCE: Duration = Duration::from_secs(180);
 
-/// One running `flotilla`; killed when dropped.
+/// One running `flotilla`, or what else was spawned; killed when dropped.
 pub struct Process {
     /// The child.
     pub child: Child,
@@ -36,9 +36,14 @@ pub struct Finished {
 impl Process {
     /// Starts `flotilla` with these arguments in `folder`.
     pub fn start(folder: &Path, arguments: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_flotilla"))
-            .args(arguments)
-            .current_dir(folder)
+        let mut command = Command::new(env!("CARGO_BIN_EXE_flotilla"));
+        command.args(arguments).current_dir(folder);
+        Self::spawn(command)
+    }
+
+    /// Starts `command`.
+    pub fn spawn(mut command: Command) -> Self {
+        let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

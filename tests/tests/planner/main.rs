@@ -13,6 +13,7 @@ mod errors;
 mod figure;
 mod outcomes;
 mod outside;
+mod power;
 mod price;
 mod times;
 

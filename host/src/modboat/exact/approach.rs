@@ -1,6 +1,7 @@
 //! The way from where the tails are to where a cycle starts: one step if there is one, else two.
 
 use crate::modboat::motion::Swing;
+use crate::modboat::pairs::Pair;
 use crate::modboat::setting::ends;
 use crate::modboat::setting::{Approach, Setting};
 use crate::modboat::transition::solver::{Clearance, Least, Problem, Signs, Solver};
@@ -15,17 +16,25 @@ const SETTLE_S: f64 = 0.05;
 struct Turning<'a>(&'a Setting);
 
 impl Clearance for Turning<'_> {
-    fn turn(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+    fn turn(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let offset = pair.offset;
+        if self.0.is_unknown(pair) {
+            return self.0.keeps_out(pair, from_rad, to_rad);
+        }
         // Beside a tail that rests out of reach, anything goes.
         let still = |k: usize| from_rad[k].to_bits() == to_rad[k].to_bits();
         let reach = &self.0.reaches[offset];
         still(0) && reach.clears_i(from_rad[0])
             || still(1) && reach.clears_j(from_rad[1])
-            || self.0.may_turn(offset, from_rad, to_rad)
+            || self.0.may_turn(offset, from_rad, to_rad) && self.0.may_stop(pair, from_rad, to_rad)
     }
 
-    fn swim(&self, offset: usize, i: Swing, j: Swing) -> bool {
+    fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool {
         let [from, to] = ends(i, j);
+        if self.0.is_unknown(pair) {
+            return self.0.keeps_out(pair, from, to);
+        }
+        let offset = pair.offset;
         self.0.distance.clear(offset, from, to, self.0.config.swim_margin_rad)
     }
 }

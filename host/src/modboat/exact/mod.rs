@@ -42,11 +42,14 @@ use crate::modboat::envelope::Envelope;
 use crate::modboat::motion::{Swing, Wrench};
 use crate::modboat::plan::{Outcome, Plan};
 use crate::modboat::planner_config::LossTolerance;
-use crate::modboat::setting::Setting;
+use crate::modboat::setting::{Presence, Setting};
 use search::{Found, Search};
 
 /// Halvings of the interval in which the farthest wrench in a direction is looked for.
 const HALVINGS: usize = 6;
+
+/// With no more relative error than this a cycle that any module may stop in is taken before one without error. *Assumed.*
+const GOOD_ERROR: f64 = 0.05;
 
 /// Algorithm 1 is asked for help for so many modules at most: beyond, it takes too long.
 const FIELD_MODULES: usize = 100;
@@ -65,13 +68,47 @@ impl ExactPlanner {
     /// For one structure.
     #[must_use]
     pub fn new(setting: Setting) -> Self {
-        let envelope = Envelope::new(&setting.positions_m, &setting.parameters);
+        let takes = setting.positions_m.iter().zip(&setting.presence);
+        let takes = takes.filter(|(_, presence)| **presence == Presence::Takes).map(|(at, _)| *at);
+        let envelope = Envelope::new(&takes.collect::<Vec<_>>(), &setting.parameters);
         let search = Search::new(&setting);
         Self { all_free: search.all_free(), setting, envelope, search }
     }
 
     /// See [`Planner::plan`](crate::modboat::planner::Planner::plan).
     pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+        let asked = self.setting.config.loss_tolerant;
+        // Power tolerance is had where it can be: rather a cycle that everybody may miss than the wrong way. And where a tail rests in
+        // a neighbour's reach (at the start, or after its module lost its power there) there may be no way out that everybody may
+        // miss: then one that nobody may.
+        let in_reach = tails.is_some_and(|tails| !self.search.may_stay(tails));
+        let power = asked == LossTolerance::Power;
+        let less = [
+            // Safe in itself, if not beside who may have stopped in the cycle before.
+            power.then_some(LossTolerance::Power),
+            power.then_some(LossTolerance::Require),
+            (power && in_reach).then_some(LossTolerance::Prefer),
+        ];
+        self.setting.mind(previous.filter(|_| power));
+        let mut plan = self.plan_as_asked(demand, tails, previous);
+        for tolerance in less.into_iter().flatten() {
+            if is_good(&plan) {
+                break;
+            }
+            self.setting.mind(None);
+            self.setting.config.loss_tolerant = tolerance;
+            let other = self.plan_as_asked(demand, tails, previous);
+            if is_good(&other) || other.error < plan.error {
+                plan = other;
+            }
+        }
+        self.setting.config.loss_tolerant = asked;
+        self.setting.mind(previous);
+        plan.power_tolerant = plan.loss_tolerant && self.setting.is_power_tolerant(&plan);
+        plan
+    }
+
+    fn plan_as_asked(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
         let known = tails.is_none_or(|tails| tails.iter().all(|tail| tail.is_finite()));
         // Neither what is no number nor what has no square is a demand.
         if !(known && demand.weighted_norm(self.setting.config.weights).is_finite()) {
@@ -96,8 +133,10 @@ impl ExactPlanner {
     fn examine(&self, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
         let plan = self.setting.examine(Outcome::Planned, found.cycle, found.approach, tails, demand)?;
         // With unknown angles there is nobody who could have stayed anywhere.
-        let required = self.setting.config.loss_tolerant == LossTolerance::Require && tails.is_some();
-        (plan.loss_tolerant || !required).then_some(plan)
+        let asked = self.setting.config.loss_tolerant;
+        let required = asked.is_required() && tails.is_some();
+        let kept = plan.loss_tolerant && (plan.power_tolerant || asked != LossTolerance::Power);
+        (kept || !required).then_some(plan)
     }
 
     /// The best found for one demand: met if it can be, else the nearest.
@@ -106,7 +145,7 @@ impl ExactPlanner {
         let free = self.all_free && tails.is_none_or(|tails| self.search.may_stay(tails));
         let tolerances: &[bool] = match self.setting.config.loss_tolerant {
             LossTolerance::Off => &[false],
-            LossTolerance::Require => &[true],
+            LossTolerance::Require | LossTolerance::Power => &[true],
             LossTolerance::Prefer if free => &[true],
             LossTolerance::Prefer => &[true, false],
         };
@@ -123,8 +162,8 @@ impl ExactPlanner {
             done = done || best.offer(search.turn(setting, demand, tails, loss_tolerant));
         }
         let met = best.found.as_ref().is_some_and(|found| found.met);
-        let required = setting.config.loss_tolerant == LossTolerance::Require;
-        if !(done || met || required) && setting.cells.len() <= FIELD_MODULES {
+        let required = setting.config.loss_tolerant.is_required();
+        if !(done || met || required) && setting.all_take_part() && setting.cells.len() <= FIELD_MODULES {
             best.offer(search.turn_by_field(setting, demand, tails, previous));
         }
         best.found
@@ -149,6 +188,11 @@ impl ExactPlanner {
         }
         best
     }
+}
+
+/// Whether a plan does what was demanded, or as much of it as can be.
+fn is_good(plan: &Plan) -> bool {
+    plan.outcome == Outcome::Planned && (plan.error <= GOOD_ERROR || plan.outside_envelope)
 }
 
 /// The cheapest of what is offered: relative error, and the time of the transition by `travel_weight`.

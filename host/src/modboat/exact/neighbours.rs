@@ -2,7 +2,7 @@
 
 use crate::modboat::motion::Swing;
 use crate::modboat::pairs::Pair;
-use crate::modboat::setting::{Setting, ends};
+use crate::modboat::setting::{Presence, Setting, ends};
 
 /// One module's cycle as the search sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,6 +40,18 @@ impl Rules<'_> {
     pub fn allow(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {
         let stays_i = Cycle { amplitude_rad: 0.0, ..i };
         let stays_j = Cycle { amplitude_rad: 0.0, ..j };
+        let takes = |module: usize| self.setting.presence[module] == Presence::Takes;
+        if (!takes(pair.i) && i.amplitude_rad != 0.0) || (!takes(pair.j) && j.amplitude_rad != 0.0) {
+            return false;
+        }
+        if self.setting.is_unknown(pair) {
+            let [from, to] = ends(i.swing(), j.swing());
+            return self.setting.keeps_out(pair, from, to);
+        }
+        let [from, to] = ends(i.swing(), j.swing());
+        if !self.setting.may_stop(pair, from, to) {
+            return false;
+        }
         // Who rests in a free pose is in nobody's way.
         match (i.amplitude_rad != 0.0, j.amplitude_rad != 0.0) {
             (false, false) => true,

@@ -15,7 +15,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::neighbours::Cycle;
-use crate::modboat::setting::{Reach, Setting};
+use crate::modboat::setting::{Presence, Reach, Setting};
 use crate::modboat::tail::Tail;
 use crate::quantity::wrap_rad;
 
@@ -82,7 +82,20 @@ impl RestPoses {
             first_station: vec![0],
             free: Vec::with_capacity(modules),
         };
-        for blocked in &mut blocked {
+        for (blocked, presence) in blocked.iter_mut().zip(&setting.presence) {
+            // Who takes no part stays where it is: for one that nobody knows any angle will do.
+            let stays_rad = match presence {
+                Presence::Takes => None,
+                Presence::Stays(pose_rad) => Some(*pose_rad),
+                Presence::Absent => Some(0.0),
+            };
+            if let Some(pose_rad) = stays_rad {
+                rest.free.push(false);
+                rest.stations_rad.push(pose_rad);
+                rest.first_arc.push(rest.arcs.len());
+                rest.first_station.push(rest.stations_rad.len());
+                continue;
+            }
             let arcs = left(blocked);
             rest.free.push(!arcs.is_empty());
             if arcs.is_empty() {

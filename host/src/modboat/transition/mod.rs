@@ -18,7 +18,7 @@ pub mod choice;
 pub mod solver;
 
 use super::motion::{Swing, Turn};
-use super::pairs::Pairs;
+use super::pairs::{Pair, Pairs};
 use solver::{Clearance, Problem, Signs, Solver};
 
 /// A rotation below this is none at all, rad.
@@ -49,11 +49,11 @@ impl Transition {
 struct Turns<F>(F);
 
 impl<F: Fn(usize, [f64; 2], [f64; 2]) -> bool> Clearance for Turns<F> {
-    fn turn(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        self.0(offset, from_rad, to_rad)
+    fn turn(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        self.0(pair.offset, from_rad, to_rad)
     }
 
-    fn swim(&self, _: usize, _: Swing, _: Swing) -> bool {
+    fn swim(&self, _: &Pair, _: Swing, _: Swing) -> bool {
         true
     }
 }

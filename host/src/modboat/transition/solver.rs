@@ -27,16 +27,16 @@ use std::f64::consts::TAU;
 use super::STILL_RAD;
 use super::choice::{Answer, Chooser, Limits, OPTIONS_MAX};
 use crate::modboat::motion::{Swing, Turn};
-use crate::modboat::pairs::Pairs;
+use crate::modboat::pairs::{Pair, Pairs};
 use crate::quantity::wrap_rad;
 
-/// Which motions of two neighbours, at a lattice offset index, are free of collisions.
+/// Which motions of two neighbours are free of collisions.
 pub trait Clearance {
     /// Both turn at constant speed from (φᵢ, φⱼ) to (φᵢ, φⱼ).
-    fn turn(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool;
+    fn turn(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool;
 
     /// Both swim.
-    fn swim(&self, offset: usize, i: Swing, j: Swing) -> bool;
+    fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool;
 }
 
 /// What is asked for.
@@ -182,9 +182,8 @@ impl Solver {
             let pair = problem.pairs.all()[index];
             let from = [problem.from_rad[pair.i], problem.from_rad[pair.j]];
             let (i, j) = (ways[first[pair.i] + way_i], ways[first[pair.j] + way_j]);
-            let path = |via: [f64; 2], to: [f64; 2]| {
-                clear.turn(pair.offset, from, via) && clear.turn(pair.offset, via, to)
-            };
+            let path =
+                |via: [f64; 2], to: [f64; 2]| clear.turn(&pair, from, via) && clear.turn(&pair, via, to);
             path([i.via_rad, j.via_rad], [i.to_rad, j.to_rad])
                 && (!problem.stranded
                     || path([i.via_rad, from[1]], [i.to_rad, from[1]])
@@ -226,13 +225,13 @@ impl Solver {
             let [from_i, from_j] = [problem.from_rad[pair.i], problem.from_rad[pair.j]];
             let (i, j) = (ways[first[pair.i] + way_i], ways[first[pair.j] + way_j]);
             let [swing_i, swing_j] = [problem.cycle[pair.i], problem.cycle[pair.j]];
-            let turn = |to: [f64; 2]| clear.turn(pair.offset, [from_i, from_j], to);
+            let turn = |to: [f64; 2]| clear.turn(&pair, [from_i, from_j], to);
             // One that rests is the same negated.
             let mixed =
                 i.negated != j.negated && swing_i.amplitude_rad != 0.0 && swing_j.amplitude_rad != 0.0;
             turn([i.to_rad, j.to_rad])
                 && (!problem.stranded || turn([i.to_rad, from_j]) && turn([from_i, j.to_rad]))
-                && (!mixed || clear.swim(pair.offset, swing_i, negate(swing_j)))
+                && (!mixed || clear.swim(&pair, swing_i, negate(swing_j)))
         })
     }
 

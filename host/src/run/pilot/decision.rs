@@ -23,6 +23,8 @@ pub struct Decision {
     pub period: MicrosSpan,
     /// The wrench asked for.
     pub demand: Wrench,
+    /// By module: it was missing, and got nothing.
+    pub missing: Vec<bool>,
     /// Each module's transition; from = to where it does not move.
     pub turns: Vec<Turn>,
     /// The plan.
@@ -94,21 +96,34 @@ pub(super) fn steps(plan: &Plan, turns: &[Turn], speed_max_rad_s: f64) -> (Optio
     (Some(Via { rad: via_rad.clone(), turning, rest }), MicrosSpan(span(plan.transition_s).0 + rest.0))
 }
 
+/// What is left of a decision that nobody runs: everybody rests where it was, for `rest`.
+pub(super) fn give_up(decision: &mut Decision, rest: MicrosSpan) {
+    let rad: Vec<f64> = decision.turns.iter().map(|turn| turn.from_rad).collect();
+    leave(decision, &rad, MicrosSpan(0), rest);
+}
+
 /// What is left of a decision whose second step was never sent: a turn to the poses between, and a rest there.
 pub(super) fn give_up_second(decision: &mut Decision) {
-    let Some(via) = decision.via.take() else { return };
-    (decision.transition, decision.period) = (via.turning, via.rest);
-    for (turn, &rad) in decision.turns.iter_mut().zip(&via.rad) {
+    if let Some(Via { rad, turning, rest }) = decision.via.take() {
+        leave(decision, &rad, turning, rest);
+    }
+}
+
+/// Makes it a turn to `rest_rad`, and a rest there.
+fn leave(decision: &mut Decision, rest_rad: &[f64], turning: MicrosSpan, rest: MicrosSpan) {
+    decision.via = None;
+    (decision.transition, decision.period) = (turning, rest);
+    for (turn, &rad) in decision.turns.iter_mut().zip(rest_rad) {
         turn.to_rad = rad;
     }
     let plan = &mut decision.plan;
     plan.outcome = Outcome::Held;
-    plan.cycle = via.rad.iter().map(|&rad| Swing { centerline_rad: rad, amplitude_rad: 0.0 }).collect();
+    plan.cycle = rest_rad.iter().map(|&rad| Swing { centerline_rad: rad, amplitude_rad: 0.0 }).collect();
     plan.wrench = Wrench::default();
     plan.error = if decision.demand == Wrench::default() { 0.0 } else { 1.0 };
-    plan.transition = Some(decision.turns.clone());
+    plan.transition = (turning.0 > 0).then(|| decision.turns.clone());
     plan.via_rad = None;
-    plan.transition_s = f64::from(via.turning.as_secs_f32());
+    plan.transition_s = f64::from(turning.as_secs_f32());
     plan.travel_rad = decision.turns.iter().map(|turn| turn.rotation_rad().abs()).sum();
 }
 

@@ -23,8 +23,8 @@ struct Drill {
 impl Drill {
     fn ready() -> Self {
         let scenario = Scenario::parse("t.toml", SCENARIO).expect("valid");
-        let pilot = Pilot::new(&scenario, 1, None, || Micros(0)).expect("valid");
         let fleet = InProcess::new(&scenario, 1).expect("valid");
+        let pilot = Pilot::new(&scenario, fleet.host(), fleet.roster(), None, || Micros(0)).expect("valid");
         let mut drill = Self { pilot, fleet, now: Micros(0), deaf: None };
         while !drill.pilot.missing().is_empty() {
             assert!(drill.now < Micros(10_000_000), "still missing {:?}", drill.pilot.missing());
@@ -43,9 +43,9 @@ impl Drill {
             let _ = self.pilot.handle_datagram(self.now, from, &buffer[..length]);
         }
         self.pilot.handle_timer(self.now);
-        while let Some((to, datagram)) = self.pilot.poll_transmit() {
+        while let Some((to, datagram)) = self.pilot.poll_transmit(self.now, &mut buffer) {
             if self.deaf != Some(to) {
-                self.fleet.radio().send(self.now, to, &datagram).expect("a loopback");
+                self.fleet.radio().send(self.now, to, datagram).expect("a loopback");
             }
         }
     }
@@ -62,6 +62,11 @@ impl Drill {
 
     /// Sends a plan by way of [`VIA_RAD`]; 0.4 s to turn in all.
     fn by_way(&mut self) -> Decision {
+        self.send(Some(VIA_RAD.to_vec()), true)
+    }
+
+    /// Sends a plan that turns by way of `via_rad`, if there is a way; 0.4 s in all.
+    fn send(&mut self, via_rad: Option<Vec<f64>>, loss_tolerant: bool) -> Decision {
         let start = self.now.after(self.pilot.lead);
         let cycle = [1.2, 0.0].iter().zip(TO_RAD);
         let cycle = cycle.map(|(&amplitude_rad, start_rad)| Swing {
@@ -71,13 +76,14 @@ impl Drill {
         let plan = Plan {
             cycle: cycle.collect(),
             transition: Some(TO_RAD.map(|to_rad| Turn { from_rad: 0.0, to_rad }).to_vec()),
-            via_rad: Some(VIA_RAD.to_vec()),
+            via_rad,
             transition_s: 0.4,
             outcome: Outcome::Planned,
+            loss_tolerant,
             ..self.pilot.planner.plan(Wrench::default(), Some(&[0.0; 2]), None)
         };
         let now = self.now;
-        self.pilot.carry_out(now, start, Wrench::default(), &[0.0; 2], plan, 0);
+        self.pilot.carry_out(now, start, Wrench::default(), (&[0.0; 2], vec![false; 2]), plan, 0);
         self.pilot.decisions()[0].clone()
     }
 }
@@ -125,4 +131,54 @@ fn the_second_step_is_never_sent_if_somebody_has_not_the_first() {
     assert_eq!(left.turns.iter().map(|turn| turn.to_rad).collect::<Vec<_>>(), VIA_RAD);
     assert!(left.end() < decision.swim_start());
     assert!(drill.pilot.missing().is_empty(), "both report where they rest");
+}
+
+#[test]
+fn a_cycle_that_nobody_may_miss_is_swum_by_all() {
+    let mut drill = Drill::ready();
+    let decision = drill.send(None, false);
+    close(&drill.tails_at(decision.start), [0.0; 2]);
+    close(&drill.tails_at(decision.swim_start()), TO_RAD);
+    close(&drill.tails_at(decision.swim_start().after(MicrosSpan(750_000))), [2.0 - 2.4, -2.5]);
+    assert_eq!((drill.pilot.dropped(), drill.pilot.refusals()), (0, 0));
+    for link in drill.pilot.dispatcher().modules() {
+        assert!(link.has(decision.number));
+        assert_eq!((link.ledger().cycles, link.ledger().acknowledged), (1, 1));
+    }
+}
+
+#[test]
+fn a_cycle_that_nobody_may_miss_is_swum_by_nobody_if_one_is_deaf() {
+    for via_rad in [None, Some(VIA_RAD.to_vec())] {
+        let mut drill = Drill::ready();
+        drill.deaf = Some(Node(2));
+        let decision = drill.send(via_rad, false);
+        close(&drill.tails_at(decision.swim_start()), [0.0; 2]);
+        close(&drill.tails_at(decision.end()), [0.0; 2]);
+        assert!(!drill.pilot.is_swimming() && drill.pilot.missing().is_empty(), "both rest where they were");
+        assert_eq!((drill.pilot.dropped(), drill.pilot.refusals()), (1, 0));
+        // What is on record, and what the observer is told, is what was done.
+        let left = &drill.pilot.decisions()[0];
+        assert_eq!(
+            (left.plan.outcome, left.plan.wrench, left.transition),
+            (Outcome::Held, Wrench::default(), MicrosSpan(0))
+        );
+        assert!(left.turns.iter().all(|turn| turn.rotation_rad() == 0.0) && left.via.is_none());
+        assert_eq!(drill.pilot.dispatcher().modules()[0].ledger().unanswered, 1);
+    }
+}
+
+/// It lets go of its cycle, and nobody knows where its tail will be: no plan counts on it.
+#[test]
+fn a_module_that_has_stopped_is_not_planned_for() {
+    let mut drill = Drill::ready();
+    let decision = drill.send(None, true);
+    drill.tails_at(decision.swim_start());
+    assert!(drill.pilot.missing().is_empty());
+    drill.pilot.dispatcher.emergency_stop(drill.now);
+    drill.tails_at(decision.swim_start().after(MicrosSpan(100_000)));
+    assert_eq!(drill.pilot.missing(), [0, 1]);
+    drill.pilot.dispatcher.release(drill.now);
+    drill.tails_at(decision.end().after(MicrosSpan(500_000)));
+    assert_eq!(drill.pilot.missing(), [0; 0]);
 }

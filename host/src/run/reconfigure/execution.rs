@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use protocol::message::MAX_THRUSTERS;
 use protocol::units::{Micros, MicrosSpan, Newtons};
-use protocol::{MAX_DATAGRAM, ModuleState, Motion, Radio, RovCycle};
+use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, RovCycle};
 
 use super::super::experiment::{Clock, Pace, Progress};
 use super::super::summary::LinkFigures;
@@ -24,6 +24,7 @@ use super::record::{Record, RobotSample, Sample};
 use super::summary::{Energy, Summary};
 use crate::link::dispatcher::{self, Dispatcher};
 use crate::link::faults::FaultParameters;
+use crate::link::identity::HostIdentity;
 use crate::rov::configuration_matrix::ConfigurationMatrix;
 use crate::rov::dynamics::State;
 use crate::rov::plan::Plan;
@@ -100,7 +101,9 @@ pub fn run<F: Fleet>(
     drill: Drill<'_, F>,
 ) -> Result<Executed, ExecutionError> {
     let mut stage = Stage::new(problem, plan, options)?;
-    let mut dispatcher = Dispatcher::new(problem.robots.len() as u16, pace.session(options.seed));
+    let roster: Vec<ModuleId> = (1..=problem.robots.len() as u16).map(ModuleId).collect();
+    let HostIdentity { key, boot } = fleet.host();
+    let mut dispatcher = Dispatcher::new(&roster, key, *boot);
     let mut clock = Clock::new(pace);
     let mut buffer = [0; MAX_DATAGRAM];
     let (mut joined, mut origin, mut failure) = (None::<Micros>, None::<Micros>, None::<String>);
@@ -165,7 +168,7 @@ pub fn run<F: Fleet>(
             if joined.is_some() && clock.ticks().is_multiple_of(TICKS * STEPS) {
                 number += 1;
                 let start = tick.after(MicrosSpan((AHEAD_S * 1e6) as u32));
-                dispatcher.dispatch(tick, number, start, &motions(&stage.commands_n()?));
+                dispatcher.dispatch(tick, number, start, &motions(&stage.commands_n()?), Delivery::Direct);
             }
         }
         dispatcher.handle_timer(tick);
@@ -192,8 +195,8 @@ pub fn run<F: Fleet>(
         by_table: sum(|m| m.by_table),
         ratio: (planned.total_j > 0.0).then(|| executed.total_j / planned.total_j),
         reboots,
-        link: link.map(|(robot, link)| LinkFigures { module: robot.id, ledger: *link.ledger() }).collect(),
-        datagrams_damaged: dispatcher.damaged(),
+        link: link.map(|(robot, link)| LinkFigures::new(robot.id, link)).collect(),
+        strays: *dispatcher.strays(),
         faults: fleet.faults(),
         wall_s: clock.elapsed_s(),
         moves,
@@ -206,8 +209,9 @@ fn transmit<F: Fleet>(
     fleet: &mut F,
     now: Micros,
 ) -> Result<(), ExecutionError> {
-    while let Some((to, datagram)) = dispatcher.poll_transmit() {
-        fleet.radio().send(now, to, &datagram).map_err(Into::into)?;
+    let mut buffer = [0; MAX_DATAGRAM];
+    while let Some((to, datagram)) = dispatcher.poll_transmit(now, &mut buffer) {
+        fleet.radio().send(now, to, datagram).map_err(Into::into)?;
     }
     Ok(())
 }
@@ -224,11 +228,11 @@ fn answering<A: Copy>(dispatcher: &Dispatcher<A>, now: Micros) -> Vec<bool> {
         .collect()
 }
 
-fn motions(thrusts_n: &[Vec<f64>]) -> Vec<Motion> {
+fn motions(thrusts_n: &[Vec<f64>]) -> Vec<Option<Motion>> {
     let motion = |thrusts_n: &Vec<f64>| {
         let thrusts =
             thrusts_n.iter().take(MAX_THRUSTERS).map(|&thrust_n| Newtons(thrust_n as f32)).collect();
-        Motion::Rov(RovCycle { thrusts, lease: LEASE })
+        Some(Motion::Rov(RovCycle { thrusts, lease: LEASE }))
     };
     thrusts_n.iter().map(motion).collect()
 }

@@ -12,6 +12,7 @@ use protocol::{ModuleId, Radio};
 use super::ExecutionError;
 use crate::link::dispatcher::Dispatcher;
 use crate::link::faults::{FaultCount, FaultParameters, Faulty};
+use crate::link::identity::HostIdentity;
 use crate::link::loopback::{Ether, LoopbackRadio, Node};
 use crate::link::udp::UdpRadio;
 use crate::rov::problem::Problem;
@@ -32,6 +33,9 @@ pub trait Fleet {
 
     /// The host's end of it.
     fn radio(&mut self) -> &mut Self::Radio;
+
+    /// Who the host is to them.
+    fn host(&self) -> &HostIdentity;
 
     /// Lets the ROVs run up to `now`.
     ///
@@ -61,6 +65,7 @@ fn reversed(problem: &Problem, robot: usize) -> Vec<bool> {
 /// ROVs in this process.
 pub struct InProcess {
     radio: Faulty<LoopbackRadio>,
+    host: HostIdentity,
     rovs: Vec<SimRov<Faulty<LoopbackRadio>>>,
 }
 
@@ -77,11 +82,14 @@ impl InProcess {
         };
         let radio = Faulty::new(ether.radio(HOST), faults, seeds(1, 0));
         let clock = ClockParameters::default();
+        let host = HostIdentity::simulated(seed, 0);
         let mut rovs = Vec::with_capacity(problem.robots.len());
         for (index, robot) in problem.robots.iter().enumerate() {
             let number = index as u16 + 1;
             let setup = RovSetup {
                 id: ModuleId(number),
+                fleet: host.key.fleet(),
+                key: host.key.module(ModuleId(number)),
                 reversed: &reversed(problem, index),
                 battery_v: problem.rules.battery_v,
                 report_every: REPORT_EVERY,
@@ -93,7 +101,7 @@ impl InProcess {
                 .map_err(|source| ExecutionError::Rov { id: robot.id, source })?;
             rovs.push(rov);
         }
-        Ok(Self { radio, rovs })
+        Ok(Self { radio, host, rovs })
     }
 
     /// The ROVs in the order of the problem, for faults in them.
@@ -104,6 +112,10 @@ impl InProcess {
 
 impl Fleet for InProcess {
     type Radio = Faulty<LoopbackRadio>;
+
+    fn host(&self) -> &HostIdentity {
+        &self.host
+    }
 
     fn radio(&mut self) -> &mut Self::Radio {
         &mut self.radio
@@ -133,20 +145,31 @@ impl Fleet for InProcess {
 /// ROVs that are processes of their own. What their propellers give follows from the pulses that they report.
 pub struct OverUdp {
     radio: Faulty<UdpRadio>,
+    host: HostIdentity,
     rovs: Vec<RemoteRov>,
 }
 
 impl OverUdp {
     /// For the robots of `problem`, who will announce themselves to `radio`; `faults` on what the host sends.
     #[must_use]
-    pub fn new(problem: &Problem, radio: UdpRadio, faults: FaultParameters, seed: u64) -> Self {
+    pub fn new(
+        problem: &Problem,
+        radio: UdpRadio,
+        host: HostIdentity,
+        faults: FaultParameters,
+        seed: u64,
+    ) -> Self {
         let rovs = (0..problem.robots.len()).map(|robot| RemoteRov::new(&reversed(problem, robot)));
-        Self { radio: Faulty::new(radio, faults, seed), rovs: rovs.collect() }
+        Self { radio: Faulty::new(radio, faults, seed), host, rovs: rovs.collect() }
     }
 }
 
 impl Fleet for OverUdp {
     type Radio = Faulty<UdpRadio>;
+
+    fn host(&self) -> &HostIdentity {
+        &self.host
+    }
 
     fn radio(&mut self) -> &mut Self::Radio {
         &mut self.radio

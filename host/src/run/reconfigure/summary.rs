@@ -1,5 +1,6 @@
 //! The figures of an executed reconfiguration: `summary.json`, and what is printed.
 
+use protocol::ledger::Incoming;
 use serde::Serialize;
 
 use super::super::summary::LinkFigures;
@@ -89,8 +90,8 @@ pub struct Summary {
     pub reboots: u64,
     /// Each robot's link, in the order of the problem, by its id.
     pub link: Vec<LinkFigures>,
-    /// Datagrams that did not decode.
-    pub datagrams_damaged: u64,
+    /// Datagrams that no robot can be charged with: damaged ones, other fleets', strangers'.
+    pub strays: Incoming,
     /// What the simulated medium did, all radios together.
     pub faults: Option<FaultCount>,
     /// Time the run took, s.

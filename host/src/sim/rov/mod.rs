@@ -18,13 +18,14 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
-use firmware::endpoint::{Endpoint, Identity};
-use firmware::lease::{LeaseLimits, ThrustLease};
+use firmware::endpoint::Endpoint;
+use firmware::lease::{LeaseLimits, SURE_WITHIN, ThrustLease};
+use firmware::link::Identity;
 use firmware::rov::{Rov, Supply};
 use firmware::thruster::bank::{Bank, BankError, Mounting, Settings};
 use firmware::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
 use protocol::units::{Amperes, Micros, MicrosSpan, PulseMicros, Volts};
-use protocol::{ModuleId, ModuleState, Radio};
+use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
 use thiserror::Error;
 
 use self::propellers::Propellers;
@@ -70,6 +71,10 @@ impl SetDutyCycle for EscPin {
 pub struct RovSetup<'a> {
     /// Its number.
     pub id: ModuleId,
+    /// Its fleet.
+    pub fleet: FleetId,
+    /// Its key.
+    pub key: ModuleKey,
     /// One flag a thruster: whether its pulse is mirrored at neutral.
     pub reversed: &'a [bool],
     /// Battery voltage, V, within the measured table.
@@ -78,13 +83,15 @@ pub struct RovSetup<'a> {
     pub report_every: MicrosSpan,
     /// How wrong its clock is.
     pub clock: &'a ClockParameters,
-    /// Decides its clock, its boot time and its session numbers.
+    /// Decides its clock, its boot time and its boot nonces.
     pub seed: u64,
 }
 
 /// One ROV at one end of a radio.
 pub struct SimRov<R: Radio> {
     id: ModuleId,
+    fleet: FleetId,
+    key: ModuleKey,
     report_every: MicrosSpan,
     reversed: Vec<bool>,
     battery: Volts,
@@ -108,6 +115,8 @@ impl<R: Radio> SimRov<R> {
         }
         let mut rov = Self {
             id: setup.id,
+            fleet: setup.fleet,
+            key: setup.key.clone(),
             report_every: setup.report_every,
             reversed: setup.reversed.to_vec(),
             battery: Volts(setup.battery_v as f32),
@@ -128,8 +137,15 @@ impl<R: Radio> SimRov<R> {
         let mountings: Vec<Mounting> = wired.map(mounted).collect();
         let bank = Bank::new(self.pins.iter().cloned(), &mountings, Settings::default())?;
         let lease = ThrustLease::new(LeaseLimits::of(mountings.len()));
-        let (module, session, report_every) = (self.id, self.node.session(), self.report_every);
-        Ok(Rov::new(Endpoint::new(Identity { module, session, report_every }, lease), bank))
+        let identity = Identity {
+            module: self.id,
+            fleet: self.fleet,
+            key: self.key.clone(),
+            boot: self.node.boot_nonce(),
+            report_every: self.report_every,
+            sure_within: SURE_WITHIN,
+        };
+        Ok(Rov::new(Endpoint::new(Some(identity), lease), bank))
     }
 
     /// One tick at `now`, true time: the propellers until now, what came over the radio, the firmware, what it says. Any

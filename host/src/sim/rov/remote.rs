@@ -61,8 +61,8 @@ impl RemoteRov {
 #[cfg(test)]
 mod tests {
     use firmware::thruster::law;
-    use protocol::ModuleState;
     use protocol::units::{Amperes, Newtons, PulseMicros};
+    use protocol::{Faults, ModuleState};
 
     use super::*;
 
@@ -74,6 +74,7 @@ mod tests {
             pulses: [law::pulse(Newtons(newtons), Volts(15.0)), PulseMicros(1500.0)].into_iter().collect(),
             battery: Volts(15.0),
             current: Amperes(1.0),
+            faults: Faults::default(),
         }
     }
 

@@ -5,7 +5,6 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::modboat::distance::DistanceToCollision;
-use crate::modboat::pairs::Pair;
 use crate::modboat::parameters::Parameters;
 
 /// A clearance without geometry: a pseudo-random verdict for each motion, `share` of them forbidden.
@@ -28,11 +27,13 @@ impl Arbitrary {
 }
 
 impl Clearance for Arbitrary {
-    fn turn(&self, offset: usize, from: [f64; 2], to: [f64; 2]) -> bool {
+    fn turn(&self, pair: &Pair, from: [f64; 2], to: [f64; 2]) -> bool {
+        let offset = pair.offset;
         self.allows(Self::hash(offset as u64, &[from[0], from[1], to[0], to[1]]))
     }
 
-    fn swim(&self, offset: usize, i: Swing, j: Swing) -> bool {
+    fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool {
+        let offset = pair.offset;
         // The same segment from either end.
         if i.amplitude_rad == 0.0 || j.amplitude_rad == 0.0 {
             // What one at rest asks of the other does not depend on signs; the cycle as given is clear.
@@ -48,11 +49,13 @@ impl Clearance for Arbitrary {
 struct Exact(DistanceToCollision);
 
 impl Clearance for Exact {
-    fn turn(&self, offset: usize, from: [f64; 2], to: [f64; 2]) -> bool {
+    fn turn(&self, pair: &Pair, from: [f64; 2], to: [f64; 2]) -> bool {
+        let offset = pair.offset;
         self.0.clear(offset, from, to, 0.0)
     }
 
-    fn swim(&self, offset: usize, i: Swing, j: Swing) -> bool {
+    fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool {
+        let offset = pair.offset;
         self.0.swim(offset, i.centerline_rad, i.amplitude_rad, j.centerline_rad, j.amplitude_rad) >= 0.0
     }
 }
@@ -114,7 +117,7 @@ impl Case {
                 let free = before.filter(|pair| pair.j == module).all(|pair| {
                     let rest = [from[pair.i], pose];
                     clear.is_none_or(|clear| {
-                        clear.turn(pair.offset, rest, rest) && clear.swim(pair.offset, cycle[pair.i], swing)
+                        clear.turn(&pair, rest, rest) && clear.swim(&pair, cycle[pair.i], swing)
                     })
                 });
                 free.then_some((pose, swing))
@@ -158,8 +161,8 @@ fn reachable(from: f64, to: f64, limit: f64) -> Vec<f64> {
 
 /// The least travel by trying every combination, module by module.
 fn brute_force(case: &Case, paths: &[Vec<Path>], clear: &impl Clearance) -> Option<f64> {
-    let along = |offset: usize, i: &[f64], j: &[f64]| {
-        (1..i.len()).all(|k| clear.turn(offset, [i[k - 1], j[k - 1]], [i[k], j[k]]))
+    let along = |pair: &Pair, i: &[f64], j: &[f64]| {
+        (1..i.len()).all(|k| clear.turn(pair, [i[k - 1], j[k - 1]], [i[k], j[k]]))
     };
     let goes = |pair: &Pair, i: &Path, j: &Path| {
         let stay = |path: &Path| vec![path.poses[0]; path.poses.len()];
@@ -168,10 +171,9 @@ fn brute_force(case: &Case, paths: &[Vec<Path>], clear: &impl Clearance) -> Opti
             let amplitude_rad = if path.negated { -amplitude_rad } else { amplitude_rad };
             Swing { centerline_rad, amplitude_rad }
         };
-        along(pair.offset, &i.poses, &j.poses)
-            && (!case.stranded
-                || along(pair.offset, &i.poses, &stay(j)) && along(pair.offset, &stay(i), &j.poses))
-            && (i.negated == j.negated || clear.swim(pair.offset, signed(pair.i, i), signed(pair.j, j)))
+        along(pair, &i.poses, &j.poses)
+            && (!case.stranded || along(pair, &i.poses, &stay(j)) && along(pair, &stay(i), &j.poses))
+            && (i.negated == j.negated || clear.swim(pair, signed(pair.i, i), signed(pair.j, j)))
     };
     let mut open = vec![(0.0, Vec::<usize>::new())];
     let mut least: Option<f64> = None;

@@ -1,0 +1,208 @@
+//! A host on a bench, for the tests of this crate: it serves one module, over a way that takes no time and loses nothing.
+
+use std::vec::Vec;
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+use protocol::ledger::{Class, Incoming, Outgoing};
+use protocol::session::open_announcement;
+use protocol::units::{Micros, MicrosSpan};
+use protocol::{
+    FleetKey, Frame, Kind, MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side, TimeReply, Verdict,
+};
+
+use crate::encoder::Encoder;
+use crate::endpoint::{Endpoint, Robot};
+use crate::link::{Identity, SURE_WITHIN};
+use crate::modboat::Modboat;
+use crate::rov::Rov;
+use crate::servo::CurrentSense;
+
+/// The module on the bench.
+pub const MODULE: ModuleId = ModuleId(2);
+/// Fleet time less the module's own.
+pub const AHEAD: u64 = 1_000_000;
+
+pub fn fleet_key() -> FleetKey {
+    FleetKey::new([0x42; 32])
+}
+
+/// The module's, in the life that `boot` names.
+pub fn identity(boot: u8) -> Identity {
+    let key = fleet_key();
+    Identity {
+        module: MODULE,
+        fleet: key.fleet(),
+        key: key.module(MODULE),
+        boot: [boot; 12],
+        report_every: MicrosSpan(20_000),
+        sure_within: SURE_WITHIN,
+    }
+}
+
+/// Whatever hears and speaks.
+pub trait Ends {
+    fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class>;
+    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
+    fn incoming(&self) -> Incoming;
+    fn outgoing(&self) -> Outgoing;
+}
+
+macro_rules! ends {
+    ($kind:ty, [$($bound:tt)*], |$it:ident| $endpoint:expr) => {
+        impl<$($bound)*> Ends for $kind {
+            fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+                self.handle_datagram(now, datagram)
+            }
+
+            fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+                self.poll_transmit(buffer)
+            }
+
+            fn incoming(&self) -> Incoming {
+                let $it = self;
+                *$endpoint.link().unwrap().incoming()
+            }
+
+            fn outgoing(&self) -> Outgoing {
+                let $it = self;
+                $endpoint.link().unwrap().outgoing()
+            }
+        }
+    };
+}
+
+ends!(Endpoint<R>, [R: Robot], |it| it);
+ends!(Rov<P>, [P: SetDutyCycle], |it| it.endpoint());
+ends!(Modboat<E, S, P, A, B>, [E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin],
+    |it| it.endpoint());
+
+/// The sums of both ledgers of a module.
+pub fn assert_exact(module: &impl Ends) {
+    let (incoming, outgoing) = (module.incoming(), module.outgoing());
+    assert!(incoming.is_exact(), "{incoming:?}");
+    let Outgoing { sent, acknowledged, late, lost } = outgoing;
+    assert_eq!(sent, acknowledged + late + lost + outgoing.under_way(), "{outgoing:?}");
+}
+
+/// See the module's documentation.
+pub struct BenchHost {
+    life: u8,
+    calls: u32,
+    session: Option<Session>,
+    /// Told instead of the right time.
+    pub error_us: i64,
+    /// While false it leaves clock exchanges unanswered.
+    pub tells_time: bool,
+    /// Everything it ever sent.
+    pub recorded: Vec<Vec<u8>>,
+}
+
+impl BenchHost {
+    /// In the life that `life` names.
+    pub fn new(life: u8) -> Self {
+        Self { life, calls: 0, session: None, error_us: 0, tells_time: true, recorded: Vec::new() }
+    }
+
+    /// Its session, once it has called.
+    pub fn session(&self) -> &Session {
+        self.session.as_ref().unwrap()
+    }
+
+    /// A copy that knows its keys and all it has sent, in a life of its own.
+    pub fn clone_as(&self, life: u8) -> Self {
+        Self { recorded: self.recorded.clone(), ..Self::new(life) }
+    }
+
+    /// The next datagram of the session.
+    pub fn seal(&mut self, message: &Message) -> Vec<u8> {
+        let mut buffer = [0; MAX_DATAGRAM];
+        let datagram = self.session.as_mut().unwrap().seal(message, &mut buffer).unwrap().to_vec();
+        self.recorded.push(datagram.clone());
+        datagram
+    }
+
+    /// Its answer to an announcement: a session of its own.
+    pub fn call(&mut self, announcement: &[u8]) -> Vec<u8> {
+        let key = fleet_key();
+        let boot = Frame::parse(announcement).unwrap().header.nonce.unwrap();
+        let mut nonce = [self.life; 16];
+        nonce[12..].copy_from_slice(&self.calls.to_le_bytes());
+        self.calls += 1;
+        let module = key.module(MODULE);
+        let mut session = Session::new(Side::Host, key.fleet(), MODULE, &module, &boot, Nonce(nonce));
+        let call = session.seal_call(&mut [0; MAX_DATAGRAM]).unwrap().to_vec();
+        self.session = Some(session);
+        self.recorded.push(call.clone());
+        call
+    }
+
+    /// Hears what the module says at `now`, its own clock; calls it, and tells it the time. All else comes back.
+    pub fn listen(&mut self, now: Micros, module: &mut impl Ends) -> Vec<Message> {
+        let (mut said, mut buffer) = (Vec::new(), [0; MAX_DATAGRAM]);
+        while let Some(datagram) = module.speak(&mut buffer) {
+            let frame = Frame::parse(datagram).unwrap();
+            if frame.header.kind == Kind::Announce {
+                let hello = open_announcement(&fleet_key().module(MODULE), &frame).unwrap();
+                let Message::Hello(hello) = hello else { panic!("{hello:?}") };
+                if hello.session == 0 {
+                    let call = self.call(datagram);
+                    let _ = module.hear(now, &call);
+                }
+                said.push(Message::Hello(hello));
+                continue;
+            }
+            // Of a session that is over, or another host's.
+            let Some(Ok(opened)) = self.session.as_mut().map(|session| session.open(&frame)) else {
+                continue;
+            };
+            match opened.message {
+                Message::TimeRequest(request) if self.tells_time => {
+                    let fleet = Micros((now.0 + AHEAD).saturating_add_signed(self.error_us));
+                    let reply = TimeReply { request_sent: request.sent, received: fleet, sent: fleet };
+                    let reply = self.seal(&Message::TimeReply(reply));
+                    let _ = module.hear(now, &reply);
+                }
+                other => said.push(other),
+            }
+        }
+        assert_exact(module);
+        said
+    }
+
+    /// Says it, and everything that the module says then.
+    pub fn say(&mut self, now: Micros, module: &mut impl Ends, message: &Message) -> Vec<Message> {
+        let datagram = self.seal(message);
+        assert_eq!(module.hear(now, &datagram), Ok(()));
+        self.listen(now, module)
+    }
+
+    /// Says a cycle or a commit, and what the module decides.
+    pub fn ask(&mut self, now: Micros, module: &mut impl Ends, message: &Message) -> Verdict {
+        let number = match message {
+            Message::Cycle(cycle) => cycle.number,
+            Message::Commit(number) => *number,
+            other => panic!("{other:?} is not acknowledged"),
+        };
+        let said = self.say(now, module, message);
+        let mut verdicts = said.iter().filter_map(|message| match message {
+            Message::Acknowledge(answer) if answer.cycle == number => Some(answer.verdict),
+            _ => None,
+        });
+        let verdict = verdicts.next().unwrap_or_else(|| panic!("no verdict in {said:?}"));
+        assert_eq!(verdicts.next(), None);
+        verdict
+    }
+}
+
+/// The datagram with another number of session, under a right checksum.
+pub fn in_session(datagram: &[u8], session: u32) -> Vec<u8> {
+    let mut other = datagram[..datagram.len() - 4].to_vec();
+    other[8..12].copy_from_slice(&session.to_le_bytes());
+    // CRC-32, ISO-HDLC.
+    let crc = other.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xEDB8_8320 & (crc & 1).wrapping_neg()))
+    });
+    other.extend((!crc).to_le_bytes());
+    other
+}

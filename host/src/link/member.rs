@@ -1,0 +1,427 @@
+//! What the host knows of one module: its sessions, where it is, what it was sent and what it said.
+//!
+//! ```text
+//!            announcement                    first datagram of that session
+//!  unknown ────────────────→ calling (≤ 4) ─────────────────────────────────→ in session
+//! ```
+//!
+//! An announcement may be a recording. So the host answers it and believes nothing yet: only a datagram of the session that
+//! the answer opens, which needs the host's fresh nonce, shows that the module is there. Until then the session that
+//! was in force stays in force.
+
+use std::collections::VecDeque;
+
+use protocol::ledger::{Class, Incoming, Outgoing};
+use protocol::session::{Opened, open_announcement};
+use protocol::units::{Micros, MicrosSpan};
+use protocol::window::{Arrival, Window};
+use protocol::{
+    Faults, FleetId, Frame, Health, Kind, Message, ModuleId, ModuleKey, ModuleState, Nonce, RovTelemetry,
+    Session, Side, Telemetry,
+};
+
+use super::delivery::{Course, Knowledge};
+use super::ledger::{Durations, Ledger};
+
+/// Sessions offered at the same time, at most; the oldest offer gives way.
+const CALLS: usize = 4;
+/// Boot nonces that are remembered as used up.
+const FORMER: usize = 16;
+/// Pause between two calls that answer announcements of one boot.
+const CALL_EVERY: MicrosSpan = MicrosSpan(50_000);
+/// A module that names another session and leaves so many calls unanswered serves another host. *Assumed.*
+const UNANSWERED: u64 = 10;
+/// A report of before a start may carry a time that much after it: the module's clock is that good.
+const CLOCK_GUARD: MicrosSpan = MicrosSpan(10_000);
+
+/// A session on offer.
+#[derive(Clone, Debug)]
+struct Calling<A> {
+    boot: Nonce,
+    session: Session,
+    address: A,
+    announced: Window,
+    next_call: Micros,
+}
+
+/// The session in force.
+#[derive(Clone, Debug)]
+struct Live<A> {
+    boot: Nonce,
+    session: Session,
+    address: A,
+    /// The nonce that its next session would have, and which announcements of that have come.
+    next: Option<(Nonce, Window)>,
+    /// Greatest number of a report.
+    newest_report: Option<u32>,
+}
+
+/// What came with a datagram that was let in.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Heard {
+    /// An announcement of this boot that wants an answer: call it.
+    Call(Nonce),
+    /// An announcement of a module that serves another host.
+    Elsewhere,
+    /// An announcement that says nothing new.
+    Known,
+    /// A message of the session in force.
+    Said {
+        /// The message.
+        opened: Opened,
+        /// The session is new.
+        joined: Option<Joined>,
+    },
+}
+
+/// How a session came to be in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Joined {
+    /// It is the first.
+    First,
+    /// The module has booted since the last one.
+    Rebooted,
+    /// The module is in the same boot; it may have served another host meanwhile.
+    Again,
+}
+
+/// See the module's documentation.
+#[derive(Clone, Debug)]
+pub struct ModuleLink<A> {
+    id: ModuleId,
+    fleet: FleetId,
+    key: ModuleKey,
+    live: Option<Live<A>>,
+    calling: VecDeque<Calling<A>>,
+    former: VecDeque<Nonce>,
+    boots: u32,
+    sessions: u32,
+    elsewhere: bool,
+    heard: Micros,
+    pub(super) course: Option<Course>,
+    telemetry: Option<Telemetry>,
+    rov_telemetry: Option<RovTelemetry>,
+    /// When the last report came, fleet time.
+    reported: Micros,
+    health: Option<Health>,
+    pub(super) ledger: Ledger,
+    pub(super) answers: Durations,
+    incoming: Incoming,
+    /// Of sessions that are over.
+    closed: Outgoing,
+}
+
+impl<A: Copy> ModuleLink<A> {
+    /// One that has not been heard of.
+    pub(super) fn new(fleet: FleetId, id: ModuleId, key: ModuleKey) -> Self {
+        Self {
+            id,
+            fleet,
+            key,
+            live: None,
+            calling: VecDeque::new(),
+            former: VecDeque::new(),
+            boots: 0,
+            sessions: 0,
+            elsewhere: false,
+            heard: Micros(0),
+            course: None,
+            telemetry: None,
+            rov_telemetry: None,
+            reported: Micros(0),
+            health: None,
+            ledger: Ledger::default(),
+            answers: Durations::default(),
+            incoming: Incoming::default(),
+            closed: Outgoing::default(),
+        }
+    }
+
+    /// The module's id.
+    pub fn id(&self) -> ModuleId {
+        self.id
+    }
+
+    /// Whether it has ever been in a session.
+    pub fn is_known(&self) -> bool {
+        self.live.is_some()
+    }
+
+    /// Whether it says that it serves another host.
+    pub fn is_elsewhere(&self) -> bool {
+        self.elsewhere
+    }
+
+    /// How often it was seen to boot.
+    pub fn boots(&self) -> u32 {
+        self.boots
+    }
+
+    /// How many sessions it has had.
+    pub fn sessions(&self) -> u32 {
+        self.sessions
+    }
+
+    /// When it was last heard in a session, fleet time.
+    pub fn heard(&self) -> Micros {
+        self.heard
+    }
+
+    /// Its last report of this session, if it is an ROV.
+    pub fn rov_telemetry(&self) -> Option<&RovTelemetry> {
+        self.rov_telemetry.as_ref()
+    }
+
+    /// Its last report of this session, if it is a Modboat.
+    pub fn telemetry(&self) -> Option<&Telemetry> {
+        self.telemetry.as_ref()
+    }
+
+    /// What it last said of its link and clock.
+    pub fn health(&self) -> Option<&Health> {
+        self.health.as_ref()
+    }
+
+    /// What it last said it was doing.
+    pub fn state(&self) -> Option<ModuleState> {
+        let boat = self.telemetry.as_ref().map(|report| report.state);
+        boat.or(self.rov_telemetry.as_ref().map(|report| report.state))
+    }
+
+    /// What it said it was doing in a report that came at `since` or later.
+    pub(super) fn state_since(&self, since: Micros) -> Option<ModuleState> {
+        self.state().filter(|_| self.reported >= since)
+    }
+
+    /// What it last said was wrong with it.
+    pub fn faults(&self) -> Faults {
+        let boat = self.telemetry.as_ref().map(|report| report.faults);
+        boat.or(self.rov_telemetry.as_ref().map(|report| report.faults)).unwrap_or_default()
+    }
+
+    /// The cycle it last said it runs or ran, and when it said so, fleet time.
+    fn reported(&self) -> Option<(u32, Micros)> {
+        let boat = self.telemetry.as_ref().map(|report| (report.cycle, report.at));
+        boat.or(self.rov_telemetry.as_ref().map(|report| (report.cycle, report.at)))
+    }
+
+    /// Whether the module certainly has `cycle`: it reports that it runs or ran it.
+    pub fn has(&self, cycle: u32) -> bool {
+        self.knowledge(cycle) == Knowledge::Certainly
+    }
+
+    /// What is known of `cycle`, the last one that was dispatched to it.
+    pub fn knowledge(&self, cycle: u32) -> Knowledge {
+        let course = self.course.as_ref().filter(|course| course.number == cycle);
+        let reported = self.reported().and_then(|(running, at)| {
+            // It would have begun.
+            let begun = course.is_some_and(|course| at >= course.useful_until.after(CLOCK_GUARD));
+            (running == cycle || begun).then_some(running == cycle)
+        });
+        match course {
+            Some(course) => course.standing.knowledge(reported),
+            None if reported == Some(true) => Knowledge::Certainly,
+            None => Knowledge::Possibly,
+        }
+    }
+
+    /// Whether its last report is from when what it was sent last could not begin any more, unless it does not run that.
+    pub fn is_up_to_date(&self) -> bool {
+        // Whoever planned that one had a report from after the start of all before it.
+        let at = self.reported().map(|(_, at)| at);
+        let after = |until: Micros| at.is_some_and(|at| at >= until.after(CLOCK_GUARD));
+        self.course.as_ref().is_none_or(|course| course.standing.is_never_run() || after(course.useful_until))
+    }
+
+    /// Counts of its cycles.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    /// How long it took from a cycle's first datagram to its answer.
+    pub fn answers(&self) -> &Durations {
+        &self.answers
+    }
+
+    /// What became of the datagrams that claimed to be from it.
+    pub fn incoming(&self) -> &Incoming {
+        &self.incoming
+    }
+
+    /// What became of the datagrams that were sent to it.
+    pub fn outgoing(&self) -> Outgoing {
+        let calls = self.calling.iter().map(|calling| &calling.session);
+        let sessions = self.live.iter().map(|live| &live.session).chain(calls);
+        sessions.fold(self.closed, |sum, session| sum.plus(&session.outgoing()))
+    }
+
+    /// What was let in last came too late to be of use.
+    pub(super) fn came_late(&mut self) {
+        if let Some(live) = &mut self.live {
+            live.session.came_late();
+        }
+    }
+
+    /// Takes in a datagram that claims to be from it.
+    pub(super) fn open(
+        &mut self,
+        now: Micros,
+        from: A,
+        frame: &Frame<'_>,
+        nonce: impl FnOnce() -> Nonce,
+    ) -> Result<Heard, Class> {
+        let heard = match frame.header.kind {
+            Kind::Announce => self.announced(now, from, frame, nonce),
+            _ => self.said(now, from, frame),
+        };
+        self.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));
+        heard
+    }
+
+    fn said(&mut self, now: Micros, from: A, frame: &Frame<'_>) -> Result<Heard, Class> {
+        let id = frame.header.session;
+        if let Some(live) = self.live.as_mut().filter(|live| live.session.id() == id) {
+            let opened = live.session.open(frame)?;
+            // Its address is wherever its newest datagram came from.
+            if !opened.overtaken {
+                live.address = from;
+            }
+            self.heard = now;
+            return Ok(Heard::Said { opened, joined: None });
+        }
+        let offered = self.calling.iter().position(|calling| calling.session.id() == id);
+        let offered = offered.ok_or(Class::Stale)?;
+        let calling = &mut self.calling[offered];
+        let opened = calling.session.open(frame)?;
+        calling.address = from;
+        let joined = self.join(offered);
+        self.heard = now;
+        Ok(Heard::Said { opened, joined: Some(joined) })
+    }
+
+    /// Puts a session that was on offer in force: the module has shown that it is there.
+    fn join(&mut self, offered: usize) -> Joined {
+        let mut joined = Joined::First;
+        if let Some(Calling { boot, session, address, .. }) = self.calling.remove(offered) {
+            self.retire(boot);
+            let live = Live { boot, session, address, next: None, newest_report: None };
+            if let Some(former) = self.live.replace(live) {
+                self.closed = self.closed.plus(&former.session.outgoing().closed());
+                let same = former.boot.0.first_chunk::<12>() == boot.0.first_chunk::<12>();
+                joined = if same { Joined::Again } else { Joined::Rebooted };
+            }
+        }
+        // No other offer can be taken up any more.
+        while let Some(offer) = self.calling.pop_front() {
+            self.closed = self.closed.plus(&offer.session.outgoing().closed());
+        }
+        self.sessions += 1;
+        self.boots += u32::from(joined != Joined::Again);
+        self.elsewhere = false;
+        // Nothing said to its former life counts any more.
+        (self.telemetry, self.rov_telemetry, self.health) = (None, None, None);
+        joined
+    }
+
+    fn retire(&mut self, nonce: Nonce) {
+        if self.former.len() == FORMER {
+            self.former.pop_front();
+        }
+        self.former.push_back(nonce);
+    }
+
+    fn announced(
+        &mut self,
+        now: Micros,
+        from: A,
+        frame: &Frame<'_>,
+        nonce: impl FnOnce() -> Nonce,
+    ) -> Result<Heard, Class> {
+        let Some(boot) = frame.header.nonce else { return Err(Class::Corrupt) };
+        let Message::Hello(hello) = open_announcement(&self.key, frame)? else { return Err(Class::Corrupt) };
+        if self.former.contains(&boot) {
+            return Err(Class::Stale);
+        }
+        let sequence = frame.header.sequence;
+        if let Some(live) = self.live.as_mut().filter(|live| live.session.id() == hello.session) {
+            // It is in our session, and says which nonce the next one would have.
+            let (known, window) = live.next.get_or_insert((boot, Window::new()));
+            if *known != boot {
+                (*known, *window) = (boot, Window::new());
+            }
+            fresh(window.note(sequence))?;
+            return Ok(Heard::Known);
+        }
+        let offered = self.calling.iter().position(|calling| calling.boot == boot);
+        let offered = offered.unwrap_or_else(|| self.offer(boot, from, nonce()));
+        let calling = &mut self.calling[offered];
+        fresh(calling.announced.note(sequence))?;
+        calling.address = from;
+        let due = now >= calling.next_call;
+        if due {
+            calling.next_call = now.after(CALL_EVERY);
+        }
+        // Its former session may be one of a host that has died: only one that it does not leave is another host's.
+        self.elsewhere = hello.session != 0 && calling.session.outgoing().sent >= UNANSWERED;
+        Ok(if due {
+            Heard::Call(boot)
+        } else if self.elsewhere {
+            Heard::Elsewhere
+        } else {
+            Heard::Known
+        })
+    }
+
+    /// Offers a session to the boot that drew `boot`, and says where the offer stands.
+    fn offer(&mut self, boot: Nonce, address: A, nonce: Nonce) -> usize {
+        if self.calling.len() == CALLS
+            && let Some(oldest) = self.calling.pop_front()
+        {
+            self.closed = self.closed.plus(&oldest.session.outgoing().closed());
+        }
+        let session = Session::new(Side::Host, self.fleet, self.id, &self.key, &boot, nonce);
+        let announced = Window::new();
+        self.calling.push_back(Calling { boot, session, address, announced, next_call: Micros(0) });
+        self.calling.len() - 1
+    }
+
+    /// Notes a report, unless a newer one has been noted. Whether it was noted.
+    pub(super) fn note_report(&mut self, now: Micros, sequence: u32, report: Message) -> bool {
+        let Some(live) = &mut self.live else { return false };
+        if live.newest_report > Some(sequence) {
+            return false;
+        }
+        live.newest_report = Some(sequence);
+        self.reported = now;
+        match report {
+            Message::Telemetry(telemetry) => self.telemetry = Some(telemetry),
+            Message::RovTelemetry(telemetry) => self.rov_telemetry = Some(telemetry),
+            _ => {}
+        }
+        true
+    }
+
+    pub(super) fn note_health(&mut self, health: Health) {
+        self.health = Some(health);
+    }
+
+    /// Writes a message of the session in force; nothing without one.
+    pub(super) fn seal<'a>(&mut self, message: &Message, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+        let live = self.live.as_mut()?;
+        Some((live.address, live.session.seal(message, buffer).ok()?))
+    }
+
+    /// Writes the call that answers an announcement of `boot`; nothing if the offer was withdrawn.
+    pub(super) fn seal_call<'a>(&mut self, boot: Nonce, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+        let calling = self.calling.iter_mut().find(|calling| calling.boot == boot)?;
+        Some((calling.address, calling.session.seal_call(buffer).ok()?))
+    }
+}
+
+fn fresh(arrival: Arrival) -> Result<(), Class> {
+    match arrival {
+        Arrival::Fresh { .. } => Ok(()),
+        Arrival::Duplicate => Err(Class::Duplicate),
+        Arrival::Stale => Err(Class::Stale),
+    }
+}

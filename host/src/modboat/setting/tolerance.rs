@@ -1,0 +1,154 @@
+//! What plans are safe against beside a missed one: tails that nobody knows, and modules that lose their power.
+//!
+//! Both come down to one question: does a tail stay out of a neighbour's reach all the way? A tail at angle φ can touch that of a
+//! neighbour only within ±reach of the direction towards it, wherever the other one is ([`Reach`]). So
+//!
+//! - beside a module whose tail nobody knows, everybody keeps out of its reach;
+//! - of two neighbours that move, one keeps out of the other's reach: then either may stop anywhere, as one does that loses its
+//!   power, and the other goes on. Each shared side belongs to one of the two while a cycle lasts. A module may stop in
+//!   one cycle and its neighbours begin the next before anybody knows, so a side changes hands only over a cycle in which
+//!   neither uses it.
+//!
+//! Assumptions and limits: sufficient, not necessary (the region in which two tails collide is smaller than the square about it).
+//! A module that stops is braked, and does not leave what it was to sweep: the firmware's board shorts the motor in reset.
+//! Of the cycle before, its swing is minded and not its transition.
+
+use super::{Approach, Setting, swim_ends, turn_ends};
+use crate::modboat::motion::{Swing, Turn};
+use crate::modboat::pairs::Pair;
+use crate::modboat::plan::Plan;
+use crate::modboat::planner_config::LossTolerance;
+use crate::modboat::transition::STILL_RAD;
+
+/// What a module is good for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Presence {
+    /// It does what it is told.
+    #[default]
+    Takes,
+    /// It stays at this angle, rad: it would have to move past a tail that nobody knows.
+    Stays(f64),
+    /// Nobody knows where its tail is: others keep out of its reach altogether.
+    Absent,
+}
+
+impl Setting {
+    /// Whether everybody takes part.
+    #[must_use]
+    pub fn all_take_part(&self) -> bool {
+        self.presence.iter().all(|presence| *presence == Presence::Takes)
+    }
+
+    /// Whether nobody knows where either tail of a pair is.
+    #[must_use]
+    pub fn is_unknown(&self, pair: &Pair) -> bool {
+        [pair.i, pair.j].iter().any(|&module| self.presence[module] == Presence::Absent)
+    }
+
+    /// Whether the one of a pair whose tail is known may move it all the way from → to, given for both: never within reach of
+    /// the other. Who does not move is as good as anywhere.
+    #[must_use]
+    pub fn keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let reach = &self.reaches[pair.offset];
+        let moves = |k: usize| from_rad[k].to_bits() != to_rad[k].to_bits();
+        (self.presence[pair.j] != Presence::Absent
+            || !moves(0)
+            || reach.clears_i_along(from_rad[0], to_rad[0]))
+            && (self.presence[pair.i] != Presence::Absent
+                || !moves(1)
+                || reach.clears_j_along(from_rad[1], to_rad[1]))
+    }
+
+    /// Whether a pair may move from → to, as far as power is concerned: always, unless plans are to be tolerant of that.
+    #[must_use]
+    pub fn may_stop(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        self.config.loss_tolerant != LossTolerance::Power || self.stops_clear(pair, from_rad, to_rad)
+    }
+
+    /// Minds from now on that a module may stop anywhere in `cycle`, and its neighbours begin the next one before anybody
+    /// knows.
+    pub fn mind(&mut self, cycle: Option<&[Swing]>) {
+        self.before_rad.clear();
+        let span = |swing: &Swing| [swing.start_rad(), swing.start_rad() - 2.0 * swing.amplitude_rad];
+        self.before_rad.extend(cycle.into_iter().flatten().map(span));
+    }
+
+    /// Whether a pair that moves from → to is clear of wherever the other one may have stopped in the cycle before.
+    fn clears_before(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let (Some(before_i), Some(before_j)) = (self.before_rad.get(pair.i), self.before_rad.get(pair.j))
+        else {
+            return true;
+        };
+        let reach = &self.reaches[pair.offset];
+        let rests = |from: f64, to: f64| from.to_bits() == to.to_bits();
+        let swung = |[from, to]: [f64; 2]| !rests(from, to);
+        (rests(from_rad[0], to_rad[0])
+            || !swung(*before_j)
+            || reach.clears_i_along(from_rad[0], to_rad[0])
+            || reach.clears_j_along(before_j[0], before_j[1]))
+            && (rests(from_rad[1], to_rad[1])
+                || !swung(*before_i)
+                || reach.clears_j_along(from_rad[1], to_rad[1])
+                || reach.clears_i_along(before_i[0], before_i[1]))
+    }
+
+    /// Whether of a pair that moves from → to one may stop anywhere while the other goes on: then one of them keeps out of the
+    /// other's reach. Of two of which one rests nothing more is asked.
+    fn stops_clear(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let reach = &self.reaches[pair.offset];
+        let rests = |k: usize| from_rad[k].to_bits() == to_rad[k].to_bits();
+        (rests(0)
+            || rests(1)
+            || reach.clears_i_along(from_rad[0], to_rad[0])
+            || reach.clears_j_along(from_rad[1], to_rad[1]))
+            && self.clears_before(pair, from_rad, to_rad)
+    }
+
+    /// Whether in a plan any module may stop anywhere, in it or in the cycle before if that is to be minded.
+    #[must_use]
+    pub fn is_power_tolerant(&self, plan: &Plan) -> bool {
+        let approach = plan.transition.as_ref().map(|turns| Approach {
+            turns: turns.clone(),
+            via_rad: plan.via_rad.clone(),
+            transition_s: plan.transition_s,
+        });
+        self.all_stop_clear(&approach.map_or_else(Vec::new, |approach| approach.steps()), &plan.cycle)
+    }
+
+    /// The same over all of a plan: who stops in the transition stands there in the swim.
+    pub(super) fn all_stop_clear(&self, steps: &[Vec<Turn>], cycle: &[Swing]) -> bool {
+        // Everything a tail passes, unwrapped: the swim goes on from where the transition ends.
+        let passed = |module: usize| {
+            let Swing { amplitude_rad, .. } = cycle[module];
+            let mut span_rad = [0.0_f64; 2];
+            let start_rad = cycle[module].start_rad();
+            let mut pass = |rad: f64| span_rad = [span_rad[0].min(rad), span_rad[1].max(rad)];
+            pass(-2.0 * amplitude_rad);
+            let mut back_rad = 0.0;
+            for turn in steps.iter().rev().map(|turns| turns[module]) {
+                back_rad -= turn.rotation_rad();
+                pass(back_rad);
+            }
+            span_rad.map(|rad| start_rad + rad)
+        };
+        self.pairs.all().iter().all(|pair| {
+            let (i, j) = (passed(pair.i), passed(pair.j));
+            self.is_unknown(pair) || self.stops_clear(pair, [i[0], j[0]], [i[1], j[1]])
+        })
+    }
+
+    /// Whether those who do not take part rest, and everybody else keeps out of the reach of tails that nobody knows.
+    pub(super) fn minds_the_absent(&self, steps: &[Vec<Turn>], cycle: &[Swing]) -> bool {
+        let idle = |module: usize| {
+            self.presence[module] == Presence::Takes
+                || cycle[module].amplitude_rad == 0.0
+                    && steps.iter().all(|turns| turns[module].rotation_rad().abs() < STILL_RAD)
+        };
+        (0..cycle.len()).all(idle)
+            && self.pairs.all().iter().filter(|pair| self.is_unknown(pair)).all(|pair| {
+                let motions =
+                    steps.iter().map(|turns| turn_ends(turns, pair)).chain([swim_ends(cycle, pair)]);
+                motions.into_iter().all(|[from, to]| self.keeps_out(pair, from, to))
+            })
+    }
+}

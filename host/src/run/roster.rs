@@ -1,0 +1,281 @@
+//! The roster of a fleet: which modules there are, by the numbers their keys are derived from, and where each sits.
+//!
+//! ```toml
+//! name = "tank fleet"
+//!
+//! [[module]]
+//! id = 3
+//! name = "Ada"
+//! cell = [0, 0]
+//! ```
+//!
+//! A structure has places, a fleet has modules: [`Roster::seats`] says who sits where. With cells, the module that has the
+//! place's cell; without, the Modboats in the order of the file. Modules that are left over stay out of it.
+//!
+//! Limits: numbers from 1 to 1024, each once, so that there are no more modules than that.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use protocol::{ModuleId, ModuleKind};
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::scenario::{ScenarioError, text_of};
+use crate::modboat::structure::{COORDINATE_MAX, Structure};
+use crate::quantity::MODULE_IDS;
+use crate::toml_lines::{self, Lengths, line_of};
+
+/// The modules of a fleet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Roster {
+    name: String,
+    members: Vec<Member>,
+}
+
+/// One module of a fleet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Member {
+    /// Its number, which its key is derived from.
+    pub id: ModuleId,
+    /// What people call it.
+    pub name: Option<String>,
+    /// What it is.
+    pub kind: ModuleKind,
+    /// Its place `[col, row]` in a structure; all of a roster have one, or none.
+    pub cell: Option<[i32; 2]>,
+}
+
+/// Why there is no roster, or not the one that is needed.
+#[derive(Debug, Error)]
+pub enum RosterError {
+    /// No such file.
+    #[error("{}: no such file", path.display())]
+    Missing {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// The file cannot be read.
+    #[error(transparent)]
+    File(#[from] ScenarioError),
+    /// The file is not what it should be.
+    #[error("{file}:{line}: {message}")]
+    Invalid {
+        /// Which file.
+        file: String,
+        /// Which line, from 1.
+        line: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// A structure has more places than there are Modboats.
+    #[error("roster {roster:?} has {modboats} Modboats for {places} places")]
+    TooFew {
+        /// The roster's name.
+        roster: String,
+        /// Modboats in it.
+        modboats: usize,
+        /// Modules in the structure.
+        places: usize,
+    },
+    /// Nobody sits in a cell of the structure.
+    #[error("roster {roster:?} has no module for cell [{}, {}]", cell[0], cell[1])]
+    Vacant {
+        /// The roster's name.
+        roster: String,
+        /// The cell `[col, row]`.
+        cell: [i32; 2],
+    },
+    /// An ROV sits in a cell of a structure of Modboats.
+    #[error("roster {roster:?} has an ROV, module {id}, for cell [{}, {}]", cell[0], cell[1])]
+    NoModboat {
+        /// The roster's name.
+        roster: String,
+        /// Which module.
+        id: ModuleId,
+        /// The cell `[col, row]`.
+        cell: [i32; 2],
+    },
+}
+
+/// The file's own shape; [`Roster`] is what becomes of it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Tables {
+    #[serde(default)]
+    name: String,
+    #[serde(rename = "module", default)]
+    modules: Vec<ModuleTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModuleTable {
+    id: i64,
+    #[serde(default)]
+    name: Option<String>,
+    #[serde(default)]
+    kind: Kind,
+    #[serde(default)]
+    cell: Option<[i32; 2]>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    #[default]
+    Modboat,
+    Rov,
+}
+
+/// Lists of fixed length in a roster.
+const LENGTHS: Lengths<'_> = &[(&["module", "*", "cell"], 2)];
+/// No name is longer, characters.
+const NAME_MAX: usize = 100;
+
+impl Roster {
+    /// Reads a roster.
+    ///
+    /// # Errors
+    /// [`RosterError`].
+    pub fn read(path: &Path) -> Result<Self, RosterError> {
+        let text = text_of(path)?.ok_or_else(|| RosterError::Missing { path: path.to_owned() })?;
+        Self::parse(&path.display().to_string(), &text)
+    }
+
+    /// Reads a roster from `text`; `file` is its name in error messages.
+    ///
+    /// # Errors
+    /// [`RosterError::Invalid`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, RosterError> {
+        let invalid = |line, message| RosterError::Invalid { file: file.to_owned(), line, message };
+        let tables: Tables =
+            toml_lines::read(text, LENGTHS).map_err(|(line, message)| invalid(line, message))?;
+        if let Some(message) = unfit(&tables.name) {
+            return Err(invalid(line_of(text, &["name"]), message));
+        }
+        let Some(first) = tables.modules.first() else {
+            let line = line_of(text, &["module"]);
+            return Err(invalid(line, "a roster needs at least one [[module]]".to_owned()));
+        };
+        let (mut ids, mut cells) = (HashMap::new(), HashMap::new());
+        let mut members = Vec::with_capacity(tables.modules.len());
+        for (index, module) in tables.modules.iter().enumerate() {
+            let number = index + 1;
+            let at = |key: &str, message: String| {
+                let line = line_of(text, &["module", &index.to_string(), key]);
+                invalid(line, format!("[[module]] {number}: {message}"))
+            };
+            let id = known_id(module.id).map_err(|message| at("id", message))?;
+            if let Some(earlier) = ids.insert(id, number) {
+                return Err(at("id", format!("id = {id}: [[module]] {earlier} has it already")));
+            }
+            if let Some(message) = module.name.as_deref().and_then(unfit) {
+                return Err(at("name", message));
+            }
+            if module.cell.is_some() != first.cell.is_some() {
+                let (has, first_has) = if module.cell.is_some() { ("a", "none") } else { ("no", "one") };
+                let message =
+                    format!("has {has} cell, but [[module]] 1 has {first_has}: all have one, or none has");
+                return Err(at("cell", message));
+            }
+            if let Some([col, row]) = module.cell {
+                let shown = format!("cell = [{col}, {row}]");
+                let limits = -COORDINATE_MAX..=COORDINATE_MAX;
+                if !limits.contains(&col) || !limits.contains(&row) {
+                    return Err(at("cell", format!("{shown}: must lie within ±{COORDINATE_MAX}")));
+                }
+                if let Some(earlier) = cells.insert([col, row], number) {
+                    return Err(at("cell", format!("{shown}: [[module]] {earlier} sits there already")));
+                }
+            }
+            let kind = match module.kind {
+                Kind::Modboat => ModuleKind::Modboat,
+                Kind::Rov => ModuleKind::Rov,
+            };
+            members.push(Member { id: ModuleId(id), name: module.name.clone(), kind, cell: module.cell });
+        }
+        Ok(Self { name: tables.name, members })
+    }
+
+    /// Modboats 1 to `count`, at most 1024, in order: the roster of a fleet that has none.
+    #[must_use]
+    pub fn numbered(count: usize) -> Self {
+        let kind = ModuleKind::Modboat;
+        let members =
+            MODULE_IDS.take(count).map(|id| Member { id: ModuleId(id), name: None, kind, cell: None });
+        Self { name: "numbered".to_owned(), members: members.collect() }
+    }
+
+    /// The fleet's name, perhaps empty.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Everybody, in the order of the file.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// The numbers of everybody, in the order of the file.
+    pub fn ids(&self) -> impl Iterator<Item = ModuleId> + '_ {
+        self.members.iter().map(|member| member.id)
+    }
+
+    /// The module with this number.
+    #[must_use]
+    pub fn member(&self, id: ModuleId) -> Option<&Member> {
+        self.members.iter().find(|member| member.id == id)
+    }
+
+    /// Whether places are told by cell.
+    #[must_use]
+    pub fn has_cells(&self) -> bool {
+        self.members.iter().any(|member| member.cell.is_some())
+    }
+
+    /// Who sits in each place of `structure`, in the structure's order.
+    ///
+    /// # Errors
+    /// [`RosterError::TooFew`], [`RosterError::Vacant`] or [`RosterError::NoModboat`].
+    pub fn seats(&self, structure: &Structure) -> Result<Vec<ModuleId>, RosterError> {
+        let roster = || self.name.clone();
+        if !self.has_cells() {
+            let modboats = self.members.iter().filter(|member| member.kind == ModuleKind::Modboat);
+            let seats: Vec<ModuleId> =
+                modboats.clone().map(|member| member.id).take(structure.len()).collect();
+            if seats.len() < structure.len() {
+                let (modboats, places) = (seats.len(), structure.len());
+                return Err(RosterError::TooFew { roster: roster(), modboats, places });
+            }
+            return Ok(seats);
+        }
+        let by_cell: HashMap<[i32; 2], &Member> =
+            self.members.iter().filter_map(|member| Some((member.cell?, member))).collect();
+        let seat = |&cell: &[i32; 2]| match by_cell.get(&cell) {
+            None => Err(RosterError::Vacant { roster: roster(), cell }),
+            Some(Member { id, kind: ModuleKind::Rov, .. }) => {
+                Err(RosterError::NoModboat { roster: roster(), id: *id, cell })
+            }
+            Some(member) => Ok(member.id),
+        };
+        structure.cells().iter().map(seat).collect()
+    }
+}
+
+/// A number that a module can have, or what is wrong with it.
+fn known_id(id: i64) -> Result<u16, String> {
+    let known = u16::try_from(id).ok().filter(|id| MODULE_IDS.contains(id));
+    known.ok_or_else(|| format!("id = {id}: must be from {} to {}", MODULE_IDS.start(), MODULE_IDS.end()))
+}
+
+/// What is wrong with a name, if anything is.
+fn unfit(name: &str) -> Option<String> {
+    let fits = name.chars().count() <= NAME_MAX && !name.chars().any(char::is_control);
+    (!fits).then(|| format!("name = {name:?}: at most {NAME_MAX} characters in one line"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,116 @@
+use super::*;
+
+const GOOD: &str = "name = \"tank fleet\"\n[[module]]\nid = 3\nname = \"Ada\"\ncell = [0, 0]\n\
+                    [[module]]\nid = 1\nkind = \"modboat\"\ncell = [1, 0]\n\
+                    [[module]]\nid = 1024\nkind = \"rov\"\ncell = [2, 0]\n";
+
+fn without_cells() -> String {
+    GOOD.lines().filter(|line| !line.starts_with("cell")).map(|line| format!("{line}\n")).collect()
+}
+
+fn seats(text: &str, cells: &[[i32; 2]]) -> Result<Vec<u16>, String> {
+    let structure = Structure::from_cells(cells).unwrap();
+    let seats = Roster::parse("t.toml", text).unwrap().seats(&structure);
+    seats.map(|seats| seats.into_iter().map(|id| id.0).collect()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_roster_is_read_as_it_stands() {
+    let roster = Roster::parse("t.toml", GOOD).unwrap();
+    assert_eq!(roster.name(), "tank fleet");
+    assert_eq!(roster.ids().map(|id| id.0).collect::<Vec<_>>(), [3, 1, 1024]);
+    let ada = Member {
+        id: ModuleId(3),
+        name: Some("Ada".to_owned()),
+        kind: ModuleKind::Modboat,
+        cell: Some([0, 0]),
+    };
+    assert_eq!(roster.members()[0], ada);
+    assert_eq!(roster.member(ModuleId(3)), Some(&ada));
+    assert_eq!(roster.member(ModuleId(1024)).unwrap().kind, ModuleKind::Rov);
+    assert_eq!(roster.member(ModuleId(2)), None);
+    assert!(roster.has_cells());
+    let least = Roster::parse("t.toml", "[[module]]\nid = 7\n").unwrap();
+    assert_eq!((least.name(), least.has_cells()), ("", false));
+    assert_eq!(
+        least.members(),
+        [Member { id: ModuleId(7), name: None, kind: ModuleKind::Modboat, cell: None }]
+    );
+}
+
+#[test]
+fn places_are_taken_by_cell_or_in_order() {
+    assert_eq!(seats(GOOD, &[[1, 0], [0, 0]]), Ok(vec![1, 3]));
+    assert_eq!(
+        seats(GOOD, &[[0, 0], [0, 1]]),
+        Err("roster \"tank fleet\" has no module for cell [0, 1]".to_owned())
+    );
+    assert_eq!(
+        seats(GOOD, &[[0, 0], [1, 0], [2, 0]]),
+        Err("roster \"tank fleet\" has an ROV, module 1024, for cell [2, 0]".to_owned())
+    );
+    let text = without_cells();
+    assert_eq!(seats(&text, &[[5, 5]]), Ok(vec![3]));
+    assert_eq!(seats(&text, &[[1, 0], [0, 0]]), Ok(vec![3, 1]));
+    assert_eq!(
+        seats(&text, &[[0, 0], [1, 0], [2, 0]]),
+        Err("roster \"tank fleet\" has 2 Modboats for 3 places".to_owned())
+    );
+}
+
+#[test]
+fn without_a_roster_modules_count_from_one() {
+    let structure = Structure::from_word("32x32").unwrap();
+    let roster = Roster::numbered(structure.len());
+    let expected: Vec<ModuleId> = (1..=1024).map(ModuleId).collect();
+    assert_eq!(roster.seats(&structure).unwrap(), expected);
+    assert!(roster.members().iter().all(|member| member.name.is_none() && member.cell.is_none()));
+    assert_eq!(Roster::numbered(3).ids().count(), 3);
+    assert_eq!(Roster::numbered(5000).ids().count(), 1024);
+}
+
+#[test]
+fn mistakes_are_named_with_their_line() {
+    for (text, expected) in [
+        (String::new(), "t.toml:1: a roster needs at least one [[module]]"),
+        ("name = \"t\"\nmodule = []\n".to_owned(), "t.toml:2: a roster needs at least one [[module]]"),
+        (GOOD.replace("id = 1\n", "id = 3\n"), "t.toml:7: [[module]] 2: id = 3: [[module]] 1 has it already"),
+        (GOOD.replace("id = 3", "id = 0"), "t.toml:3: [[module]] 1: id = 0: must be from 1 to 1024"),
+        (GOOD.replace("id = 3", "id = 1025"), "t.toml:3: [[module]] 1: id = 1025: must be from 1 to 1024"),
+        (
+            GOOD.replace("id = 3", "id = -70000"),
+            "t.toml:3: [[module]] 1: id = -70000: must be from 1 to 1024",
+        ),
+        (GOOD.replace("id = 3", "id = \"3\""), "t.toml:3: id = \"3\": invalid type"),
+        (GOOD.replace("id = 3\n", ""), "t.toml:2: missing field `id`"),
+        (GOOD.replace("kind", "sort"), "t.toml:8: unknown field `sort`"),
+        (format!("nme = \"t\"\n{GOOD}"), "t.toml:1: unknown field `nme`"),
+        (GOOD.replace("\"modboat\"", "\"boat\""), "t.toml:8: unknown variant `boat`"),
+        (
+            GOOD.replace("[1, 0]", "[0, 0]"),
+            "t.toml:9: [[module]] 2: cell = [0, 0]: [[module]] 1 sits there already",
+        ),
+        (GOOD.replace("[1, 0]", "[1, 0, 0]"), "t.toml:9: cell: a list of 3 where 2 numbers"),
+        (GOOD.replace("[1, 0]", "[1]"), "t.toml:9: cell = [1]: invalid length 1"),
+        (
+            GOOD.replace("[1, 0]", "[10001, 0]"),
+            "t.toml:9: [[module]] 2: cell = [10001, 0]: must lie within ±10000",
+        ),
+        (
+            GOOD.replace("cell = [1, 0]\n", ""),
+            "t.toml:6: [[module]] 2: has no cell, but [[module]] 1 has one: all have one",
+        ),
+        (
+            GOOD.replace("cell = [0, 0]\n", ""),
+            "t.toml:8: [[module]] 2: has a cell, but [[module]] 1 has none: all have one",
+        ),
+        (GOOD.replace("Ada", "A\\nda"), "t.toml:4: [[module]] 1: name = \"A\\nda\": at most 100 characters"),
+        (GOOD.replace("tank fleet", &"t".repeat(101)), "t.toml:1: name = \"ttt"),
+        (GOOD.replace("[[module]]", "[[module"), "t.toml:2: "),
+    ] {
+        let complaint = Roster::parse("t.toml", &text).expect_err(&text).to_string();
+        assert!(complaint.starts_with(expected), "{complaint}\nexpected {expected}");
+    }
+    let missing = Roster::read(Path::new("no-such.toml")).expect_err("no file").to_string();
+    assert_eq!(missing, "no-such.toml: no such file");
+}

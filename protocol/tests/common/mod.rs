@@ -1,0 +1,157 @@
+//! What several tests of this crate share: one fleet, one module, one session, and every message.
+
+use protocol::ledger::Incoming;
+use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
+use protocol::*;
+
+/// Key of the fleet: 00 01 … 1f.
+pub fn fleet_key() -> FleetKey {
+    let mut bytes = [0; 32];
+    bytes.iter_mut().zip(0..).for_each(|(byte, k)| *byte = k);
+    FleetKey::new(bytes)
+}
+
+/// The module.
+pub const MODULE: ModuleId = ModuleId(3);
+
+/// Nonce of its boot: a0 a1 … af.
+pub const BOOT: Nonce = nonce(0xA0);
+/// Nonce of the host: c0 c1 … cf.
+pub const HOST: Nonce = nonce(0xC0);
+
+/// Sixteen bytes that count from `first`.
+pub const fn nonce(first: u8) -> Nonce {
+    let mut bytes = [first; 16];
+    let mut k = 0;
+    while k < 16 {
+        bytes[k] += k as u8;
+        k += 1;
+    }
+    Nonce(bytes)
+}
+
+/// One end of the session that two nonces make.
+pub fn end(side: Side, boot: &Nonce, host: Nonce) -> Session {
+    let key = fleet_key();
+    Session::new(side, key.fleet(), MODULE, &key.module(MODULE), boot, host)
+}
+
+/// Both ends of the session: the host's and the module's.
+pub fn pair() -> (Session, Session) {
+    (end(Side::Host, &BOOT, HOST), end(Side::Module, &BOOT, HOST))
+}
+
+/// The next datagram of `session` with that message.
+pub fn seal(session: &mut Session, message: &Message) -> Vec<u8> {
+    session.seal(message, &mut [0; MAX_DATAGRAM]).expect("fits").to_vec()
+}
+
+/// What `session` makes of a datagram.
+pub fn open(session: &mut Session, datagram: &[u8]) -> Result<session::Opened, ledger::Class> {
+    session.open(&Frame::parse(datagram).map_err(|_| ledger::Class::Corrupt)?)
+}
+
+/// The datagram with a right checksum.
+pub fn remade(datagram: &[u8]) -> Vec<u8> {
+    let guarded = &datagram[..datagram.len() - frame::CHECKSUM];
+    let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(guarded);
+    [guarded, &checksum.to_le_bytes()].concat()
+}
+
+/// Every message that is said within a session, with its name and who says it.
+pub fn messages() -> Vec<(&'static str, Side, Message)> {
+    let at = Micros(12_345_678);
+    let to_module = [
+        ("time-reply", time_reply()),
+        ("cycle-modboat", cycle(42, Motion::Modboat(modboat()), Delivery::Direct)),
+        ("cycle-modboat-prepare", cycle(42, Motion::Modboat(modboat()), Delivery::Prepare)),
+        ("cycle-rov", cycle(43, Motion::Rov(rov()), Delivery::Direct)),
+        ("commit", Message::Commit(42)),
+        ("hold", Message::Hold),
+        ("emergency-stop", Message::EmergencyStop),
+        ("release", Message::Release),
+    ];
+    let to_host = [
+        ("time-request", Message::TimeRequest(TimeRequest { sent: Micros(1_000_001) })),
+        ("acknowledge-accepted", acknowledge(Verdict::Accepted)),
+        ("acknowledge-duplicate", acknowledge(Verdict::Duplicate)),
+        ("acknowledge-refused", acknowledge(Verdict::Refused(Refusal::PoseMismatch))),
+        ("acknowledge-prepared", acknowledge(Verdict::Prepared)),
+        ("telemetry", telemetry(at)),
+        ("rov-telemetry", rov_telemetry(at)),
+        ("health", health()),
+    ];
+    let to_module = to_module.into_iter().map(|(name, message)| (name, Side::Host, message));
+    to_module.chain(to_host.into_iter().map(|(name, message)| (name, Side::Module, message))).collect()
+}
+
+fn cycle(number: u32, motion: Motion, delivery: Delivery) -> Message {
+    Message::Cycle(Cycle { number, start: Micros(12_345_678), motion, delivery })
+}
+
+fn modboat() -> ModboatCycle {
+    ModboatCycle {
+        rotation: Radians(-1.25),
+        centerline: Radians(0.5),
+        amplitude: Radians(-2.6),
+        transition: MicrosSpan(500_000),
+        period: MicrosSpan(1_500_000),
+    }
+}
+
+fn rov() -> RovCycle {
+    let thrusts = [1.5, -2.25, 0.0, 40.0, -39.9, 0.125, 7.0, -0.5];
+    RovCycle { thrusts: thrusts.into_iter().map(Newtons).collect(), lease: MicrosSpan(200_000) }
+}
+
+fn acknowledge(verdict: Verdict) -> Message {
+    Message::Acknowledge(Acknowledge { cycle: 42, verdict })
+}
+
+fn time_reply() -> Message {
+    Message::TimeReply(TimeReply {
+        request_sent: Micros(1_000_001),
+        received: Micros(77_000_000_123),
+        sent: Micros(77_000_000_456),
+    })
+}
+
+fn telemetry(at: Micros) -> Message {
+    Message::Telemetry(Telemetry {
+        at,
+        state: ModuleState::Executing,
+        cycle: 42,
+        tail: Radians(-3.5),
+        rate: RadiansPerSecond(10.75),
+        current: Amperes(0.25),
+        battery: Volts(7.4),
+        faults: Faults::LOW_BATTERY,
+    })
+}
+
+fn rov_telemetry(at: Micros) -> Message {
+    let pulses = [1545.5, 1440.25, 1500.0, 1830.0, 1100.0, 1528.125, 1612.75, 1471.5];
+    let all = Faults::NAMES.iter().fold(Faults(0), |faults, (fault, _)| faults.with(*fault));
+    Message::RovTelemetry(RovTelemetry {
+        at,
+        state: ModuleState::Stopped,
+        cycle: 43,
+        pulses: pulses.into_iter().map(PulseMicros).collect(),
+        battery: Volts(15.75),
+        current: Amperes(24.5),
+        faults: all,
+    })
+}
+
+fn health() -> Message {
+    let incoming = Incoming {
+        received: 1006,
+        accepted: 1000,
+        duplicate: 3,
+        stale: 1,
+        corrupt: 1,
+        forged: 0,
+        foreign: 1,
+    };
+    Message::Health(Health { incoming, uncertainty: MicrosSpan(340), drift_ppb: -31_250 })
+}

@@ -1,0 +1,373 @@
+//! The host's side: what it knows of each module, what it sends, and when it plans.
+//!
+//! | here | mirrors, in `host` |
+//! |---|---|
+//! | [`Standing`], [`Decision`], [`Knowledge`] | the real ones of `link/delivery.rs` |
+//! | [`Host::offers`], [`Host::offer`], [`Host::join`] | `link/member.rs` `announced`, `offer`, `join`; `link/dispatcher.rs` `handle_datagram` |
+//! | [`Host::acknowledged`] | `link/dispatcher.rs` `acknowledged` |
+//! | [`Host::reported`] | `link/member.rs` `note_report` |
+//! | [`Host::settle`], [`Host::slot_begins`] | `link/dispatcher.rs` `handle_timer`, `decide`; `run/pilot.rs` `forget_if_dropped` |
+//! | [`Host::knowledge`], [`Host::is_up_to_date`] | `link/member.rs`, the same names |
+//! | [`Host::decide`] | `run/pilot.rs` `handle_timer`, `decide`, `pose_of`, `swimming_over_if_unknown`; `link/dispatcher.rs` `dispatch` |
+//! | [`Host::hold`], [`Host::order`] | `link/dispatcher.rs` `hold`, `order` |
+
+use host::link::delivery::{Decision, Knowledge, Standing};
+use protocol::{Delivery, ModuleState, Refusal, Verdict};
+
+use crate::fleet::{Broken, Config};
+use crate::said::{Ack, Answer, Held, MODULES, Pose, Report, Say, SessionId, Up, life_of};
+
+/// What is to be sent, and to whom.
+pub type Letters = Vec<(usize, Say)>;
+
+/// What all modules were sent last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Course {
+    /// As [`Held::number`].
+    pub number: u8,
+    /// As [`Held::id`].
+    pub id: u8,
+    /// As [`Held::start`].
+    pub start: u8,
+    /// As [`Held::delivery`].
+    pub delivery: Delivery,
+    /// As [`Held::from`], of each.
+    pub from: [Pose; MODULES],
+}
+
+/// What is known of one module.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Link {
+    /// The session in force.
+    pub live: Option<SessionId>,
+    /// Sessions on offer.
+    pub calling: Vec<SessionId>,
+    /// Orders said in the session in force.
+    sent: u8,
+    /// What the module said in it and may still come.
+    pub up: Up,
+    /// The number it took.
+    accepted: u8,
+    /// Its newest report.
+    pub report: Option<Report>,
+    /// How far the course has got, and that nothing more is sent for it.
+    standing: Option<(Standing, bool)>,
+}
+
+impl Link {
+    /// The number of what is said to it next.
+    pub fn next_sequence(&mut self) -> u8 {
+        self.sent += 1;
+        self.sent
+    }
+
+    fn standing(&self) -> Option<Standing> {
+        self.standing.map(|(standing, _)| standing)
+    }
+
+    fn is_open(&self) -> bool {
+        self.standing.is_some_and(|(standing, closed)| !closed && standing.is_open())
+    }
+
+    fn abandon(&mut self, standing: Option<Standing>) {
+        if self.is_open() {
+            self.standing = standing.or(self.standing()).map(|standing| (standing, true));
+        }
+    }
+}
+
+/// See the module's documentation.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Host {
+    /// Which life, from 1.
+    pub life: u8,
+    /// Last number given away, as sent and as it is.
+    number: (u8, u8),
+    /// The last decision is on its way or being executed.
+    swimming: bool,
+    /// When to plan again after that was given up.
+    retry: u8,
+    /// What was sent last.
+    pub course: Option<Course>,
+    /// What is known of each module.
+    pub links: [Link; MODULES],
+    /// A stop or its release in force.
+    ordered: Option<bool>,
+}
+
+impl Host {
+    /// That has just started.
+    #[must_use]
+    pub fn new(life: u8) -> Self {
+        let number = (0, 8 * (life - 1));
+        let links = <[Link; MODULES]>::default();
+        Self { life, number, swimming: false, retry: 0, course: None, links, ordered: None }
+    }
+
+    /// The session that would be offered to a module which announces `nonce` and that it is in `session`.
+    #[must_use]
+    pub fn offers(&self, index: usize, nonce: (u8, u8), session: Option<SessionId>) -> Option<SessionId> {
+        let link = &self.links[index];
+        let (boot, count) = nonce;
+        let offer = SessionId { boot, count, life: self.life };
+        let known = session.is_some() && link.live == session;
+        let used_up = link.live.is_some_and(|live| (live.boot, live.count) == nonce);
+        (!known && !used_up && !link.calling.contains(&offer)).then_some(offer)
+    }
+
+    /// Offers it.
+    pub fn offer(&mut self, index: usize, session: SessionId) {
+        self.links[index].calling.push(session);
+    }
+
+    /// A datagram of a session on offer has come, from a module that has said `up` in it.
+    pub fn join(&mut self, config: &Config, now: u8, index: usize, session: SessionId, up: Up) -> Letters {
+        let link = &mut self.links[index];
+        let rebooted = link.live.is_some_and(|former| former.boot != session.boot);
+        link.live = Some(session);
+        link.calling.clear();
+        (link.accepted, link.report, link.sent, link.up) = (0, None, 0, up);
+        if rebooted {
+            link.abandon(Some(Standing::Dropped));
+        }
+        let mut letters = Letters::new();
+        if link.is_open()
+            && let Some(course) = self.course
+        {
+            match link.standing() {
+                Some(Standing::Unsent | Standing::Sent) => {
+                    link.standing = Some((Standing::Sent, false));
+                    letters.push((index, part(course, index)));
+                }
+                Some(Standing::Committing) => letters.push((index, Say::Commit(course.number))),
+                _ => {}
+            }
+        }
+        letters.extend(self.ordered.map(|stop| (index, if stop { Say::Stop } else { Say::Release })));
+        letters.extend(self.settle(config, now, true));
+        letters
+    }
+
+    /// An acknowledgement has come in the session in force.
+    pub fn acknowledged(&mut self, config: &Config, now: u8, index: usize, ack: Ack) -> Letters {
+        let Some(course) = self.course.filter(|course| course.number == ack.number) else {
+            return Letters::new();
+        };
+        let link = &mut self.links[index];
+        let verdict = match ack.answer {
+            Answer::Taken => Verdict::Accepted,
+            Answer::Prepared => Verdict::Prepared,
+            Answer::Refused => Verdict::Refused(Refusal::Unsure),
+        };
+        let Some((standing, closed)) = link.standing else { return Letters::new() };
+        let Some(standing) = standing.answered(verdict) else { return Letters::new() };
+        link.standing = Some((standing, closed || !standing.is_open()));
+        if standing == Standing::Taken {
+            link.accepted = course.number;
+        }
+        self.settle(config, now, true)
+    }
+
+    /// A report has come in the session in force, newer than the one before.
+    pub fn reported(&mut self, index: usize, report: Report) {
+        self.links[index].report = Some(report);
+    }
+
+    /// Whether a prepared cycle waits for all to answer.
+    #[must_use]
+    pub fn is_undecided(&self) -> bool {
+        let prepare = self.course.is_some_and(|course| course.delivery == Delivery::Prepare);
+        let decided = [Standing::Committing, Standing::Taken];
+        let all = || self.links.iter();
+        prepare
+            && all().any(Link::is_open)
+            && !all().any(|link| link.standing().is_some_and(|standing| decided.contains(&standing)))
+    }
+
+    /// Commits what everybody holds or gives it up. `in_time`: a commit can still be repeated before the start.
+    pub fn settle(&mut self, config: &Config, now: u8, in_time: bool) -> Letters {
+        let mut letters = Letters::new();
+        let Some(course) = self.course else { return letters };
+        if course.delivery == Delivery::Prepare && self.links.iter().any(Link::is_open) {
+            let all = || self.links.iter().filter_map(Link::standing);
+            let mut decision = Standing::decide(all(), in_time);
+            if config.broken == Some(Broken::DropAfterCommit) && all().any(Standing::is_never_run) {
+                decision = Decision::Drop;
+            }
+            if config.broken == Some(Broken::HastyCommit)
+                && decision == Decision::Wait
+                && all().any(|standing| standing == Standing::Prepared)
+            {
+                decision = Decision::Commit;
+            }
+            match decision {
+                Decision::Wait => {}
+                Decision::Commit => {
+                    for (index, link) in self.links.iter_mut().enumerate() {
+                        link.standing = Some((Standing::Committing, false));
+                        letters.push((index, Say::Commit(course.number)));
+                    }
+                }
+                Decision::Drop => {
+                    self.links.iter_mut().for_each(|link| link.abandon(Some(Standing::Dropped)));
+                }
+            }
+        }
+        self.forget_if_dropped(config, now, course);
+        letters
+    }
+
+    fn forget_if_dropped(&mut self, config: &Config, now: u8, course: Course) {
+        let all = || self.links.iter().filter_map(Link::standing);
+        let dropped = course.delivery == Delivery::Prepare
+            && all().any(|standing| matches!(standing, Standing::Dropped | Standing::Refused))
+            && !all().any(|standing| matches!(standing, Standing::Committing | Standing::Taken));
+        if self.swimming && now < course.start && dropped {
+            (self.swimming, self.retry) = (false, course.start);
+            if config.broken == Some(Broken::ReusedNumber) {
+                self.number.0 -= 1;
+            }
+        }
+    }
+
+    /// What has started needs nothing more.
+    pub fn slot_begins(&mut self, now: u8) {
+        if self.course.is_some_and(|course| course.start <= now) {
+            self.links.iter_mut().for_each(|link| link.abandon(None));
+        }
+    }
+
+    /// What is known of the course, of one module.
+    #[must_use]
+    pub fn knowledge(&self, config: &Config, index: usize) -> Knowledge {
+        let (Some(course), link) = (self.course, &self.links[index]) else { return Knowledge::Possibly };
+        if config.broken == Some(Broken::AcceptanceIsProof) && link.accepted == course.number {
+            return Knowledge::Certainly;
+        }
+        let says = |report: Report| {
+            (report.latest == course.number || report.at >= course.start)
+                .then_some(report.latest == course.number)
+        };
+        link.standing().map_or(Knowledge::Possibly, |standing| standing.knowledge(link.report.and_then(says)))
+    }
+
+    /// Whether a module's report is from after the start of all that it may run.
+    fn is_up_to_date(&self, index: usize) -> bool {
+        let link = &self.links[index];
+        let at = link.report.map_or(0, |report| report.at);
+        let never_run = link.standing().is_none_or(Standing::is_never_run);
+        never_run || self.course.is_none_or(|course| at >= course.start)
+    }
+
+    /// Where a module will rest.
+    fn pose_of(&self, config: &Config, index: usize) -> Option<Pose> {
+        let report = self.links[index].report?;
+        if self.swimming && self.knowledge(config, index) == Knowledge::Certainly {
+            return self.course.map(|course| Pose(course.id));
+        }
+        let rests = matches!(report.state, ModuleState::Ready | ModuleState::Holding);
+        (rests && self.is_up_to_date(index)).then_some(report.tail)
+    }
+
+    /// Whether it plans in slot `now`.
+    #[must_use]
+    pub fn may_decide(&self, now: u8) -> bool {
+        let begun = self.course.is_some_and(|course| course.start <= now);
+        let room = life_of(self.number.1 + 1) == self.life;
+        room && if self.swimming { begun } else { now >= self.retry }
+    }
+
+    /// Plans the cycle that starts with the next slot, if it knows where all tails will be.
+    pub fn decide(&mut self, config: &Config, now: u8, delivery: Delivery) -> Letters {
+        let certain = |index| self.knowledge(config, index) == Knowledge::Certainly;
+        self.swimming &= (0..MODULES).all(certain);
+        let poses: Option<Vec<Pose>> = (0..MODULES).map(|index| self.pose_of(config, index)).collect();
+        let from = poses.and_then(|poses| <[Pose; MODULES]>::try_from(poses).ok());
+        let Some(from) = from else {
+            self.swimming = false;
+            return Letters::new();
+        };
+        self.swimming = true;
+        self.number = (self.number.0 + 1, self.number.1 + 1);
+        let (number, id) = self.number;
+        let course = Course { number, id, start: now + 1, delivery, from };
+        self.course = Some(course);
+        let mut letters = Letters::new();
+        for (index, link) in self.links.iter_mut().enumerate() {
+            let known = link.live.is_some();
+            link.standing = Some((if known { Standing::Sent } else { Standing::Unsent }, false));
+            if known {
+                letters.push((index, part(course, index)));
+            }
+        }
+        letters
+    }
+
+    /// Everybody is to hold.
+    pub fn hold(&mut self) -> Letters {
+        self.links.iter_mut().for_each(|link| link.abandon(None));
+        self.to_all(Say::Hold)
+    }
+
+    /// Everybody is to stop, or no longer.
+    pub fn order(&mut self, stop: bool) -> Letters {
+        self.links.iter_mut().for_each(|link| link.abandon(None));
+        self.ordered = Some(stop);
+        self.to_all(if stop { Say::Stop } else { Say::Release })
+    }
+
+    fn to_all(&self, say: Say) -> Letters {
+        (0..MODULES).filter(|&index| self.links[index].live.is_some()).map(|index| (index, say)).collect()
+    }
+
+    /// Everything that is repeated until it is answered.
+    #[must_use]
+    pub fn repeats(&self) -> Letters {
+        let mut letters = Letters::new();
+        for (index, link) in self.links.iter().enumerate().filter(|(_, link)| link.live.is_some()) {
+            let course = self.course.filter(|_| link.is_open());
+            match (course, link.standing()) {
+                (Some(course), Some(Standing::Sent)) => letters.push((index, part(course, index))),
+                (Some(course), Some(Standing::Committing)) => {
+                    letters.push((index, Say::Commit(course.number)));
+                }
+                _ => {}
+            }
+            letters.extend(self.ordered.map(|stop| (index, if stop { Say::Stop } else { Say::Release })));
+        }
+        letters
+    }
+
+    /// The number whose answers are still of interest.
+    #[must_use]
+    pub fn asks(&self) -> Option<u8> {
+        self.course.map(|course| course.number)
+    }
+
+    /// Whether it has given up the course, as far as one module goes.
+    #[must_use]
+    pub fn has_dropped(&self, index: usize) -> bool {
+        self.links[index].standing() == Some(Standing::Dropped)
+    }
+
+    /// What it stops, or no longer stops, until now.
+    #[must_use]
+    pub const fn ordered(&self) -> Option<bool> {
+        self.ordered
+    }
+
+    /// The same with the modules in the other order.
+    pub fn swap(&mut self) {
+        self.links.reverse();
+        if let Some(course) = &mut self.course {
+            course.from.reverse();
+        }
+    }
+}
+
+/// One module's part. The boot is for whoever sends it.
+fn part(course: Course, index: usize) -> Say {
+    let Course { number, id, start, delivery, from } = course;
+    let (own, other) = (from[index], from[MODULES - 1 - index]);
+    Say::Cycle(Held { number, id, start, delivery, from: own, beside: other, boot: 0 })
+}

@@ -1,0 +1,444 @@
+//! Storms: whole fleets in weather that no radio has, with reboots of everybody, watched by code that shares nothing with
+//! the link but its counts.
+//!
+//! ```text
+//! calm 6 s │ storm 12 s: loss, bursts, delay up to a cycle, damage, replays, forgeries, reboots, clock steps │ healed
+//! ╰──────── nothing may happen that must not ────────╯ ╰─ everybody swims again within three cycles ─╯ ╰ the sums are exact ╯
+//! ```
+//!
+//! The true time of the simulation is not the fleet's: each life of the host has an epoch of its own, each module a clock that is
+//! off by up to 100 s and 100 ppm.
+//!
+//! | watched | how |
+//! |---|---|
+//! | tail contacts | by the tank, from the true tails |
+//! | different cycles at once | the numbers that neighbours' firmware runs, every tick |
+//! | stale, foreign cycles | a running cycle must be one that the host of the module's session decided, in its time |
+//! | replays and forgeries let in | nobody accepts more datagrams than were sealed for it |
+//! | exact sums | each ledger, and all of them against what the medium handed over |
+//!
+//! A module that loses its power in mid-swing leaves its tail wherever it is, and its neighbours go on until the host knows.
+//! Plans are asked to be power tolerant; where one could not be (the first from the start pose, or the one after
+//! a tail was left in a neighbour's reach), a contact with such a tail is told apart and counted.
+
+use std::collections::{HashMap, HashSet};
+
+use host::link::faults::FaultCount;
+use host::link::identity::HostIdentity;
+use host::link::loopback::Node;
+use host::run::fleet::{Fleet, InProcess};
+use host::run::pilot::Pilot;
+use host::run::scenario::Scenario;
+use host::sim::mocap::Mocap;
+use host::sim::tank::Tank;
+use host::sim::{PoseSample, TailState};
+use protocol::units::{Micros, MicrosSpan};
+use protocol::{MAX_DATAGRAM, Radio};
+
+pub use draw::Storm;
+
+mod draw;
+
+const TICK_US: u64 = 1_000;
+const CALM_S: f64 = 6.0;
+const STORM_S: f64 = 12.0;
+/// Three cycles with their transitions.
+pub const THREE_CYCLES_S: f64 = 6.0;
+/// After healing it is waited so long for everybody to swim, to tell late from never.
+const PATIENCE_S: f64 = 20.0;
+/// Clocks may differ by so much where one cycle follows another; a clock that jumps by up to [`STEP_S`] is corrected slowly while a
+/// cycle runs.
+const SKEW_US: u64 = 4_000 + (STEP_S * 1e6) as u64;
+/// Modules' clocks jump by at most this while they swim, s: some lost ticks.
+const STEP_S: f64 = 0.005;
+
+/// What came of it.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// What must not happen, in words.
+    pub violations: Vec<String>,
+    /// Contacts with a tail that had lost its power in mid-swing.
+    pub powerless_contacts: usize,
+    /// Reboots of modules in mid-swing.
+    pub powerless: usize,
+    /// From healing until everybody swam, s.
+    pub swam_after_s: Option<f64>,
+    /// Cycles that any host decided on.
+    pub decisions: usize,
+    /// Datagrams that modules and hosts received, by class.
+    pub received: [u64; 7],
+    /// What the medium did.
+    pub faults: FaultCount,
+}
+
+/// One life of the host.
+struct Life {
+    boot: [u8; 12],
+    /// Its time zero, true time.
+    epoch_us: u64,
+    /// Start and end of each decision's cycles, µs of its own time, by number; whether any module may lose its power in it.
+    cycles: HashMap<u32, (u64, u64, bool)>,
+    seen: usize,
+}
+
+/// Everything of one storm.
+struct World<'a> {
+    storm: &'a Storm,
+    scenario: Scenario,
+    fleet: InProcess,
+    pilot: Option<Pilot<Node>>,
+    lives: Vec<Life>,
+    tank: Tank,
+    mocap: Mocap,
+    watch: Watch,
+    outcome: Outcome,
+    /// The last decision in a few words.
+    last: String,
+}
+
+/// What is kept from tick to tick.
+#[derive(Default)]
+struct Watch {
+    /// By module: its power failed in mid-swing, and it has not begun a cycle since. True while all cycles since then were such
+    /// that any module may lose its power.
+    powerless: Vec<Option<bool>>,
+    /// By module: running cycle, with the life that decided it.
+    running: Vec<Option<(usize, u32)>>,
+    /// By pair of neighbours: since when they run different cycles.
+    apart_since: HashMap<(usize, usize), u64>,
+    neighbours: Vec<(usize, usize)>,
+    /// Cycles that were complained of.
+    told: HashSet<(usize, u32)>,
+    contacts: usize,
+    /// By module, of boots that are over: datagrams received, accepted, and sent.
+    module_received: Vec<[u64; 7]>,
+    module_sent: u64,
+    /// Of hosts that are dead.
+    host_received: [u64; 7],
+    host_sent: Vec<u64>,
+    discarded: u64,
+}
+
+fn classes(incoming: &protocol::ledger::Incoming) -> [u64; 7] {
+    let i = incoming;
+    [i.received, i.accepted, i.duplicate, i.stale, i.corrupt, i.forged, i.foreign].map(u64::from)
+}
+
+fn add(sum: &mut [u64; 7], more: [u64; 7]) {
+    sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+}
+
+impl<'a> World<'a> {
+    fn new(storm: &'a Storm) -> Self {
+        let scenario = storm.scenario();
+        let fleet = InProcess::new(&scenario, storm.seed).expect("a fleet");
+        let start = PoseSample { heading_rad: scenario.start_heading_rad(), ..PoseSample::default() };
+        let tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, storm.seed);
+        let mocap = Mocap::new(&scenario.mocap, storm.seed).expect("cameras");
+        let neighbours =
+            [[1, 0], [0, 1]].into_iter().flat_map(|offset| scenario.structure.neighbours(offset));
+        let watch = Watch {
+            powerless: vec![None; storm.modules],
+            running: vec![None; storm.modules],
+            neighbours: neighbours.collect(),
+            module_received: vec![[0; 7]; storm.modules],
+            host_sent: vec![0; storm.modules],
+            ..Watch::default()
+        };
+        let tank = tank.expect("a tank");
+        let (lives, outcome) = (Vec::new(), Outcome::default());
+        Self { storm, scenario, fleet, pilot: None, lives, tank, mocap, watch, outcome, last: String::new() }
+    }
+
+    fn run(mut self) -> Outcome {
+        let (storm_us, healed_us) = ((CALM_S * 1e6) as u64, ((CALM_S + STORM_S) * 1e6) as u64);
+        let end_us = healed_us + (PATIENCE_S * 1e6) as u64;
+        let mut revive_us = 0;
+        let mut now_us = 0;
+        while now_us < end_us {
+            now_us += TICK_US;
+            if now_us == storm_us {
+                self.fleet.set_weather(self.storm.weather);
+            }
+            if now_us == healed_us {
+                self.fleet.heal(self.storm.drop_under_way);
+            }
+            for &(_, module, off) in self.storm.reboots.iter().filter(|(at, ..)| *at == now_us) {
+                self.reboot(now_us, module, off);
+            }
+            for &(_, module, by_s) in self.storm.steps.iter().filter(|(at, ..)| *at == now_us) {
+                self.fleet.modules_mut()[module].step_clock(by_s);
+            }
+            for &(_, off_us) in self.storm.deaths.iter().filter(|(at, _)| *at == now_us) {
+                self.bury();
+                revive_us = revive_us.max((now_us + off_us).min(healed_us));
+            }
+            if self.pilot.is_none() && now_us >= revive_us {
+                self.revive(now_us);
+            }
+            self.tick(now_us);
+            if now_us > healed_us && self.all_swim() {
+                self.outcome.swam_after_s = Some((now_us - healed_us) as f64 * 1e-6);
+                break;
+            }
+        }
+        self.settle(now_us);
+        self.outcome
+    }
+
+    fn violation(&mut self, now_us: u64, what: &str) {
+        self.outcome.violations.push(format!("at {:.3} s: {what}", now_us as f64 * 1e-6));
+    }
+
+    fn revive(&mut self, now_us: u64) {
+        let host = HostIdentity::simulated(self.storm.seed, self.lives.len() as u64);
+        // The first life's time is the true one; later ones' begin when they do.
+        let epoch_us = if self.lives.is_empty() { 0 } else { now_us - TICK_US };
+        let pilot = Pilot::new(&self.scenario, &host, self.fleet.roster(), None, || Micros(0));
+        self.pilot = Some(pilot.expect("a pilot"));
+        self.lives.push(Life { boot: host.boot, epoch_us, cycles: HashMap::new(), seen: 0 });
+    }
+
+    /// The host dies.
+    fn bury(&mut self) {
+        let Some(pilot) = self.pilot.take() else { return };
+        add(&mut self.watch.host_received, classes(pilot.dispatcher().strays()));
+        for (index, link) in pilot.dispatcher().modules().iter().enumerate() {
+            add(&mut self.watch.host_received, classes(link.incoming()));
+            self.watch.host_sent[index] += link.outgoing().sent;
+            self.check_sums(index, &pilot);
+        }
+    }
+
+    fn check_sums(&mut self, index: usize, pilot: &Pilot<Node>) {
+        let link = &pilot.dispatcher().modules()[index];
+        let (out, cycles) = (link.outgoing(), link.ledger());
+        if out.acknowledged + out.late + out.lost + out.under_way() != out.sent || !link.incoming().is_exact()
+        {
+            self.violation(0, &format!("module {}: {out:?}, {:?}", index + 1, link.incoming()));
+        }
+        let closed = cycles.acknowledged + cycles.late + cycles.refused + cycles.unanswered;
+        if cycles.cycles < closed || cycles.cycles - closed > 1 {
+            self.violation(0, &format!("module {}: {cycles:?}", index + 1));
+        }
+    }
+
+    fn reboot(&mut self, now_us: u64, module: usize, off: MicrosSpan) {
+        self.note_boot(module);
+        let swings = self.fleet.modules()[module].running(Micros(now_us)).is_some();
+        self.outcome.powerless += usize::from(swings);
+        if swings {
+            self.watch.powerless[module].get_or_insert(true);
+        }
+        self.fleet.modules_mut()[module].reboot(Micros(now_us), off);
+    }
+
+    /// Counts of a boot that is over.
+    fn note_boot(&mut self, module: usize) {
+        let Some(link) = self.fleet.modules()[module].link() else { return };
+        let (incoming, outgoing) = (*link.incoming(), link.outgoing());
+        self.watch.module_sent += outgoing.sent + link.announced();
+        add(&mut self.watch.module_received[module], classes(&incoming));
+        let closed = outgoing.acknowledged + outgoing.late + outgoing.lost + outgoing.under_way();
+        if !incoming.is_exact() || closed != outgoing.sent {
+            self.violation(0, &format!("module {}: {incoming:?}, {outgoing:?}", module + 1));
+        }
+    }
+
+    fn tick(&mut self, now_us: u64) {
+        let now = Micros(now_us);
+        let mut buffer = [0; MAX_DATAGRAM];
+        self.fleet.advance(now).expect("the loopback does not fail");
+        let host_now = self.lives.last().map_or(Micros(0), |life| Micros(now_us - life.epoch_us));
+        while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
+            match &mut self.pilot {
+                Some(pilot) => {
+                    let _ = pilot.handle_datagram(host_now, from, &buffer[..length]);
+                }
+                None => self.watch.discarded += 1,
+            }
+        }
+        let tails: Vec<TailState> = self.fleet.modules().iter().map(|module| module.tail()).collect();
+        self.tank.step(TICK_US as f64 * 1e-6, &tails);
+        let pose = self.tank.pose();
+        if let Some(mut fix) = self.mocap.sample(pose.t_s, &pose)
+            && let Some(pilot) = &mut self.pilot
+        {
+            fix.t_s -= now.as_secs_f64() - host_now.as_secs_f64();
+            pilot.handle_fix(&fix);
+        }
+        if let Some(pilot) = &mut self.pilot {
+            pilot.handle_timer(host_now);
+            while let Some((to, datagram)) = pilot.poll_transmit(host_now, &mut buffer) {
+                self.fleet.radio().send(now, to, datagram).expect("the loopback does not fail");
+            }
+        }
+        self.note_decisions();
+        self.watch_cycles(now_us);
+        self.watch_contacts(now_us);
+    }
+
+    fn note_decisions(&mut self) {
+        let (Some(pilot), Some(life)) = (&self.pilot, self.lives.last_mut()) else { return };
+        for decision in &pilot.decisions()[life.seen..] {
+            self.outcome.decisions += 1;
+            let (outcome, tolerant) = (decision.plan.outcome.name(), decision.plan.loss_tolerant);
+            self.last = format!(
+                "{} {outcome}, loss tolerant: {tolerant}, clearance {}, {:?}",
+                decision.number, decision.plan.clearance_m, decision.plan.cycle
+            );
+            let span = (decision.start.0, decision.end().0, decision.plan.power_tolerant);
+            // Of a transition in two steps each is a cycle of its own.
+            life.cycles.insert(decision.number, span);
+            life.cycles.insert(decision.number + u32::from(decision.via.is_some()), span);
+        }
+        life.seen = pilot.decisions().len();
+    }
+
+    fn watch_cycles(&mut self, now_us: u64) {
+        let now = Micros(now_us);
+        for module in 0..self.storm.modules {
+            let sim = &self.fleet.modules()[module];
+            let running = sim.running(now);
+            let boot = sim.link().and_then(|link| link.host_nonce()).map(|nonce| &nonce.0[..12]);
+            let life = self.lives.iter().rposition(|life| Some(&life.boot[..]) == boot);
+            let running = running.map(|number| (life, number));
+            self.watch.running[module] = running.and_then(|(life, number)| Some((life?, number)));
+            let Some((life, number)) = running else { continue };
+            self.watch.powerless[module] = None;
+            let Some(life) = life.map(|life| &self.lives[life]) else {
+                self.violation(now_us, &format!("module {} runs a cycle of no host", module + 1));
+                continue;
+            };
+            let host_us = now_us.saturating_sub(life.epoch_us);
+            let fits = life.cycles.get(&number).is_some_and(|&(start_us, end_us, _)| {
+                host_us + SKEW_US >= start_us && host_us <= end_us + SKEW_US
+            });
+            if !fits && self.watch.told.insert((module, number)) {
+                let span = life.cycles.get(&number).copied();
+                self.violation(
+                    now_us,
+                    &format!(
+                        "module {} runs cycle {number} at {host_us} µs, decided for {span:?}",
+                        module + 1
+                    ),
+                );
+            }
+        }
+        if let Some(life) = self.lives.last() {
+            let host_us = now_us - life.epoch_us;
+            let mut now =
+                life.cycles.values().filter(|(start_us, end_us, _)| (*start_us..*end_us).contains(&host_us));
+            let tolerant = now.all(|(.., tolerant)| *tolerant);
+            self.watch.powerless.iter_mut().flatten().for_each(|so_far| *so_far &= tolerant);
+        }
+        for k in 0..self.watch.neighbours.len() {
+            let pair = self.watch.neighbours[k];
+            let both = (self.watch.running[pair.0], self.watch.running[pair.1]);
+            let apart = matches!(both, (Some(i), Some(j)) if i != j);
+            if !apart {
+                self.watch.apart_since.remove(&pair);
+                continue;
+            }
+            let since = *self.watch.apart_since.entry(pair).or_insert(now_us);
+            if now_us.saturating_sub(since) > SKEW_US {
+                let (i, j) = (pair.0 + 1, pair.1 + 1);
+                self.violation(now_us, &format!("modules {i} and {j} run different cycles: {both:?}"));
+                self.watch.apart_since.insert(pair, u64::MAX / 2);
+            }
+        }
+    }
+
+    fn watch_contacts(&mut self, now_us: u64) {
+        for k in self.watch.contacts..self.tank.contacts().len() {
+            let contact = &self.tank.contacts()[k];
+            let (i, j) = contact.modules;
+            let powerless = [self.watch.powerless[i], self.watch.powerless[j]];
+            if powerless.into_iter().flatten().any(|tolerant| !tolerant) {
+                self.outcome.powerless_contacts += 1;
+            } else {
+                let what = format!("tails of modules {} and {} touch", i + 1, j + 1);
+                self.violation(now_us, &what);
+            }
+        }
+        self.watch.contacts = self.tank.contacts().len();
+    }
+
+    /// Whether every module runs the same cycle of the host that lives.
+    fn all_swim(&self) -> bool {
+        let life = self.lives.len().wrapping_sub(1);
+        let first = self.watch.running[0];
+        let decisions = self.pilot.as_ref().map_or(&[][..], |pilot| pilot.decisions());
+        // Who runs a cycle of no amplitude does not swim.
+        let swims = decisions.iter().rev().take(2).any(|decision| {
+            let moves = decision.plan.cycle.iter().any(|swing| swing.amplitude_rad != 0.0);
+            moves && first.is_some_and(|(_, number)| number == decision.last_number())
+        });
+        swims
+            && first.is_some_and(|(of, _)| of == life)
+            && self.watch.running.iter().all(|running| *running == first)
+    }
+
+    /// Lets everything arrive that is on its way, and compares all counts.
+    fn settle(&mut self, now_us: u64) {
+        self.fleet.heal(true);
+        let now = Micros(now_us + TICK_US);
+        self.fleet.advance(now).expect("the loopback does not fail");
+        let mut buffer = [0; MAX_DATAGRAM];
+        while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
+            if let Some(pilot) = &mut self.pilot {
+                let host_now = Micros(now.0 - self.lives.last().map_or(0, |life| life.epoch_us));
+                let _ = pilot.handle_datagram(host_now, from, &buffer[..length]);
+            }
+        }
+        self.bury();
+        (0..self.storm.modules).for_each(|module| self.note_boot(module));
+        let host = self.fleet.radio().count();
+        let modules =
+            self.fleet.modules().iter().map(|m| m.radio().count()).reduce(|a, b| a + b).unwrap_or_default();
+        let unheard: u64 = self.fleet.modules().iter().map(|module| module.unheard()).sum();
+        let mut heard = [0; 7];
+        self.watch.module_received.iter().for_each(|classes| add(&mut heard, *classes));
+        let told = self.watch.host_received;
+        let mut claims = vec![
+            ("datagrams handed to modules", host.delivered, heard[0] + unheard),
+            ("datagrams handed to hosts", modules.delivered, told[0] + self.watch.discarded),
+            ("datagrams hosts sealed", host.sent, self.watch.host_sent.iter().sum()),
+            ("datagrams modules sealed", modules.sent, self.watch.module_sent),
+        ];
+        for (index, (received, &sent)) in
+            self.watch.module_received.iter().zip(&self.watch.host_sent).enumerate()
+        {
+            if received[1] > sent {
+                claims.push(("accepted by a module, sealed for it", received[1], sent));
+                self.outcome.violations.push(format!("module {}", index + 1));
+            }
+        }
+        for (what, one, other) in claims {
+            if one != other {
+                self.violation(now_us, &format!("{what}: {one} and {other}"));
+            }
+        }
+        if told[1] > self.watch.module_sent {
+            self.violation(now_us, "hosts accepted more than modules sealed");
+        }
+        add(&mut heard, told);
+        self.outcome.received = heard;
+        self.outcome.faults = host + modules;
+        match self.outcome.swam_after_s {
+            None => {
+                let states: Vec<_> = self.fleet.modules().iter().map(|module| module.state(now)).collect();
+                let what = format!(
+                    "they do not all swim, long after the medium healed: {states:?}; last decision {:?}, tails {:?}",
+                    self.last,
+                    self.fleet.modules().iter().map(|m| m.tail().angle_rad).collect::<Vec<_>>()
+                );
+                self.violation(now_us, &what);
+            }
+            Some(s) if s > THREE_CYCLES_S => {
+                self.violation(now_us, &format!("it took {s:.2} s to swim after the medium healed"));
+            }
+            Some(_) => {}
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! What a storm is made of: everything drawn from its seed.
+
+use host::link::faults::FaultParameters;
+use host::modboat::planner_config::LossTolerance;
+use host::modboat::structure::Structure;
+use host::run::scenario::{Demand, Leg, Scenario};
+use protocol::units::MicrosSpan;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{CALM_S, Outcome, STEP_S, STORM_S, TICK_US, World};
+
+/// What is drawn for one storm.
+#[derive(Clone, Debug)]
+pub struct Storm {
+    /// Modules: 3, 9 or 25.
+    pub modules: usize,
+    /// Decides everything.
+    pub seed: u64,
+    /// What the medium does.
+    pub weather: FaultParameters,
+    /// Whether what is under way when the medium heals is lost.
+    pub drop_under_way: bool,
+    /// Reboots of modules: when, who, for how long.
+    pub(super) reboots: Vec<(u64, usize, MicrosSpan)>,
+    /// Clock steps: when, who, by how much, s.
+    pub(super) steps: Vec<(u64, usize, f64)>,
+    /// Deaths of the host: when, for how long, µs.
+    pub(super) deaths: Vec<(u64, u64)>,
+}
+
+impl Storm {
+    /// The storm of this seed.
+    #[must_use]
+    pub fn new(modules: usize, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5707_2D00);
+        let mut share = |most: f64| rng.random_range(0.0..most);
+        let mut weather = FaultParameters {
+            loss: share(0.4),
+            duplication: share(0.3),
+            corruption: share(0.05),
+            truncation: share(0.05),
+            delay_s: share(0.03),
+            jitter_s: share(0.05),
+            replay: share(0.3),
+            replay_s: share(5.0),
+            forgery: share(0.3),
+            ..FaultParameters::default()
+        };
+        if share(1.0) < 0.5 {
+            (weather.burst, weather.burst_s) = (share(0.2), 0.05 + share(0.5));
+        }
+        if share(1.0) < 0.5 {
+            (weather.reordering, weather.reorder_s) = (share(0.3), 0.001 + share(0.2));
+        }
+        match share(4.0) {
+            // Delays of up to a cycle, of all or of some.
+            x if x < 1.0 => weather.jitter_s = share(1.5),
+            x if x < 2.0 => (weather.late, weather.late_s) = (share(0.1), 0.001 + share(1.5)),
+            _ => {}
+        }
+        let storm_us = (CALM_S * 1e6) as u64..((CALM_S + STORM_S) * 1e6) as u64;
+        let at = |rng: &mut ChaCha8Rng| rng.random_range(storm_us.clone()) / TICK_US * TICK_US;
+        let reboots = (0..rng.random_range(0..4)).map(|_| {
+            let off = MicrosSpan(rng.random_range(50_000..1_000_000));
+            (at(&mut rng), rng.random_range(0..modules), off)
+        });
+        let reboots = reboots.collect();
+        let steps = (0..rng.random_range(0..4))
+            .map(|_| (at(&mut rng), rng.random_range(0..modules), rng.random_range(-STEP_S..STEP_S)));
+        let steps = steps.collect();
+        let deaths =
+            (0..rng.random_range(0..3)).map(|_| (at(&mut rng), rng.random_range(100_000..3_000_000)));
+        let deaths = deaths.collect();
+        Self { modules, seed, weather, drop_under_way: rng.random_bool(0.5), reboots, steps, deaths }
+    }
+
+    /// Whether nobody's power or host fails, so that only the medium is to blame.
+    #[must_use]
+    pub fn is_radio_only(&self) -> bool {
+        self.reboots.is_empty() && self.deaths.is_empty()
+    }
+
+    pub(super) fn scenario(&self) -> Scenario {
+        let mut scenario = Scenario::open("holonomic-1").expect("built in");
+        let side = match self.modules {
+            9 => [3, 3],
+            25 => [5, 5],
+            modules => [modules as i32, 1],
+        };
+        let cells: Vec<[i32; 2]> =
+            (0..side[1]).flat_map(|row| (0..side[0]).map(move |col| [col, row])).collect();
+        scenario.structure = Structure::from_cells(&cells).expect("connected");
+        let demand = Demand::Velocity([0.03, 0.01]);
+        scenario.legs = vec![Leg { duration_s: 1e4, demand, heading_rad: 1.5 }];
+        scenario.clock.drift_ppm = 100.0;
+        scenario.planner.loss_tolerant = LossTolerance::Power;
+        scenario
+    }
+
+    /// Runs it.
+    ///
+    /// # Panics
+    /// If the scenario cannot be run at all.
+    #[must_use]
+    pub fn run(&self) -> Outcome {
+        World::new(self).run()
+    }
+}

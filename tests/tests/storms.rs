@@ -1,0 +1,108 @@
+//! Fleets of 3, 9 and 25 modules in storms. 200 seeds as they are; `FLOTILLA_SEEDS=10000` runs a night's worth, `FLOTILLA_SEED=N`
+//! one storm alone. A seed and a commit reproduce everything.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use host::link::faults::FaultCount;
+use tests::storm::{Outcome, Storm, THREE_CYCLES_S};
+
+/// Of each ten storms seven are of three modules, two of nine, one of twenty-five.
+fn modules(seed: u64) -> usize {
+    match seed % 10 {
+        0..7 => 3,
+        7..9 => 9,
+        _ => 25,
+    }
+}
+
+fn number(name: &str) -> Option<u64> {
+    let text = std::env::var(name).ok()?;
+    Some(text.parse().unwrap_or_else(|_| panic!("{name} = {text:?}: must be a whole number")))
+}
+
+#[test]
+fn fleets_survive_storms() {
+    let (first, count) = match number("FLOTILLA_SEED") {
+        Some(seed) => (seed, 1),
+        None => (number("FLOTILLA_FIRST").unwrap_or(0), number("FLOTILLA_SEEDS").unwrap_or(200)),
+    };
+    let next = AtomicU64::new(first);
+    let all: Mutex<Vec<(Storm, Outcome)>> = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        let workers = std::thread::available_parallelism().map_or(1, usize::from);
+        for _ in 0..workers {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= first + count {
+                        break;
+                    }
+                    let storm = Storm::new(modules(seed), seed);
+                    let outcome = storm.run();
+                    if !outcome.violations.is_empty() {
+                        eprintln!("seed {seed} ({} modules): {:#?}", storm.modules, outcome.violations);
+                    }
+                    all.lock().expect("no panic").push((storm, outcome));
+                }
+            });
+        }
+    });
+    let all = all.into_inner().expect("no panic");
+    report(&all);
+    let mut bad: Vec<u64> = all
+        .iter()
+        .filter(|(_, outcome)| !outcome.violations.is_empty())
+        .map(|(storm, _)| storm.seed)
+        .collect();
+    bad.sort_unstable();
+    assert!(bad.is_empty(), "{} of {} storms: seeds {bad:?}", bad.len(), all.len());
+}
+
+fn report(all: &[(Storm, Outcome)]) {
+    let sum = |of: &dyn Fn(&Outcome) -> u64| -> u64 { all.iter().map(|(_, outcome)| of(outcome)).sum() };
+    let faults = all.iter().fold(FaultCount::default(), |sum, (_, outcome)| sum + outcome.faults);
+    let mut swam: Vec<f64> = all.iter().filter_map(|(_, outcome)| outcome.swam_after_s).collect();
+    swam.sort_by(f64::total_cmp);
+    let quantile =
+        |share: f64| swam.get(((swam.len() as f64 * share) as usize).min(swam.len().saturating_sub(1)));
+    println!(
+        "\nstorms            {} ({} of the radio alone)",
+        all.len(),
+        all.iter().filter(|(s, _)| s.is_radio_only()).count()
+    );
+    println!("decisions         {}", sum(&|o| o.decisions as u64));
+    println!(
+        "medium            {} sent, {} lost, {} doubled, {} damaged, {} cut, {} late or reordered, {} replayed, {} forged",
+        faults.sent,
+        faults.lost,
+        faults.duplicated,
+        faults.corrupted,
+        faults.truncated,
+        faults.late + faults.reordered,
+        faults.replayed,
+        faults.forged.total()
+    );
+    let class = |k: usize| sum(&|o| o.received[k]);
+    println!(
+        "received          {} = {} accepted + {} duplicate + {} stale + {} corrupt + {} forged + {} foreign",
+        class(0),
+        class(1),
+        class(2),
+        class(3),
+        class(4),
+        class(5),
+        class(6)
+    );
+    println!(
+        "power lost        {} times in mid-swing; {} contacts with such a tail, all in cycles that could not be power tolerant",
+        sum(&|o| o.powerless as u64),
+        sum(&|o| o.powerless_contacts as u64)
+    );
+    println!(
+        "swim again after  {:.2} s median, {:.2} s 99 %, {:.2} s at most (three cycles: {THREE_CYCLES_S} s)\n",
+        quantile(0.5).unwrap_or(&f64::NAN),
+        quantile(0.99).unwrap_or(&f64::NAN),
+        swam.last().unwrap_or(&f64::NAN)
+    );
+}
