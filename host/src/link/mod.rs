@@ -21,5 +21,5 @@ pub mod identity;
 pub mod key_file;
 pub mod ledger;
 pub mod loopback;
-mod member;
+pub mod member;
 pub mod udp;

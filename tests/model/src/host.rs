@@ -7,7 +7,7 @@
 //! | [`Host::acknowledged`] | `link/dispatcher.rs` `acknowledged` |
 //! | [`Host::reported`] | `link/member.rs` `note_report` |
 //! | [`Host::settle`], [`Host::slot_begins`] | `link/dispatcher.rs` `handle_timer`, `decide`; `run/pilot.rs` `forget_if_dropped` |
-//! | [`Host::knowledge`], [`Host::is_up_to_date`] | `link/member.rs`, the same names |
+//! | [`Host::knowledge`], `Host::is_up_to_date` | `link/member.rs`, the same names |
 //! | [`Host::decide`] | `run/pilot.rs` `handle_timer`, `decide`, `pose_of`, `swimming_over_if_unknown`; `link/dispatcher.rs` `dispatch` |
 //! | [`Host::hold`], [`Host::order`] | `link/dispatcher.rs` `hold`, `order` |
 

@@ -5,8 +5,8 @@
 //! | [`Module::called`] | `link.rs` `Link::called`; `endpoint.rs` `handle_datagram` (`Host::Another`) |
 //! | [`Module::hears_host`] | `link.rs` `hears_host` |
 //! | [`Module::hear`] | `session.rs` `Session::open` (of `protocol`), `endpoint.rs` `follow` |
-//! | [`Module::take_cycle`] | `endpoint.rs` `take_cycle` |
-//! | [`Module::settle`] | `endpoint.rs` `conditions`, `settle`; the state machine is the real one |
+//! | `Module::take_cycle` | `endpoint.rs` `take_cycle` |
+//! | `Module::settle` | `endpoint.rs` `conditions`, `settle`; the state machine is the real one |
 //! | [`Module::slot_begins`] | `endpoint.rs` `gate`; `schedule.rs` `settle` is the real one |
 //! | [`Module::report`] | `endpoint.rs` `handle_timer`, `swimmer.rs` `report` |
 

@@ -20,7 +20,7 @@ pub struct SessionId {
     pub life: u8,
 }
 
-/// Where a tail rests: 0 at first, n at the end of cycle n (by [`Held::id`]), n + [`ADRIFT`](Self::ADRIFT) somewhere within it.
+/// Where a tail rests: 0 at first, n at the end of cycle n (by [`Held::id`]), n + `ADRIFT` somewhere within it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Pose(pub u8);
 

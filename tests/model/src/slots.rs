@@ -1,6 +1,6 @@
 //! The module's schedule: the real one, made anew from a state that can be hashed, asked, and read back.
 //!
-//! A slot of the model is [`SLOT`] long; a cycle fills its slot. What comes, comes in the middle of a slot.
+//! A slot of the model is `SLOT` long; a cycle fills its slot. What comes, comes in the middle of a slot.
 
 use firmware::cycle::SwimCycle;
 use firmware::limits::Limits;
