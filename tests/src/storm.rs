@@ -46,9 +46,9 @@ const STORM_S: f64 = 12.0;
 pub const THREE_CYCLES_S: f64 = 6.0;
 /// After healing it is waited so long for everybody to swim, to tell late from never.
 const PATIENCE_S: f64 = 20.0;
-/// Clocks may differ by so much where one cycle follows another; a clock that jumps by up to [`STEP_S`] is corrected slowly while a
-/// cycle runs.
-const SKEW_US: u64 = 4_000 + (STEP_S * 1e6) as u64;
+/// Clocks may differ by so much where one cycle follows another, beside what they have jumped: that is corrected slowly while
+/// cycles run.
+const SKEW_US: u64 = 4_000;
 /// Modules' clocks jump by at most this while they swim, s: some lost ticks.
 const STEP_S: f64 = 0.005;
 
@@ -297,6 +297,7 @@ impl<'a> World<'a> {
 
     fn watch_cycles(&mut self, now_us: u64) {
         let now = Micros(now_us);
+        let skew_us = SKEW_US + self.storm.jumped_us();
         for module in 0..self.storm.modules {
             let sim = &self.fleet.modules()[module];
             let running = sim.running(now);
@@ -312,7 +313,7 @@ impl<'a> World<'a> {
             };
             let host_us = now_us.saturating_sub(life.epoch_us);
             let fits = life.cycles.get(&number).is_some_and(|&(start_us, end_us, _)| {
-                host_us + SKEW_US >= start_us && host_us <= end_us + SKEW_US
+                host_us + skew_us >= start_us && host_us <= end_us + skew_us
             });
             if !fits && self.watch.told.insert((module, number)) {
                 let span = life.cycles.get(&number).copied();
@@ -341,7 +342,7 @@ impl<'a> World<'a> {
                 continue;
             }
             let since = *self.watch.apart_since.entry(pair).or_insert(now_us);
-            if now_us.saturating_sub(since) > SKEW_US {
+            if now_us.saturating_sub(since) > skew_us {
                 let (i, j) = (pair.0 + 1, pair.1 + 1);
                 self.violation(now_us, &format!("modules {i} and {j} run different cycles: {both:?}"));
                 self.watch.apart_since.insert(pair, u64::MAX / 2);

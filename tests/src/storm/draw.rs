@@ -81,6 +81,14 @@ impl Storm {
         self.reboots.is_empty() && self.deaths.is_empty()
     }
 
+    /// How far the clock that jumps most jumps, all jumps together, µs.
+    pub(super) fn jumped_us(&self) -> u64 {
+        let of = |module: usize| -> f64 {
+            self.steps.iter().filter(|step| step.1 == module).map(|(_, _, by_s)| by_s.abs()).sum()
+        };
+        (1e6 * (0..self.modules).map(of).fold(0.0, f64::max)) as u64
+    }
+
     pub(super) fn scenario(&self) -> Scenario {
         let mut scenario = Scenario::open("holonomic-1").expect("built in");
         let side = match self.modules {
