@@ -342,7 +342,8 @@ impl<'a> World<'a> {
                 continue;
             }
             let since = *self.watch.apart_since.entry(pair).or_insert(now_us);
-            if now_us.saturating_sub(since) > skew_us {
+            // One may have jumped ahead and the other back.
+            if now_us.saturating_sub(since) > skew_us + self.storm.jumped_us() {
                 let (i, j) = (pair.0 + 1, pair.1 + 1);
                 self.violation(now_us, &format!("modules {i} and {j} run different cycles: {both:?}"));
                 self.watch.apart_since.insert(pair, u64::MAX / 2);
