@@ -110,6 +110,10 @@ impl Planner {
         distance: &DistanceToCollision,
         poses_rad: &[Option<f64>],
     ) -> Vec<Presence> {
+        // The rule, at every decision.
+        if poses_rad.iter().all(Option::is_some) {
+            return vec![Presence::Takes; poses_rad.len()];
+        }
         let mut presence: Vec<Presence> = poses_rad
             .iter()
             .map(|pose| if pose.is_some() { Presence::Takes } else { Presence::Absent })

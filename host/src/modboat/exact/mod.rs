@@ -89,7 +89,7 @@ impl ExactPlanner {
             power.then_some(LossTolerance::Require),
             (power && in_reach).then_some(LossTolerance::Prefer),
         ];
-        self.setting.mind(previous.filter(|_| power));
+        self.setting.mind(previous);
         let mut plan = self.plan_as_asked(demand, tails, previous);
         for tolerance in less.into_iter().flatten() {
             if is_good(&plan) {
@@ -97,14 +97,14 @@ impl ExactPlanner {
             }
             self.setting.mind(None);
             self.setting.config.loss_tolerant = tolerance;
-            let other = self.plan_as_asked(demand, tails, previous);
+            let mut other = self.plan_as_asked(demand, tails, previous);
+            self.setting.mind(previous);
+            other.power_tolerant = other.loss_tolerant && self.setting.is_power_tolerant(&other);
             if is_good(&other) || other.error < plan.error {
                 plan = other;
             }
         }
         self.setting.config.loss_tolerant = asked;
-        self.setting.mind(previous);
-        plan.power_tolerant = plan.loss_tolerant && self.setting.is_power_tolerant(&plan);
         plan
     }
 

@@ -50,12 +50,11 @@ impl Setting {
     #[must_use]
     pub fn keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
         let reach = &self.reaches[pair.offset];
-        let moves = |k: usize| from_rad[k].to_bits() != to_rad[k].to_bits();
         (self.presence[pair.j] != Presence::Absent
-            || !moves(0)
+            || rests(from_rad[0], to_rad[0])
             || reach.clears_i_along(from_rad[0], to_rad[0]))
             && (self.presence[pair.i] != Presence::Absent
-                || !moves(1)
+                || rests(from_rad[1], to_rad[1])
                 || reach.clears_j_along(from_rad[1], to_rad[1]))
     }
 
@@ -73,35 +72,24 @@ impl Setting {
         self.before_rad.extend(cycle.into_iter().flatten().map(span));
     }
 
-    /// Whether a pair that moves from → to is clear of wherever the other one may have stopped in the cycle before.
-    fn clears_before(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        let (Some(before_i), Some(before_j)) = (self.before_rad.get(pair.i), self.before_rad.get(pair.j))
-        else {
-            return true;
-        };
+    /// Whether of a pair that moves from → to one keeps out of the other's reach; of two of which one rests nothing is asked.
+    fn one_keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
         let reach = &self.reaches[pair.offset];
-        let rests = |from: f64, to: f64| from.to_bits() == to.to_bits();
-        let swung = |[from, to]: [f64; 2]| !rests(from, to);
-        (rests(from_rad[0], to_rad[0])
-            || !swung(*before_j)
+        rests(from_rad[0], to_rad[0])
+            || rests(from_rad[1], to_rad[1])
             || reach.clears_i_along(from_rad[0], to_rad[0])
-            || reach.clears_j_along(before_j[0], before_j[1]))
-            && (rests(from_rad[1], to_rad[1])
-                || !swung(*before_i)
-                || reach.clears_j_along(from_rad[1], to_rad[1])
-                || reach.clears_i_along(before_i[0], before_i[1]))
+            || reach.clears_j_along(from_rad[1], to_rad[1])
     }
 
-    /// Whether of a pair that moves from → to one may stop anywhere while the other goes on: then one of them keeps out of the
-    /// other's reach. Of two of which one rests nothing more is asked.
+    /// Whether of a pair that moves from → to one may stop anywhere while the other goes on: in this motion, or in the cycle before
+    /// while the other one is in this motion already.
     fn stops_clear(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        let reach = &self.reaches[pair.offset];
-        let rests = |k: usize| from_rad[k].to_bits() == to_rad[k].to_bits();
-        (rests(0)
-            || rests(1)
-            || reach.clears_i_along(from_rad[0], to_rad[0])
-            || reach.clears_j_along(from_rad[1], to_rad[1]))
-            && self.clears_before(pair, from_rad, to_rad)
+        let before = self.before_rad.get(pair.i).zip(self.before_rad.get(pair.j));
+        self.one_keeps_out(pair, from_rad, to_rad)
+            && before.is_none_or(|(i, j)| {
+                self.one_keeps_out(pair, [from_rad[0], j[0]], [to_rad[0], j[1]])
+                    && self.one_keeps_out(pair, [i[0], from_rad[1]], [i[1], to_rad[1]])
+            })
     }
 
     /// Whether in a plan any module may stop anywhere, in it or in the cycle before if that is to be minded.
@@ -151,4 +139,9 @@ impl Setting {
                 motions.into_iter().all(|[from, to]| self.keeps_out(pair, from, to))
             })
     }
+}
+
+/// To the bit: who stays is given the same angle twice.
+fn rests(from_rad: f64, to_rad: f64) -> bool {
+    from_rad.to_bits() == to_rad.to_bits()
 }
