@@ -35,6 +35,11 @@ pub trait Encoder {
     /// # Errors
     /// Whatever the bus reports. The servo rides through single failures.
     fn counts(&mut self) -> Result<u32, Self::Error>;
+
+    /// False while it works and does not know yet where in the turn it is; [`counts`](Self::counts) fails until then.
+    fn is_homed(&self) -> bool {
+        true
+    }
 }
 
 /// Consecutive readings that must agree before a jump is believed.

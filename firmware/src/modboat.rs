@@ -9,12 +9,14 @@
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
+use protocol::ModuleState;
 use protocol::ledger::Class;
 use protocol::units::{Amperes, Micros, MicrosSpan, Radians, Volts};
 
 use crate::encoder::Encoder;
 use crate::endpoint::Endpoint;
 use crate::failsafe::{BLIND_FOR, BatteryLimits, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
+use crate::homing::{Homing, Search};
 use crate::motor::ErrorOf;
 use crate::servo::{Command, CurrentSense};
 use crate::swimmer::{Measurement, Swimmer};
@@ -33,6 +35,7 @@ pub struct Modboat<E, S, P, A, B> {
     tail: Tail<E, S, P, A, B>,
     battery: BatteryWatch,
     stall: StallWatch,
+    homing: Homing,
     blind: Lasting,
     output: Lasting,
     last_tick: Option<Micros>,
@@ -47,10 +50,23 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
             tail,
             battery: BatteryWatch::new(BatteryLimits::MODBOAT),
             stall: StallWatch::new(StallLimits::default()),
+            homing: Homing::by_hand(),
             blind: Lasting::new(),
             output: Lasting::new(),
             last_tick: None,
         }
+    }
+
+    /// With another battery.
+    #[must_use]
+    pub fn with_battery(self, limits: BatteryLimits) -> Self {
+        Self { battery: BatteryWatch::new(limits), ..self }
+    }
+
+    /// With another way to find its zero.
+    #[must_use]
+    pub fn with_homing(self, homing: Homing) -> Self {
+        Self { homing, ..self }
     }
 
     /// One turn of the servo loop at `now`, own clock; then whatever the link has to say.
@@ -71,11 +87,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
                 }
                 Err(error) => (Err(error), None),
             },
-            None => {
-                let blind = self.tail.locate().is_none();
-                self.watch_eyes(now, blind);
-                (self.tail.coast(), None)
-            }
+            None => (self.look(now), None),
         };
         if self.output.update(now, outcome.is_err(), OUTPUT_FAILS_FOR) {
             self.endpoint.stop(now, Event::OutputFailed);
@@ -89,6 +101,28 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         };
         self.endpoint.handle_timer(now, &measurement);
         outcome
+    }
+
+    /// Finds out where the tail is, and drives it no more than that needs.
+    fn look(&mut self, now: Micros) -> Result<(), ErrorOf<P, A, B>> {
+        let located = self.tail.locate().is_some();
+        if self.tail.is_homed() {
+            self.homing.end();
+            self.watch_eyes(now, !located);
+            return self.tail.coast();
+        }
+        // A module that knows nothing of itself, or that is stopped, drives nothing.
+        let may_search =
+            self.endpoint.link().is_some() && self.endpoint.failsafe().state() == ModuleState::Boot;
+        match if may_search { self.homing.search(now) } else { Search::Wait } {
+            Search::Turn(drive) => self.tail.search(drive),
+            Search::Wait => self.tail.coast(),
+            Search::Fail => {
+                self.homing.end();
+                self.endpoint.stop(now, Event::Blind);
+                self.tail.coast()
+            }
+        }
     }
 
     fn watch_ticks(&mut self, now: Micros) {

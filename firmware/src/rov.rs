@@ -36,6 +36,12 @@ impl<P: SetDutyCycle> Rov<P> {
         Self { endpoint, bank, battery: BatteryWatch::new(BatteryLimits::ROV) }
     }
 
+    /// With another battery.
+    #[must_use]
+    pub fn with_battery(self, limits: BatteryLimits) -> Self {
+        Self { battery: BatteryWatch::new(limits), ..self }
+    }
+
     /// Puts out the thrusts of `now`, own clock; then whatever the link has to say.
     ///
     /// # Errors

@@ -78,6 +78,20 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
         if self.is_blind() { None } else { self.counter.pose() }
     }
 
+    /// Whether the encoder knows where in the turn it is; see [`Encoder::is_homed`].
+    #[must_use]
+    pub fn is_homed(&self) -> bool {
+        self.encoder.is_homed()
+    }
+
+    /// Drives without feedback until the next tick, to find the zero of the encoder.
+    ///
+    /// # Errors
+    /// The output of the bridge that failed.
+    pub fn search(&mut self, drive: f32) -> Result<(), ErrorOf<P, A, B>> {
+        self.bridge.drive(drive)
+    }
+
     /// One turn of the loop: reads, decides, drives.
     ///
     /// # Errors

@@ -27,14 +27,17 @@ mod constants;
 mod error;
 mod network;
 
-pub use constants::{Mounting, Robot, RovConstants, ServoConstants, TailConstants, ThrusterMounting};
+pub use constants::{
+    EncoderConstants, Mounting, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants,
+    ThrusterMounting,
+};
 pub use error::ConfigurationError;
 pub use network::{Host, Network, Own, PASSPHRASE_MAX, Passphrase, SSID_MAX};
 
 /// First bytes of the block.
 pub const MAGIC: [u8; 4] = *b"FLOT";
 /// The format that this build writes, and the only one it reads.
-pub const FORMAT: u16 = 1;
+pub const FORMAT: u16 = 2;
 /// Longest image, bytes.
 pub const IMAGE_MAX: usize = 1024;
 /// Modules of one fleet have numbers from 1 to this.
@@ -59,6 +62,8 @@ pub struct Configuration {
     pub report_every: MicrosSpan,
     /// No cycle starts while fleet time may be off by more.
     pub sure_within: MicrosSpan,
+    /// What it measures of its supply.
+    pub supply: SupplyConstants,
     /// What it is, and the constants of that.
     pub robot: Robot,
 }
@@ -136,6 +141,7 @@ impl Configuration {
             return Err(ConfigurationError::Module(self.module));
         }
         self.network.check()?;
+        self.supply.check()?;
         self.robot.check()
     }
 }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use proptest::prelude::*;
 use protocol::configuration::{
-    FORMAT, Host, IMAGE_MAX, MAGIC, Mounting, Network, Own, Passphrase, Robot, RovConstants, ServoConstants,
-    TailConstants, ThrusterMounting,
+    EncoderConstants, FORMAT, Host, IMAGE_MAX, MAGIC, Mounting, Network, Own, Passphrase, Robot,
+    RovConstants, ServoConstants, SupplyConstants, TailConstants, ThrusterMounting,
 };
-use protocol::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond};
+use protocol::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
 use protocol::{Configuration, ConfigurationError, FleetKey, ModuleId, ModuleKey, ModuleKind};
 
 fn tail() -> TailConstants {
@@ -31,7 +31,12 @@ fn tail() -> TailConstants {
             following_error_max: Radians(0.5),
             interval: MicrosSpan(1_000),
         },
-        mounting: Mounting { zero_counts: 1234, reversed: true },
+        encoder: EncoderConstants {
+            counts_per_turn: 4_800,
+            mounting: Mounting { zero_counts: 1234, reversed: true },
+            homing_speed: RadiansPerSecond(0.5),
+            homing_after: MicrosSpan(5_000_000),
+        },
     }
 }
 
@@ -65,6 +70,13 @@ fn modboat() -> Configuration {
         network: network(b"tank", b"eight or more", Own::Dhcp),
         report_every: MicrosSpan(20_000),
         sure_within: MicrosSpan(2_000),
+        supply: SupplyConstants {
+            volts_per_volt: 4.0,
+            amperes_per_volt: 0.5,
+            low: Volts(6.4),
+            recover: Volts(6.8),
+            hold_off: MicrosSpan(2_000_000),
+        },
         robot: Robot::Modboat(tail()),
     }
 }
@@ -191,7 +203,7 @@ fn every_flipped_bit_is_noticed() {
 #[test]
 fn constants_are_numbers() {
     type Change<T> = fn(&mut T, f32);
-    let of_tail: [(&str, Change<TailConstants>); 13] = [
+    let of_tail: [(&str, Change<TailConstants>); 14] = [
         ("amplitude_min", |c, v| c.amplitude_min.0 = v),
         ("amplitude_max", |c, v| c.amplitude_max.0 = v),
         ("centerline_max", |c, v| c.centerline_max.0 = v),
@@ -205,11 +217,18 @@ fn constants_are_numbers() {
         ("servo.stall_current", |c, v| c.servo.stall_current.0 = v),
         ("servo.current_max", |c, v| c.servo.current_max.0 = v),
         ("servo.following_error_max", |c, v| c.servo.following_error_max.0 = v),
+        ("encoder.homing_speed", |c, v| c.encoder.homing_speed.0 = v),
     ];
     let of_rov: [(&str, Change<RovConstants>); 3] = [
         ("thrust_max", |c, v| c.thrust_max.0 = v),
         ("frame_rate_hz", |c, v| c.frame_rate_hz = v),
         ("slew_n_s", |c, v| c.slew_n_s = v),
+    ];
+    let of_supply: [(&str, Change<SupplyConstants>); 4] = [
+        ("supply.volts_per_volt", |c, v| c.volts_per_volt = v),
+        ("supply.amperes_per_volt", |c, v| c.amperes_per_volt = v),
+        ("supply.low", |c, v| c.low.0 = v),
+        ("supply.recover", |c, v| c.recover.0 = v),
     ];
     let is = |error, wanted: &str, bad: f32| {
         let right = matches!(error, ConfigurationError::Constant { key, value, .. }
@@ -226,6 +245,9 @@ fn constants_are_numbers() {
             let mut rov = rov();
             change(&mut rov, bad);
             is(refused(|c| c.robot = Robot::Rov(rov)), key, bad);
+        }
+        for (key, change) in of_supply {
+            is(refused(|c| change(&mut c.supply, bad)), key, bad);
         }
     }
 }
@@ -254,14 +276,16 @@ fn the_longest_fits() {
     let thrusters = std::iter::repeat_n(mounting, 8).collect();
     let rov = RovConstants { thrusters, lease_max: span, arming: span, reversal_delay: span, ..rov() };
     let mut tail = TailConstants { period_min: span, period_max: span, transition_max: span, ..tail() };
-    (tail.servo.interval, tail.mounting.zero_counts) = (span, u32::MAX);
+    (tail.servo.interval, tail.encoder.mounting.zero_counts) = (span, u32::MAX);
+    (tail.encoder.counts_per_turn, tail.encoder.homing_after) = (u32::MAX, span);
     for robot in [Robot::Modboat(tail), Robot::Rov(rov)] {
         let network = network(&[0xFF; 32], &[0xFF; 63], own);
         let module = ModuleId(1024);
-        let longest =
+        let mut longest =
             Configuration { module, network, report_every: span, sure_within: span, robot, ..modboat() };
+        longest.supply.hold_off = span;
         println!("{} bytes", image(&longest).len());
-        assert!(image(&longest).len() <= 300);
+        assert!(image(&longest).len() <= 320);
     }
 }
 
@@ -295,7 +319,7 @@ proptest! {
             None => {
                 let mut tail = TailConstants { period_min, period_max, transition_max, ..tail() };
                 (tail.amplitude_min.0, tail.speed_max.0, tail.servo.rate_gain) = (numbers[3], numbers[4], numbers[5]);
-                (tail.servo.interval, tail.mounting.zero_counts) = (interval, spans[0]);
+                (tail.servo.interval, tail.encoder.mounting.zero_counts) = (interval, spans[0]);
                 Robot::Modboat(tail)
             }
         };

@@ -4,7 +4,7 @@
 //!
 //! - **Arming.** From the first tick on every controller sees neutral for [`Settings::arming`] before any thrust.
 //!   Blue Robotics asks for a stop signal of a few seconds before a Basic ESC obeys; the three of the default are *assumed*.
-//! - **Order and direction.** Thruster k drives pin [`Mounting::output`]. The pulse of a reversed one is mirrored at
+//! - **Order and direction.** Thruster k drives pin [`Mounting::output`]; a pin that no thruster has is never touched. The pulse of a reversed one is mirrored at
 //!   neutral, after the law: it turns the other way, and its propeller, weaker astern than ahead, pushes as before.
 //! - The pulse reported is the one the timer's steps allow, of the last write that succeeded.
 //!
@@ -53,7 +53,7 @@ impl Default for Settings {
 /// Why there is no bank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BankError {
-    /// No thruster, more than fit, or not one pin for each.
+    /// No thruster, more than fit, or fewer pins than thrusters.
     Count {
         /// Thrusters given.
         thrusters: usize,
@@ -74,7 +74,10 @@ impl fmt::Display for BankError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Count { thrusters, pins } => {
-                write!(f, "{thrusters} thrusters on {pins} pins: 1 to {MAX_THRUSTERS}, one pin for each")
+                write!(
+                    f,
+                    "{thrusters} thrusters on {pins} pins: 1 to {MAX_THRUSTERS}, each with a pin of its own"
+                )
             }
             Self::Output(output) => write!(f, "output {output} does not exist or is taken twice"),
             Self::FrameRate(hz) => {
@@ -123,7 +126,7 @@ impl<P: SetDutyCycle> Bank<P> {
         }
         let pins = fitted;
         let count = BankError::Count { thrusters: mountings.len(), pins: pins.len() };
-        if mountings.is_empty() || mountings.len() != pins.len() {
+        if mountings.is_empty() || mountings.len() > pins.len() {
             return Err(count);
         }
         let (least_hz, greatest_hz) = FRAME_RATE_HZ;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ConfigurationError;
 use crate::message::MAX_THRUSTERS;
-use crate::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond};
+use crate::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
 
 /// What the module is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,8 +37,21 @@ pub struct TailConstants {
     pub transition_max: MicrosSpan,
     /// The motor and its loop.
     pub servo: ServoConstants,
-    /// How the encoder sits on the axis.
+    /// The encoder.
+    pub encoder: EncoderConstants,
+}
+
+/// The encoder, how it sits on the axis, and how it finds its zero: `firmware::encoder` and `homing`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EncoderConstants {
+    /// Counts in one turn of the tail, each edge of both lines, gears included; 0: the encoder is absolute, and the board knows.
+    pub counts_per_turn: u32,
+    /// How it sits on the axis.
     pub mounting: Mounting,
+    /// Speed at which the tail looks for the index after boot, counter-clockwise; 0: it is turned by hand.
+    pub homing_speed: RadiansPerSecond,
+    /// It waits for so long after boot before it does.
+    pub homing_after: MicrosSpan,
 }
 
 /// The motor and its loop.
@@ -67,10 +80,25 @@ pub struct ServoConstants {
 /// How the encoder sits on the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Mounting {
-    /// Reading at which the tail points along x_S, counts.
+    /// Reading at which the tail points along x_S, in readings of the encoder: with an index, 1/65536 of a turn beyond it.
     pub zero_counts: u32,
     /// True if readings fall while the tail turns counter-clockwise.
     pub reversed: bool,
+}
+
+/// What the board measures of its supply, and when the battery is low: `firmware::failsafe::battery`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SupplyConstants {
+    /// Battery voltage for one volt at the board's input, V/V: the divider's ratio; 0: nothing is wired there.
+    pub volts_per_volt: f32,
+    /// Current for one volt at the board's input, A/V: of the motor, or of an ROV's battery; 0: nothing is wired there.
+    pub amperes_per_volt: f32,
+    /// The battery is low below this.
+    pub low: Volts,
+    /// And no longer from this on.
+    pub recover: Volts,
+    /// It must have crossed for so long.
+    pub hold_off: MicrosSpan,
 }
 
 /// Thrusters, their wiring and what they may be asked: `firmware::lease` and `thruster::bank`.
@@ -101,6 +129,17 @@ pub struct ThrusterMounting {
     pub reversed: bool,
 }
 
+impl SupplyConstants {
+    pub(super) fn check(&self) -> Result<(), ConfigurationError> {
+        finite(&[
+            ("supply.volts_per_volt", self.volts_per_volt, "V/V"),
+            ("supply.amperes_per_volt", self.amperes_per_volt, "A/V"),
+            ("supply.low", self.low.0, "V"),
+            ("supply.recover", self.recover.0, "V"),
+        ])
+    }
+}
+
 impl Robot {
     pub(super) fn check(&self) -> Result<(), ConfigurationError> {
         match self {
@@ -120,6 +159,7 @@ impl Robot {
                     ("servo.stall_current", servo.stall_current.0, "A"),
                     ("servo.current_max", servo.current_max.0, "A"),
                     ("servo.following_error_max", servo.following_error_max.0, "rad"),
+                    ("encoder.homing_speed", tail.encoder.homing_speed.0, "rad/s"),
                 ])
             }
             Self::Rov(rov) => finite(&[

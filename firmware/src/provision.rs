@@ -1,0 +1,233 @@
+//! From the configuration image in flash to a module that runs; the same on every board.
+//!
+//! ```text
+//! flash → Configuration::read → modboat(…) or rov(…)          anything wrong → NotProvisioned: blink, say and move nothing
+//! ```
+//!
+//! A board gives its parts and twelve random bytes; all that differs between modules comes from the image.
+
+use core::fmt;
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+use heapless::Vec;
+use protocol::configuration::{
+    Mounting, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants, ThrusterMounting,
+};
+use protocol::message::MAX_THRUSTERS;
+use protocol::units::{Amperes, Volts};
+use protocol::{Configuration, ConfigurationError, ModuleKind};
+
+use crate::encoder::{self, Encoder};
+use crate::endpoint::Endpoint;
+use crate::failsafe::BatteryLimits;
+use crate::homing::Homing;
+use crate::lease::{LeaseLimits, ThrustLease};
+use crate::limits::Limits;
+use crate::link::Identity;
+use crate::modboat::Modboat;
+use crate::motor::Bridge;
+use crate::rov::Rov;
+use crate::servo::{CurrentSense, ServoError, ServoParameters};
+use crate::swimmer::Swimmer;
+use crate::tail::Tail;
+use crate::thruster::bank::{self, Bank, BankError};
+use crate::thruster::esc::Demands;
+
+/// Why a board has nothing to run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NotProvisioned {
+    /// There is no valid image.
+    Image(ConfigurationError),
+    /// The image is for another kind of robot.
+    Kind(ModuleKind),
+    /// No motor is like that.
+    Servo(ServoError),
+    /// No thrusters are like that.
+    Bank(BankError),
+}
+
+impl fmt::Display for NotProvisioned {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Image(error) => write!(f, "configuration: {error}"),
+            Self::Kind(ModuleKind::Modboat) => f.write_str("the configuration is a Modboat's"),
+            Self::Kind(ModuleKind::Rov) => f.write_str("the configuration is an ROV's"),
+            Self::Servo(error) => write!(f, "configuration: servo.{error}"),
+            Self::Bank(error) => write!(f, "configuration: thrusters: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for NotProvisioned {}
+
+impl From<ConfigurationError> for NotProvisioned {
+    fn from(error: ConfigurationError) -> Self {
+        Self::Image(error)
+    }
+}
+
+impl From<ServoError> for NotProvisioned {
+    fn from(error: ServoError) -> Self {
+        Self::Servo(error)
+    }
+}
+
+impl From<BankError> for NotProvisioned {
+    fn from(error: BankError) -> Self {
+        Self::Bank(error)
+    }
+}
+
+/// Who the image makes the module, in the life that `boot` names; see [`Identity::boot`].
+#[must_use]
+pub fn identity(configuration: &Configuration, boot: [u8; 12]) -> Identity {
+    Identity {
+        module: configuration.module,
+        fleet: configuration.fleet,
+        key: configuration.key.clone(),
+        boot,
+        report_every: configuration.report_every,
+        sure_within: configuration.sure_within,
+    }
+}
+
+/// A Modboat of the image and the board's parts.
+///
+/// # Errors
+/// [`NotProvisioned`].
+pub fn modboat<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin>(
+    configuration: &Configuration,
+    boot: [u8; 12],
+    encoder: E,
+    sense: S,
+    bridge: Bridge<P, A, B>,
+) -> Result<Modboat<E, S, P, A, B>, NotProvisioned> {
+    let Robot::Modboat(constants) = &configuration.robot else {
+        return Err(NotProvisioned::Kind(configuration.kind()));
+    };
+    let servo = ServoParameters::from(&constants.servo);
+    let tail = Tail::new(encoder, constants.encoder.mounting.into(), sense, bridge, &servo)?;
+    let endpoint = Endpoint::new(Some(identity(configuration, boot)), Swimmer::new(constants.into()));
+    let homing =
+        Homing::new(constants.encoder.homing_speed, constants.encoder.homing_after, servo.no_load_speed);
+    Ok(Modboat::new(endpoint, tail).with_battery((&configuration.supply).into()).with_homing(homing))
+}
+
+/// An ROV of the image and the board's pins, in the board's order.
+///
+/// # Errors
+/// [`NotProvisioned`].
+pub fn rov<P: SetDutyCycle>(
+    configuration: &Configuration,
+    boot: [u8; 12],
+    pins: impl IntoIterator<Item = P>,
+) -> Result<Rov<P>, NotProvisioned> {
+    let Robot::Rov(constants) = &configuration.robot else {
+        return Err(NotProvisioned::Kind(configuration.kind()));
+    };
+    let mountings: Vec<bank::Mounting, MAX_THRUSTERS> =
+        constants.thrusters.iter().map(|&m| m.into()).collect();
+    let bank = Bank::new(pins, &mountings, constants.into())?;
+    let endpoint = Endpoint::new(Some(identity(configuration, boot)), ThrustLease::new(constants.into()));
+    Ok(Rov::new(endpoint, bank).with_battery((&configuration.supply).into()))
+}
+
+/// The battery's voltage where the board's input shows `input`; not a number where nothing is wired.
+#[must_use]
+pub fn battery(supply: &SupplyConstants, input: Volts) -> Volts {
+    Volts(if supply.volts_per_volt > 0.0 { input.0 * supply.volts_per_volt } else { f32::NAN })
+}
+
+/// The current where the board's input shows `input`; nothing where nothing is wired.
+#[must_use]
+pub fn current(supply: &SupplyConstants, input: Volts) -> Option<Amperes> {
+    (supply.amperes_per_volt > 0.0).then_some(Amperes(input.0 * supply.amperes_per_volt))
+}
+
+impl From<&TailConstants> for Limits {
+    fn from(constants: &TailConstants) -> Self {
+        let &TailConstants {
+            amplitude_min,
+            amplitude_max,
+            centerline_max,
+            rotation_max,
+            speed_max,
+            period_min,
+            period_max,
+            transition_max,
+            servo: _,
+            encoder: _,
+        } = constants;
+        Self {
+            amplitude_min,
+            amplitude_max,
+            centerline_max,
+            rotation_max,
+            speed_max,
+            period_min,
+            period_max,
+            transition_max,
+        }
+    }
+}
+
+impl From<&ServoConstants> for ServoParameters {
+    fn from(constants: &ServoConstants) -> Self {
+        let &ServoConstants {
+            no_load_speed,
+            time_constant_s,
+            position_gain_per_s,
+            rate_gain,
+            speed_max,
+            stall_current,
+            current_max,
+            following_error_max,
+            interval,
+        } = constants;
+        Self {
+            no_load_speed,
+            time_constant_s,
+            position_gain_per_s,
+            rate_gain,
+            speed_max,
+            stall_current,
+            current_max,
+            following_error_max,
+            interval,
+        }
+    }
+}
+
+impl From<Mounting> for encoder::Mounting {
+    fn from(Mounting { zero_counts, reversed }: Mounting) -> Self {
+        Self { zero_counts, reversed }
+    }
+}
+
+impl From<ThrusterMounting> for bank::Mounting {
+    fn from(ThrusterMounting { output, reversed }: ThrusterMounting) -> Self {
+        Self { output, reversed }
+    }
+}
+
+impl From<&RovConstants> for bank::Settings {
+    fn from(constants: &RovConstants) -> Self {
+        let &RovConstants { frame_rate_hz, arming, slew_n_s, reversal_delay, .. } = constants;
+        Self { frame_rate_hz, arming, demands: Demands { slew_n_s, reversal_delay } }
+    }
+}
+
+impl From<&RovConstants> for LeaseLimits {
+    fn from(constants: &RovConstants) -> Self {
+        let &RovConstants { thrust_max, lease_max, .. } = constants;
+        Self { thrusters: constants.thrusters.len(), thrust_max, lease_max }
+    }
+}
+
+impl From<&SupplyConstants> for BatteryLimits {
+    fn from(constants: &SupplyConstants) -> Self {
+        let &SupplyConstants { low, recover, hold_off, .. } = constants;
+        Self { low, recover, hold_off }
+    }
+}

@@ -1,0 +1,157 @@
+//! From the count of a quadrature encoder and an index switch to the reading of an absolute one.
+//!
+//! n = ((c − c₀) mod N)·M/N
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | c | the counter of the hardware: each edge of both lines, wrapping at 2³² | count |
+//! | c₀ | its value at the index | count |
+//! | N | counts in one turn of the tail, gears included | count |
+//! | n, M | reading, and readings in one turn: [`READINGS`] | reading |
+//!
+//! The index is a hall switch and a magnet on the axis. It is on over some degrees, so only one of its two edges is meant: the
+//! one that is passed into the magnet while the count rises, and out of it while the count falls. That is the same place
+//! from either side.
+//!
+//! Assumptions and limits: an edge counts only while the tail turns slowly, at most [`SLOW_PER_TURN`] of a turn between two
+//! updates, or the place would be uncertain by what it moves meanwhile. The first such edge decides; later ones change nothing. A
+//! count that is lost later is not noticed here.
+
+/// Readings in one turn, M.
+pub const READINGS: u32 = 1 << 16;
+
+/// Counts in one turn that are told apart at most.
+pub const COUNTS_MAX: u32 = 1 << 24;
+
+/// An edge of the index counts where the tail has moved less than a turn by this since the update before: 3 rad/s at 1 kHz.
+pub const SLOW_PER_TURN: u32 = 2_000;
+
+/// See the module's documentation.
+#[derive(Clone, Debug)]
+pub struct Quadrature {
+    counts_per_turn: u32,
+    /// The counter and the index at the last update.
+    last: Option<(i32, bool)>,
+    /// The count rose when it changed last.
+    rising: Option<bool>,
+    /// Counts from the index, 0..N, once that has been seen.
+    position: Option<u32>,
+}
+
+impl Quadrature {
+    /// Of an encoder with so many counts in one turn of the tail; taken into 1..=[`COUNTS_MAX`].
+    #[must_use]
+    pub fn new(counts_per_turn: u32) -> Self {
+        Self {
+            counts_per_turn: counts_per_turn.clamp(1, COUNTS_MAX),
+            last: None,
+            rising: None,
+            position: None,
+        }
+    }
+
+    /// Takes in the counter and whether the index is on.
+    pub fn update(&mut self, counter: i32, index: bool) {
+        let Some((last, index_before)) = self.last.replace((counter, index)) else { return };
+        let moved = counter.wrapping_sub(last);
+        if moved != 0 {
+            self.rising = Some(moved > 0);
+        }
+        self.position = self.position.map(|position| self.beyond(position, moved));
+        let slow =
+            moved.unsigned_abs() <= self.counts_per_turn.checked_div(SLOW_PER_TURN).unwrap_or(0).max(1);
+        let at_edge = index != index_before && self.rising == Some(index);
+        if self.position.is_none() && slow && at_edge {
+            self.position = Some(0);
+        }
+    }
+
+    /// The reading, 0..[`READINGS`]; nothing before the index was seen.
+    #[must_use]
+    pub fn reading(&self) -> Option<u32> {
+        // n = ((c − c₀) mod N)·M/N
+        let readings = u64::from(self.position?).saturating_mul(u64::from(READINGS));
+        u32::try_from(readings.checked_div(u64::from(self.counts_per_turn))?).ok()
+    }
+
+    /// `position` moved on by `by`, within the turn.
+    fn beyond(&self, position: u32, by: i32) -> u32 {
+        let moved = i64::from(position).saturating_add(i64::from(by));
+        u32::try_from(moved.checked_rem_euclid(i64::from(self.counts_per_turn)).unwrap_or(0)).unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A magnet over a tenth of a turn, from count 0 up.
+    fn index(count: i64, per_turn: u32) -> bool {
+        count.rem_euclid(i64::from(per_turn)) * 10 < i64::from(per_turn)
+    }
+
+    fn turn(encoder: &mut Quadrature, per_turn: u32, from: i64, to: i64, step: i64) {
+        let mut count = from;
+        while (to - count) * step.signum() >= 0 {
+            encoder.update(count as i32, index(count, per_turn));
+            count += step;
+        }
+    }
+
+    #[test]
+    fn the_index_is_one_place_from_either_side() {
+        for (per_turn, step) in [(4_800, 1), (4_800, 2), (600, 1), (20_000, 7)] {
+            for (from, to) in [(-1_000, 1_000), (1_500, -1_000)] {
+                let step = if to > from { step } else { -step };
+                let mut encoder = Quadrature::new(per_turn);
+                turn(&mut encoder, per_turn, from, to, step);
+                let reading = encoder.reading().unwrap_or_else(|| panic!("{per_turn}, {from} to {to}"));
+                let last = from + (to - from) / step * step;
+                let meant = last.rem_euclid(i64::from(per_turn)) * 65_536 / i64::from(per_turn);
+                let off = (i64::from(reading) - meant + 32_768).rem_euclid(65_536) - 32_768;
+                assert!(off.abs() <= step.abs() * 65_536 / i64::from(per_turn) + 1, "{per_turn} {step}: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_at_the_index_is_no_zero() {
+        let mut encoder = Quadrature::new(4_800);
+        turn(&mut encoder, 4_800, 100, 4_000, 1);
+        assert_eq!(encoder.reading(), None, "it began on the magnet and left it the wrong way");
+        turn(&mut encoder, 4_800, 4_000, 5_000, 100);
+        assert_eq!(encoder.reading(), None, "it came too fast");
+        let mut still = Quadrature::new(4_800);
+        [false, true, false, true].into_iter().for_each(|on| still.update(77, on));
+        assert_eq!(still.reading(), None, "a switch that flickers over a tail at rest");
+    }
+
+    proptest! {
+        /// However it is turned after the zero was found, over any number of turns and of wraps.
+        #[test]
+        fn the_reading_follows(per_turn in 1_u32..=COUNTS_MAX, start in any::<i32>(), moves in prop::collection::vec(-1_000_000_i32..1_000_000, 1..50)) {
+            let mut encoder = Quadrature::new(per_turn);
+            encoder.update(start.wrapping_sub(1), false);
+            encoder.update(start, true);
+            prop_assert_eq!(encoder.reading(), Some(0));
+            let (mut counter, mut whole) = (start, 0_i64);
+            for by in moves {
+                counter = counter.wrapping_add(by);
+                whole += i64::from(by);
+                encoder.update(counter, by % 2 == 0);
+                let meant = whole.rem_euclid(i64::from(per_turn)) * 65_536 / i64::from(per_turn);
+                prop_assert_eq!(encoder.reading(), u32::try_from(meant).ok());
+            }
+        }
+
+        #[test]
+        fn takes_anything(per_turn in any::<u32>(), inputs in prop::collection::vec(any::<(i32, bool)>(), 0..50)) {
+            let mut encoder = Quadrature::new(per_turn);
+            for (counter, index) in inputs {
+                encoder.update(counter, index);
+                prop_assert!(encoder.reading().is_none_or(|reading| reading < READINGS));
+            }
+        }
+    }
+}
