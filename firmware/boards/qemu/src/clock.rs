@@ -1,0 +1,125 @@
+//! Microseconds since boot on one CMSDK timer, the tick on another (Arm DDI 0479, "APB timer"; both count down at 25 MHz).
+//!
+//! The free timer wraps every 171 s; whoever asks for the time at least that often, as the tick does, never sees it.
+
+use core::cell::RefCell;
+
+use cortex_m::peripheral::NVIC;
+use critical_section::Mutex;
+use protocol::units::{Micros, MicrosSpan};
+
+use crate::registers::Registers;
+
+/// Counts in a microsecond: the board's clock of 25 MHz.
+const PER_MICROSECOND: u32 = 25;
+
+const CTRL: usize = 0x00;
+const VALUE: usize = 0x04;
+const RELOAD: usize = 0x08;
+const INT_CLEAR: usize = 0x0c;
+const ENABLE: u32 = 1;
+const INTERRUPT: u32 = 1 << 3;
+
+/// Interrupts of this board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Interrupt {
+    /// The tick.
+    Tick = 9,
+    /// The Ethernet controller.
+    Ethernet = 13,
+}
+
+// SAFETY: the numbers are those of the board's interrupt map (Arm DAI 0386, table 3-6), each once.
+unsafe impl cortex_m::interrupt::InterruptNumber for Interrupt {
+    fn number(self) -> u16 {
+        self as u16
+    }
+}
+
+struct Free {
+    timer: Registers,
+    wraps: u64,
+    last: u32,
+}
+
+// SAFETY: CMSDK timer 0, used here alone.
+static FREE: Mutex<RefCell<Free>> =
+    Mutex::new(RefCell::new(Free { timer: unsafe { Registers::at(0x4000_0000) }, wraps: 0, last: 0 }));
+
+/// Starts the clock.
+pub fn start() {
+    critical_section::with(|cs| {
+        let free = FREE.borrow_ref(cs);
+        free.timer.write(RELOAD, u32::MAX);
+        free.timer.write(VALUE, u32::MAX);
+        free.timer.write(CTRL, ENABLE);
+    });
+}
+
+/// Counts since the start, 25 to a microsecond.
+pub fn counts() -> u64 {
+    critical_section::with(|cs| {
+        let mut free = FREE.borrow_ref_mut(cs);
+        let count = u32::MAX - free.timer.read(VALUE);
+        if count < free.last {
+            free.wraps += 1;
+        }
+        free.last = count;
+        free.wraps << 32 | u64::from(count)
+    })
+}
+
+/// Time since the start, own clock.
+#[must_use]
+pub fn now() -> Micros {
+    Micros(counts() / u64::from(PER_MICROSECOND))
+}
+
+/// The tick's timer.
+#[derive(Debug)]
+pub struct Tick {
+    timer: Registers,
+    counts: u32,
+}
+
+impl Tick {
+    /// Interrupts every `interval` from now on.
+    #[must_use]
+    pub fn start(interval: MicrosSpan) -> Self {
+        let counts = interval.0.saturating_mul(PER_MICROSECOND).max(PER_MICROSECOND);
+        // SAFETY: CMSDK timer 1, used here alone.
+        let timer = unsafe { Registers::at(0x4000_1000) };
+        timer.write(RELOAD, counts - 1);
+        timer.write(VALUE, counts - 1);
+        timer.write(INT_CLEAR, 1);
+        timer.write(CTRL, ENABLE | INTERRUPT);
+        Self { timer, counts }
+    }
+
+    /// Whether a tick is due; it is not any more then.
+    pub fn take(&self) -> bool {
+        let due = self.is_due();
+        if due {
+            self.timer.write(INT_CLEAR, 1);
+        }
+        due
+    }
+
+    /// Whether a tick is due.
+    #[must_use]
+    pub fn is_due(&self) -> bool {
+        self.timer.read(INT_CLEAR) & 1 != 0
+    }
+
+    /// How long ago the last tick was due.
+    #[must_use]
+    pub fn late(&self) -> MicrosSpan {
+        MicrosSpan((self.counts - 1).saturating_sub(self.timer.read(VALUE)) / PER_MICROSECOND)
+    }
+}
+
+/// Lets the control loop run as if a tick had come: a datagram waits for it.
+pub fn call_control() {
+    NVIC::pend(Interrupt::Tick);
+}

@@ -1,0 +1,184 @@
+//! The control loop: an interrupt at every tick, and whenever a datagram waits. Nothing delays it, least of all the network.
+//!
+//! ```text
+//! main loop   frames → smoltcp → inbox ─┐ call                    ┌→ outbox → smoltcp → frames
+//! interrupt                             └→ tick?  handle…  poll_transmit…
+//! ```
+//!
+//! Datagrams are handled after the tick, and no more of them once the next one is due: whatever comes, ticks go first.
+
+use core::cell::RefCell;
+
+use critical_section::Mutex;
+use firmware::modboat::Modboat;
+use heapless::Vec;
+use heapless::spsc::{Consumer, Producer, Queue};
+use protocol::configuration::SupplyConstants;
+use protocol::ledger::Incoming;
+use protocol::units::{Micros, MicrosSpan, Volts};
+use protocol::{Faults, MAX_DATAGRAM, ModuleState};
+
+use crate::clock::{self, Tick};
+use crate::motor::{self, DirectionPin, PwmPin, Sensors};
+
+/// The firmware on this board.
+pub type Firmware = Modboat<Sensors, Sensors, PwmPin, DirectionPin, DirectionPin>;
+
+/// One datagram.
+pub type Datagram = Vec<u8, MAX_DATAGRAM>;
+
+/// Datagrams on their way between the loops, one less than the number, each way.
+const WAITING: usize = 17;
+
+/// A queue of datagrams.
+pub type Mail = Queue<Datagram, WAITING>;
+
+/// What two lithium cells show at the divider's output. *Assumed*, and constant.
+const BATTERY: Volts = Volts(7.4);
+
+/// How the loop does.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Statistics {
+    /// Ticks done.
+    pub ticks: u64,
+    /// Ticks that never came, because those before took too long.
+    pub missed: u64,
+    /// Longest wait of a tick for its turn.
+    pub latest: MicrosSpan,
+    /// Longest tick.
+    pub longest_tick: MicrosSpan,
+    /// Longest stay in the interrupt.
+    pub longest_turn: MicrosSpan,
+    /// What came over the link.
+    pub incoming: Incoming,
+    /// Datagrams that found the outbox full.
+    pub unsent: u64,
+    /// What the module does.
+    pub state: Option<ModuleState>,
+    /// What is wrong with it.
+    pub faults: Faults,
+    /// The cycle that it runs.
+    pub running: u32,
+}
+
+/// See the module's documentation.
+pub struct Control {
+    firmware: Firmware,
+    supply: SupplyConstants,
+    tick: Tick,
+    interval: MicrosSpan,
+    first: Option<Micros>,
+    inbox: Consumer<'static, Datagram>,
+    outbox: Producer<'static, Datagram>,
+    statistics: Statistics,
+}
+
+static CONTROL: Mutex<RefCell<Option<Control>>> = Mutex::new(RefCell::new(None));
+
+impl Control {
+    /// Starts ticking `firmware` every `interval`.
+    pub fn start(
+        firmware: Firmware,
+        supply: SupplyConstants,
+        interval: MicrosSpan,
+        inbox: Consumer<'static, Datagram>,
+        outbox: Producer<'static, Datagram>,
+    ) {
+        let tick = Tick::start(interval);
+        let control = Self {
+            firmware,
+            supply,
+            tick,
+            interval,
+            first: None,
+            inbox,
+            outbox,
+            statistics: Statistics::default(),
+        };
+        critical_section::with(|cs| *CONTROL.borrow_ref_mut(cs) = Some(control));
+        // SAFETY: what its handler needs is in place.
+        unsafe { cortex_m::peripheral::NVIC::unmask(clock::Interrupt::Tick) };
+    }
+
+    fn turn(&mut self) {
+        let began = clock::now();
+        if self.tick.take() {
+            self.count_tick(began);
+            motor::step(f64::from(self.interval.as_secs_f32()));
+            let battery = firmware::provision::battery(&self.supply, self.divided());
+            // The pins of this board cannot fail.
+            let _ = self.firmware.tick(began, battery);
+            let took = clock::now().since(began);
+            self.statistics.longest_tick = self.statistics.longest_tick.max(took);
+        }
+        while !self.tick.is_due() {
+            let Some(datagram) = self.inbox.dequeue() else { break };
+            // What is not for it is counted there.
+            let _ = self.firmware.handle_datagram(clock::now(), &datagram);
+        }
+        let mut buffer = [0; MAX_DATAGRAM];
+        while let Some(datagram) = self.firmware.poll_transmit(&mut buffer) {
+            let datagram = Vec::from_slice(datagram).unwrap_or_default();
+            if self.outbox.enqueue(datagram).is_err() {
+                self.statistics.unsent += 1;
+            }
+        }
+        self.statistics.longest_turn = self.statistics.longest_turn.max(clock::now().since(began));
+    }
+
+    /// The battery as this board's input would show it.
+    fn divided(&self) -> Volts {
+        Volts(BATTERY.0 / self.supply.volts_per_volt)
+    }
+
+    fn count_tick(&mut self, now: Micros) {
+        let late = self.tick.late();
+        let first = *self.first.get_or_insert(Micros(now.0.saturating_sub(u64::from(late.0))));
+        let statistics = &mut self.statistics;
+        statistics.ticks += 1;
+        statistics.latest = statistics.latest.max(late);
+        let due = (now.0 - first.0 + 1) / u64::from(self.interval.0) + 1;
+        statistics.missed = due.saturating_sub(statistics.ticks);
+    }
+
+    fn statistics(&mut self) -> Statistics {
+        let endpoint = self.firmware.endpoint();
+        let now = clock::now();
+        let present = Statistics {
+            incoming: endpoint.link().map_or(Incoming::default(), |link| *link.incoming()),
+            state: Some(endpoint.state(now)),
+            faults: endpoint.failsafe().faults(),
+            running: endpoint.running(now).unwrap_or(0),
+            ..self.statistics
+        };
+        let statistics = &mut self.statistics;
+        (statistics.latest, statistics.longest_tick, statistics.longest_turn) =
+            (MicrosSpan(0), MicrosSpan(0), MicrosSpan(0));
+        present
+    }
+}
+
+/// The tick's interrupt.
+pub fn interrupted() {
+    with(Control::turn);
+}
+
+/// How the loop has done since this was asked last, and in all.
+#[must_use]
+pub fn statistics() -> Statistics {
+    with(Control::statistics).unwrap_or_default()
+}
+
+/// What the module does, and what is wrong with it.
+#[must_use]
+pub fn state() -> (ModuleState, Faults) {
+    let state = |control: &mut Control| {
+        let endpoint = control.firmware.endpoint();
+        (endpoint.state(clock::now()), endpoint.failsafe().faults())
+    };
+    with(state).unwrap_or((ModuleState::Boot, Faults::default()))
+}
+
+fn with<T>(use_it: impl FnOnce(&mut Control) -> T) -> Option<T> {
+    critical_section::with(|cs| CONTROL.borrow_ref_mut(cs).as_mut().map(use_it))
+}

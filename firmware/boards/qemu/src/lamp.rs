@@ -1,0 +1,36 @@
+//! The lamp: the board's first user LED (Arm DAI 0386, "FPGA system control", FPGAIO_LED0).
+
+use crate::registers::Registers;
+
+const LED0: usize = 0x00;
+
+/// See the module's documentation.
+#[derive(Debug)]
+pub struct Lamp {
+    registers: Registers,
+    lit: bool,
+}
+
+impl Lamp {
+    /// Off.
+    ///
+    /// # Safety
+    /// Only one may be in use.
+    #[must_use]
+    pub unsafe fn new() -> Self {
+        // SAFETY: the FPGA's input and output block; the caller has no other lamp.
+        let registers = unsafe { Registers::at(0x4002_8000) };
+        registers.write(LED0, 0);
+        Self { registers, lit: false }
+    }
+
+    /// On or off; whether that is a change.
+    pub fn set(&mut self, lit: bool) -> bool {
+        let changes = lit != self.lit;
+        if changes {
+            self.registers.write(LED0, u32::from(lit));
+            self.lit = lit;
+        }
+        changes
+    }
+}

@@ -1,0 +1,27 @@
+//! A Modboat for the emulator's `mps2-an386`: the drivers, and nothing of what a module does.
+//!
+//! | module | drives |
+//! |---|---|
+//! | [`clock`] | microseconds and the tick, on two CMSDK timers |
+//! | [`motor`] | bridge, encoder and current sensor of a motor in software |
+//! | [`lan9118`] | the Ethernet controller, as a device of smoltcp |
+//! | [`network`] | address, UDP |
+//! | [`uart`] | lines of text |
+//! | [`lamp`] | the lamp |
+//! | [`configuration`] | the image that `flotilla provision` wrote |
+//! | [`semihosting`] | what only an emulator has: dice of the PC, a status to end with |
+//! | [`control`] | the loop that calls the firmware |
+//! | [`stack`] | how deep the stack has been |
+#![no_std]
+
+pub mod clock;
+pub mod configuration;
+pub mod control;
+pub mod lamp;
+pub mod lan9118;
+pub mod motor;
+pub mod network;
+mod registers;
+pub mod semihosting;
+pub mod stack;
+pub mod uart;

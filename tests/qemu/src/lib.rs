@@ -1,0 +1,13 @@
+//! Emulated modules for tests: the image that `firmware/boards/build` made, in `qemu-system-arm`, on UDP ports of this machine.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`emulator`] | one emulated module: started, listened to, killed |
+//! | [`fleet`] | emulated modules as the fleet of a run |
+//! | [`provisioned`] | its configuration |
+//! | [`report`] | the line that an emulated module prints every second |
+
+pub mod emulator;
+pub mod fleet;
+pub mod provisioned;
+pub mod report;
