@@ -5,9 +5,8 @@ const FAR_US: i64 = 1 << 40;
 
 /// From `earlier` to `later`, µs; at most ±2⁴⁰.
 pub(super) fn along(earlier: u64, later: u64) -> i64 {
-    let span =
-        |more: u64, less: u64| i64::try_from(more.saturating_sub(less)).unwrap_or(i64::MAX).min(FAR_US);
-    span(later, earlier).saturating_sub(span(earlier, later))
+    let beyond = if later > earlier { FAR_US } else { -FAR_US };
+    later.checked_signed_diff(earlier).unwrap_or(beyond).clamp(-FAR_US, FAR_US)
 }
 
 /// 10⁻⁹ as a multiple of 2⁻³², rounded.

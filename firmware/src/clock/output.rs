@@ -5,8 +5,13 @@
 //! ```
 //!
 //! One sum is rounded down, in units of 2⁻³² µs, so that no two roundings can meet and turn the time back by 1 µs.
+//!
+//! The time is asked some times a tick, on processors that multiply 64 bits in several steps and check them in many. None
+//! of the products needs a check: |age| ≤ 2⁴⁰ µs, rates are below 2²²·2⁻³² (1000 ppm) and |rest| ≤ 2²⁹ µs, so that all stay
+//! below 2⁶², and their sums below 2⁶³.
 
 use super::exact::{along, ppb_q32};
+use super::known::DRIFT_MAX_PPB;
 
 /// The most that is slewed, beyond the drift: 500 ppm. *Assumed*, as adjtime(3) does.
 pub(super) const SLEW_PPB: i32 = 500_000;
@@ -28,21 +33,21 @@ pub(super) struct Output {
 impl Output {
     /// On the line through `offset_us` at `at_us` at once.
     pub(super) fn at_once(at_us: u64, offset_us: i64, drift_ppb: i32) -> Self {
-        Self { from_us: at_us, offset_us, rate_q32: ppb_q32(drift_ppb), rest_us: 0 }
+        Self { from_us: at_us, offset_us, rate_q32: rate_q32(drift_ppb), rest_us: 0 }
     }
 
     /// From where it is at `at_us` towards that line.
     pub(super) fn slewed(&self, at_us: u64, offset_us: i64, drift_ppb: i32) -> Self {
         let told_us = self.offset_us(at_us);
         let rest_us = offset_us.saturating_sub(told_us).clamp(-REST_MAX_US, REST_MAX_US);
-        Self { from_us: at_us, offset_us: told_us, rate_q32: ppb_q32(drift_ppb), rest_us }
+        Self { from_us: at_us, offset_us: told_us, rate_q32: rate_q32(drift_ppb), rest_us }
     }
 
     /// Fleet clock less own clock, as told at `local_us`.
     pub(super) fn offset_us(&self, local_us: u64) -> i64 {
         let age_us = along(self.from_us, local_us);
-        let drifted_q32 = age_us.saturating_mul(self.rate_q32);
-        self.offset_us.saturating_add(drifted_q32.saturating_add(self.slewed_q32(age_us)) >> 32)
+        let drifted_q32 = age_us.wrapping_mul(self.rate_q32);
+        self.offset_us.saturating_add(drifted_q32.wrapping_add(self.slewed_q32(age_us)) >> 32)
     }
 
     /// What is still to be slewed at `local_us`.
@@ -51,7 +56,15 @@ impl Output {
     }
 
     fn slewed_q32(&self, age_us: i64) -> i64 {
-        let most_q32 = age_us.max(0).saturating_mul(SLEW_Q32);
-        self.rest_us.saturating_mul(1 << 32).clamp(most_q32.saturating_neg(), most_q32)
+        if self.rest_us == 0 {
+            return 0;
+        }
+        let most_q32 = age_us.max(0).wrapping_mul(SLEW_Q32);
+        self.rest_us.wrapping_mul(1 << 32).clamp(most_q32.saturating_neg(), most_q32)
     }
+}
+
+/// The drift as a multiple of 2⁻³².
+fn rate_q32(drift_ppb: i32) -> i64 {
+    ppb_q32(drift_ppb.clamp(-DRIFT_MAX_PPB, DRIFT_MAX_PPB))
 }

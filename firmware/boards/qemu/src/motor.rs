@@ -18,15 +18,24 @@ const MAX_DUTY: u16 = 10_000;
 /// Counts of the absolute encoder in one turn (12 bits), zero where the tail points along x_S.
 const ENCODER_COUNTS: u32 = 4096;
 
-/// The wires between the board and its motor.
+/// The wires between the board and its motor: what the pins put out, and what the sensors show as of the last step.
 struct Wires {
     motor: Option<Motor>,
     duty: u16,
     in1: bool,
     in2: bool,
+    encoder_counts: u32,
+    current: Amperes,
 }
 
-static WIRES: Mutex<RefCell<Wires>> = Mutex::new(RefCell::new(Wires { motor: None, duty: 0, in1: false, in2: false }));
+static WIRES: Mutex<RefCell<Wires>> = Mutex::new(RefCell::new(Wires {
+    motor: None,
+    duty: 0,
+    in1: false,
+    in2: false,
+    encoder_counts: 0,
+    current: Amperes(0.0),
+}));
 
 fn with<T>(use_it: impl FnOnce(&mut Wires) -> T) -> T {
     critical_section::with(|cs| use_it(&mut WIRES.borrow_ref_mut(cs)))
@@ -41,16 +50,13 @@ pub fn connect() {
 pub fn step(dt_s: f64) {
     with(|wires| {
         let drive = plant::drive(f64::from(wires.duty) / f64::from(MAX_DUTY), wires.in1, wires.in2);
-        if let Some(motor) = &mut wires.motor {
-            motor.step(drive, dt_s);
-        }
+        let Some(motor) = &mut wires.motor else { return };
+        motor.step(drive, dt_s);
+        wires.encoder_counts = plant::encoder_counts(motor.angle_rad(), ENCODER_COUNTS);
+        #[expect(clippy::cast_possible_truncation, reason = "a current of some amperes")]
+        let current_a = motor.current_a() as f32;
+        wires.current = Amperes(current_a);
     });
-}
-
-/// Where the tail really is, rad.
-#[must_use]
-pub fn angle_rad() -> f64 {
-    with(|wires| wires.motor.as_ref().map_or(0.0, Motor::angle_rad))
 }
 
 /// The bridge to it.
@@ -124,7 +130,7 @@ impl Encoder for Sensors {
     const COUNTS_PER_TURN: u32 = ENCODER_COUNTS;
 
     fn counts(&mut self) -> Result<u32, Infallible> {
-        Ok(plant::encoder_counts(angle_rad(), ENCODER_COUNTS))
+        Ok(with(|wires| wires.encoder_counts))
     }
 }
 
@@ -132,8 +138,6 @@ impl CurrentSense for Sensors {
     type Error = Infallible;
 
     fn current(&mut self) -> Result<Option<Amperes>, Infallible> {
-        let current_a = with(|wires| wires.motor.as_ref().map_or(0.0, Motor::current_a));
-        #[expect(clippy::cast_possible_truncation, reason = "a current of some amperes")]
-        Ok(Some(Amperes(current_a as f32)))
+        Ok(Some(with(|wires| wires.current)))
     }
 }
