@@ -56,6 +56,8 @@ mod exact;
 mod known;
 mod output;
 
+use core::cell::Cell;
+
 use protocol::units::{Micros, MicrosSpan};
 
 use blocks::{Block, Blocks, Sight};
@@ -124,6 +126,8 @@ pub struct FleetClock {
     exchanges: usize,
     /// The own clock may have jumped at this time: requests sent before it say nothing.
     disturbed_us: u64,
+    /// What was told last, as it is asked for again several times a tick: own clock and fleet clock.
+    told: Cell<Option<(Micros, Micros)>>,
 }
 
 impl Default for FleetClock {
@@ -136,7 +140,14 @@ impl FleetClock {
     /// A clock that knows nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { blocks: Blocks::new(), prior: Prior::QUARTZ, known: None, exchanges: 0, disturbed_us: 0 }
+        Self {
+            blocks: Blocks::new(),
+            prior: Prior::QUARTZ,
+            known: None,
+            exchanges: 0,
+            disturbed_us: 0,
+            told: Cell::new(None),
+        }
     }
 
     /// Takes an exchange in; while `busy`, a cycle runs and the time told is slewed, by at most 500 ppm beside the
@@ -144,6 +155,7 @@ impl FleetClock {
     /// of delay), or it came twice, ended before the last or began before a disturbance: it is then left out.
     pub fn add(&mut self, exchange: &Exchange, busy: bool) -> bool {
         let Some(sights) = exchange.sights() else { return false };
+        self.told.set(None);
         let (at_us, request_us) = (sights.backward.at_us, sights.forward.at_us);
         if request_us < self.disturbed_us {
             return false;
@@ -202,7 +214,12 @@ impl FleetClock {
     /// Fleet time at `local` on the own clock. Nothing before the first exchange, or where it does not fit.
     #[must_use]
     pub fn fleet(&self, local: Micros) -> Option<Micros> {
-        local.0.checked_add_signed(self.known.as_ref()?.output.offset_us(local.0)).map(Micros)
+        if let Some((_, fleet)) = self.told.get().filter(|(asked, _)| *asked == local) {
+            return Some(fleet);
+        }
+        let fleet = local.0.checked_add_signed(self.known.as_ref()?.output.offset_us(local.0)).map(Micros)?;
+        self.told.set(Some((local, fleet)));
+        Some(fleet)
     }
 
     /// Own time at `fleet` on the fleet clock, to 1 µs. Nothing before the first exchange, or where it does not fit.

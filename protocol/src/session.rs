@@ -274,7 +274,7 @@ fn seal<'a>(
         .map_err(|_| too_small)?;
     let end = clear.saturating_add(length);
     let guarded = end.saturating_add(TAG);
-    buffer.get_mut(end..guarded).ok_or(too_small)?.copy_from_slice(&tag);
+    *buffer.get_mut(end..).and_then(<[u8]>::first_chunk_mut).ok_or(too_small)? = tag.into();
     finish(buffer, guarded)
 }
 

@@ -74,7 +74,14 @@ impl Motor {
     /// At rest, with the tail at `angle_rad`.
     #[must_use]
     pub const fn new(constants: Constants, angle_rad: f64) -> Self {
-        Self { constants, angle_rad, rate_rad_s: 0.0, acceleration_rad_s2: 0.0, current_a: 0.0, jammed: false }
+        Self {
+            constants,
+            angle_rad,
+            rate_rad_s: 0.0,
+            acceleration_rad_s2: 0.0,
+            current_a: 0.0,
+            jammed: false,
+        }
     }
 
     /// Goes on by `dt_s` with `drive` in −1..1; nothing: it coasts.
@@ -98,7 +105,8 @@ impl Motor {
         } else {
             // φ̈ = φ̈_m − (c/J)·φ̇|φ̇|                                                              (m2)
             let drag_per_rad = c.tail_drag_n_m_s2 / c.rotor_inertia_kg_m2;
-            (self.rate_rad_s + motor_rad_s2 * dt_s) / (1.0 + drag_per_rad * libm::fabs(self.rate_rad_s) * dt_s)
+            (self.rate_rad_s + motor_rad_s2 * dt_s)
+                / (1.0 + drag_per_rad * libm::fabs(self.rate_rad_s) * dt_s)
         };
         self.acceleration_rad_s2 = (rate_rad_s - self.rate_rad_s) / dt_s;
         self.angle_rad += 0.5 * (self.rate_rad_s + rate_rad_s) * dt_s;

@@ -128,15 +128,22 @@ impl Planes {
     /// S and ν
     fn scatter_us(&self, drift_ppm: f32) -> (f32, f32) {
         let [high, low] = self.edges_us(drift_ppm);
-        let mut distances: heapless::Vec<(f32, f32), { 2 * BLOCKS }> = heapless::Vec::new();
-        for point in &self.points {
-            let [forward, backward] = point.now_us(drift_ppm);
-            distances.extend([(forward - high, point.count), (low - backward, point.count)]);
-        }
-        distances.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let distances = || {
+            self.points.iter().flat_map(|point| {
+                let [forward, backward] = point.now_us(drift_ppm);
+                [(forward - high, point.count), (low - backward, point.count)]
+            })
+        };
         let half = self.points.len();
-        let median_us = distances.get(half).map_or(0.0, |distance| distance.0);
-        let sum_us = distances.iter().map(|(distance, count)| count * distance.min(median_us)).sum();
+        // The one with half of the others below it; found by counting, as 32 are too few to be worth sorting.
+        let is_median = |us: f32| {
+            let (below, up_to) = distances().fold((0, 0), |(below, up_to): (usize, usize), (other, _)| {
+                (below.saturating_add((other < us).into()), up_to.saturating_add((other <= us).into()))
+            });
+            below <= half && half < up_to
+        };
+        let median_us = distances().map(|(us, _)| us).find(|us| is_median(*us)).unwrap_or(0.0);
+        let sum_us = distances().map(|(distance, count)| count * distance.min(median_us)).sum();
         (sum_us, (number(u32::try_from(half).unwrap_or(0)) - 2.0).max(1.0))
     }
 

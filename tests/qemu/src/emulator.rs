@@ -113,8 +113,12 @@ impl Emulator {
         let out = process.stdout.take().expect("piped");
         let err = process.stderr.take().expect("piped");
         let from_err = sender.clone();
-        std::thread::spawn(move || BufReader::new(out).lines().map_while(Result::ok).try_for_each(|l| sender.send(l)));
-        std::thread::spawn(move || BufReader::new(err).lines().map_while(Result::ok).try_for_each(|l| from_err.send(l)));
+        std::thread::spawn(move || {
+            BufReader::new(out).lines().map_while(Result::ok).try_for_each(|l| sender.send(l))
+        });
+        std::thread::spawn(move || {
+            BufReader::new(err).lines().map_while(Result::ok).try_for_each(|l| from_err.send(l))
+        });
         let address = setup.forward.map(|(outside, _)| SocketAddr::from((Ipv4Addr::LOCALHOST, outside)));
         Self { process, lines, seen: Vec::new(), _folder: folder, address }
     }

@@ -4,8 +4,8 @@ use firmware::limits::Limits;
 use firmware::servo::ServoParameters;
 use host::link::identity::HostIdentity;
 use protocol::configuration::{
-    EncoderConstants, Host, IMAGE_MAX, Mounting, Network, Own, Passphrase, Robot, ServoConstants, SupplyConstants,
-    TailConstants,
+    EncoderConstants, Host, IMAGE_MAX, Mounting, Network, Own, Passphrase, Robot, ServoConstants,
+    SupplyConstants, TailConstants,
 };
 use protocol::units::{MicrosSpan, RadiansPerSecond, Volts};
 use protocol::{Configuration, ModuleId};

@@ -1,6 +1,7 @@
 //! Microseconds since boot on one CMSDK timer, the tick on another (Arm DDI 0479, "APB timer"; both count down at 25 MHz).
 //!
-//! The free timer wraps every 171 s; whoever asks for the time at least that often, as the tick does, never sees it.
+//! The free timer wraps every 171 s; whoever asks for the time at least that often, as the tick does, never sees it. Microseconds
+//! are added up as they pass, which takes no division of 64 bits.
 
 use core::cell::RefCell;
 
@@ -39,18 +40,44 @@ unsafe impl cortex_m::interrupt::InterruptNumber for Interrupt {
 
 struct Free {
     timer: Registers,
-    wraps: u64,
     last: u32,
+    counts: u64,
+    micros: u64,
+    /// Counts of the microsecond that has begun.
+    rest: u32,
+}
+
+impl Free {
+    fn update(&mut self) {
+        let count = u32::MAX - self.timer.read(VALUE);
+        let passed = count.wrapping_sub(self.last);
+        self.last = count;
+        self.counts += u64::from(passed);
+        let (whole, rest) = (passed / PER_MICROSECOND, passed % PER_MICROSECOND + self.rest);
+        self.micros += u64::from(whole + rest / PER_MICROSECOND);
+        self.rest = rest % PER_MICROSECOND;
+    }
 }
 
 // SAFETY: CMSDK timer 0, used here alone.
-static FREE: Mutex<RefCell<Free>> =
-    Mutex::new(RefCell::new(Free { timer: unsafe { Registers::at(0x4000_0000) }, wraps: 0, last: 0 }));
+static FREE: Mutex<RefCell<Free>> = Mutex::new(RefCell::new(Free {
+    timer: unsafe { Registers::at(0x4000_0000) },
+    last: 0,
+    counts: 0,
+    micros: 0,
+    rest: 0,
+}));
+
+fn with<T: Default>(use_it: impl FnOnce(&mut Free) -> T) -> T {
+    // Nobody holds it while interrupts are off, but the compiler cannot know.
+    critical_section::with(|cs| {
+        FREE.borrow(cs).try_borrow_mut().map_or_else(|_| T::default(), |mut free| use_it(&mut free))
+    })
+}
 
 /// Starts the clock.
 pub fn start() {
-    critical_section::with(|cs| {
-        let free = FREE.borrow_ref(cs);
+    with(|free| {
         free.timer.write(RELOAD, u32::MAX);
         free.timer.write(VALUE, u32::MAX);
         free.timer.write(CTRL, ENABLE);
@@ -59,21 +86,19 @@ pub fn start() {
 
 /// Counts since the start, 25 to a microsecond.
 pub fn counts() -> u64 {
-    critical_section::with(|cs| {
-        let mut free = FREE.borrow_ref_mut(cs);
-        let count = u32::MAX - free.timer.read(VALUE);
-        if count < free.last {
-            free.wraps += 1;
-        }
-        free.last = count;
-        free.wraps << 32 | u64::from(count)
+    with(|free| {
+        free.update();
+        free.counts
     })
 }
 
 /// Time since the start, own clock.
 #[must_use]
 pub fn now() -> Micros {
-    Micros(counts() / u64::from(PER_MICROSECOND))
+    with(|free| {
+        free.update();
+        Micros(free.micros)
+    })
 }
 
 /// The tick's timer.

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`clock`] | microseconds and the tick, on two CMSDK timers |
 //! | [`motor`] | bridge, encoder and current sensor of a motor in software |
+//! | [`pins`] | bare pins with no motor behind them |
 //! | [`lan9118`] | the Ethernet controller, as a device of smoltcp |
 //! | [`network`] | address, UDP |
 //! | [`uart`] | lines of text |
@@ -21,7 +22,9 @@ pub mod lamp;
 pub mod lan9118;
 pub mod motor;
 pub mod network;
+pub mod pins;
 mod registers;
 pub mod semihosting;
 pub mod stack;
 pub mod uart;
+mod vectors;

@@ -37,8 +37,11 @@ static WIRES: Mutex<RefCell<Wires>> = Mutex::new(RefCell::new(Wires {
     current: Amperes(0.0),
 }));
 
-fn with<T>(use_it: impl FnOnce(&mut Wires) -> T) -> T {
-    critical_section::with(|cs| use_it(&mut WIRES.borrow_ref_mut(cs)))
+fn with<T: Default>(use_it: impl FnOnce(&mut Wires) -> T) -> T {
+    // Nobody holds them while interrupts are off, but the compiler cannot know.
+    critical_section::with(|cs| {
+        WIRES.borrow(cs).try_borrow_mut().map_or_else(|_| T::default(), |mut wires| use_it(&mut wires))
+    })
 }
 
 /// Connects a motor at rest with its tail along x_S.

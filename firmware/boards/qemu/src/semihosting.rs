@@ -2,17 +2,13 @@
 //!
 //! A real board draws its boot nonce from a generator of its own. This machine has none, so that of the PC serves.
 
-use core::panic::PanicInfo;
-
-use cortex_m_rt::{ExceptionFrame, exception};
 use cortex_m_semihosting::{debug, hprintln, nr, syscall};
 
 /// Different from life to life, from the PC's `/dev/urandom`.
 ///
-/// # Panics
-/// Where it cannot be read: a module without it would let recordings in.
+/// Nothing where it cannot be read: a module without it would let recordings in.
 #[must_use]
-pub fn boot_nonce() -> [u8; 12] {
+pub fn boot_nonce() -> Option<[u8; 12]> {
     let (path, mut nonce) = (c"/dev/urandom", [0; 12]);
     // SAFETY: parameter blocks as the calls want them: address of the path, mode, length without the zero; handle, address
     // and length of the buffer; handle. All outlive their call.
@@ -22,8 +18,7 @@ pub fn boot_nonce() -> [u8; 12] {
         syscall(nr::CLOSE, &[file]);
         unread
     };
-    assert_eq!(unread, 0, "no random bytes from the PC");
-    nonce
+    (unread == 0).then_some(nonce)
 }
 
 /// Ends the emulator with status 0.
@@ -32,8 +27,8 @@ pub fn done() -> ! {
     halt()
 }
 
-/// Says why, and ends the emulator with status 1.
-fn failed(why: &dyn core::fmt::Display) -> ! {
+/// Says why, and ends the emulator with status 1: what a panic and a fault do.
+pub fn failed(why: &dyn core::fmt::Display) -> ! {
     cortex_m::interrupt::disable();
     hprintln!("{}", why);
     debug::exit(debug::EXIT_FAILURE);
@@ -46,13 +41,19 @@ fn halt() -> ! {
     }
 }
 
-#[panic_handler]
-fn panicked(info: &PanicInfo<'_>) -> ! {
-    failed(info)
-}
+/// Defines what a program of this board does in a panic and in a fault.
+#[macro_export]
+macro_rules! ends_with_its_faults {
+    () => {
+        #[panic_handler]
+        fn panicked(info: &core::panic::PanicInfo<'_>) -> ! {
+            $crate::semihosting::failed(info)
+        }
 
-// SAFETY: ends, and touches nothing on the way that the fault may have left half done but the debugger's port.
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    failed(&format_args!("hard fault: {frame:?}"))
+        // SAFETY: ends, and touches nothing on the way that the fault may have left half done but the debugger's port.
+        #[cortex_m_rt::exception]
+        unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
+            $crate::semihosting::failed(&format_args!("hard fault: {frame:?}"))
+        }
+    };
 }

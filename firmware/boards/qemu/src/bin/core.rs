@@ -1,6 +1,110 @@
-//! x
+//! The firmware core and nothing else: one Modboat whose datagrams go over a serial line, without a network stack.
+//!
+//! On the line a datagram is its length in two bytes, little endian, and its bytes. What this image takes of flash and RAM is
+//! what the core itself takes, and it links only if nothing in it can panic: the panic handler calls a function that does
+//! not exist.
 #![no_std]
 #![no_main]
-use board_qemu as _;
-#[cortex_m_rt::entry]
-fn main() -> ! { board_qemu::semihosting::done() }
+
+use board_qemu::clock::Tick;
+use board_qemu::pins::{self, Compare, Pin, Register};
+use board_qemu::uart::Uart;
+use board_qemu::{clock, configuration, lamp, semihosting};
+use cortex_m_rt::entry;
+use firmware::modboat::Modboat;
+use firmware::servo::NoSense;
+use firmware::{indicator, provision};
+use protocol::configuration::Robot;
+use protocol::units::{MicrosSpan, Volts};
+use protocol::{Configuration, Faults, MAX_DATAGRAM, ModuleState};
+
+/// What two lithium cells show. *Assumed*, and constant.
+const BATTERY: Volts = Volts(7.4);
+
+#[panic_handler]
+fn panicked(_: &core::panic::PanicInfo<'_>) -> ! {
+    unsafe extern "Rust" {
+        fn the_firmware_core_can_panic() -> !;
+    }
+    // SAFETY: never called: where it could be, the image does not link.
+    unsafe { the_firmware_core_can_panic() }
+}
+
+/// Bytes of a line on their way to be a datagram.
+struct Incoming {
+    head: [u8; 2],
+    bytes: [u8; MAX_DATAGRAM],
+    taken: usize,
+}
+
+impl Incoming {
+    const fn new() -> Self {
+        Self { head: [0; 2], bytes: [0; MAX_DATAGRAM], taken: 0 }
+    }
+
+    /// Takes a byte; the datagram that it completes. One that is too long is read over.
+    fn take(&mut self, byte: u8) -> Option<&[u8]> {
+        if let Some(head) = self.head.get_mut(self.taken) {
+            *head = byte;
+        } else if let Some(place) = self.bytes.get_mut(self.taken.wrapping_sub(2)) {
+            *place = byte;
+        }
+        self.taken = self.taken.wrapping_add(1);
+        let length = usize::from(u16::from_le_bytes(self.head));
+        if self.taken < 2 || self.taken < length.wrapping_add(2) {
+            return None;
+        }
+        self.taken = 0;
+        self.bytes.get(..length)
+    }
+}
+
+/// Everything that lives as long as the module: in memory that is counted, not on the stack.
+struct Module {
+    firmware: Modboat<Register, NoSense, Compare, Pin, Pin>,
+    incoming: Incoming,
+    outgoing: [u8; MAX_DATAGRAM],
+}
+
+#[entry]
+fn main() -> ! {
+    clock::start();
+    // SAFETY: the only ones.
+    let (mut uart, mut lamp) = unsafe { (Uart::first(), lamp::Lamp::new()) };
+    let Some((module, interval)) = boot() else {
+        loop {
+            lamp.set(indicator::is_lit(clock::now(), ModuleState::Unprovisioned, Faults::default()));
+        }
+    };
+    let tick = Tick::start(interval);
+    loop {
+        if tick.take() {
+            // The pins of this board cannot fail.
+            let _ = module.firmware.tick(clock::now(), BATTERY);
+        }
+        while let Some(byte) = uart.read() {
+            if let Some(datagram) = module.incoming.take(byte) {
+                // What is not for it is counted there.
+                let _ = module.firmware.handle_datagram(clock::now(), datagram);
+            }
+        }
+        while let Some(datagram) = module.firmware.poll_transmit(&mut module.outgoing) {
+            let [low, high, ..] = datagram.len().to_le_bytes();
+            uart.write(&[low, high]);
+            uart.write(datagram);
+        }
+        let endpoint = module.firmware.endpoint();
+        lamp.set(indicator::is_lit(clock::now(), endpoint.state(clock::now()), endpoint.failsafe().faults()));
+    }
+}
+
+/// The module that the configuration makes; nothing without a valid one.
+fn boot() -> Option<(&'static mut Module, MicrosSpan)> {
+    let configuration = Configuration::read(configuration::block()).ok()?;
+    let Robot::Modboat(constants) = &configuration.robot else { return None };
+    let interval = constants.servo.interval;
+    let nonce = semihosting::boot_nonce()?;
+    let firmware = provision::modboat(&configuration, nonce, Register, NoSense, pins::bridge()).ok()?;
+    let module = Module { firmware, incoming: Incoming::new(), outgoing: [0; MAX_DATAGRAM] };
+    Some((cortex_m::singleton!(: Module = module)?, interval))
+}

@@ -26,6 +26,8 @@ use protocol::{Configuration, Faults, ModuleState};
 /// Between two lines.
 const REPORT_EVERY: MicrosSpan = MicrosSpan(1_000_000);
 
+board_qemu::ends_with_its_faults!();
+
 #[entry]
 fn main() -> ! {
     clock::start();
@@ -48,9 +50,8 @@ fn main() -> ! {
 
 fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, provision::NotProvisioned> {
     let configuration = Configuration::read(configuration::block())?;
-    let boot = semihosting::boot_nonce();
-    let firmware =
-        provision::modboat(&configuration, boot, motor::Sensors, motor::Sensors, motor::bridge())?;
+    let boot = semihosting::boot_nonce().expect("random bytes from the PC");
+    let firmware = provision::modboat(&configuration, boot, motor::Sensors, motor::Sensors, motor::bridge())?;
     let interval = match &configuration.robot {
         Robot::Modboat(constants) => constants.servo.interval,
         Robot::Rov(_) => MicrosSpan(1_000),
@@ -93,9 +94,23 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
                 uart,
                 "tick {} missed {} late {} tick_us {} turn_us {} state {:?} running {} faults {} stack {} received {} \
                  accepted {} duplicate {} stale {} corrupt {} forged {} foreign {} unheard {unheard} unsent {}",
-                s.ticks, s.missed, s.latest.0, s.longest_tick.0, s.longest_turn.0, s.state.unwrap_or(ModuleState::Boot),
-                s.running, s.faults.0, stack::high_water(), i.received, i.accepted, i.duplicate, i.stale, i.corrupt,
-                i.forged, i.foreign, s.unsent,
+                s.ticks,
+                s.missed,
+                s.latest.0,
+                s.longest_tick.0,
+                s.longest_turn.0,
+                s.state.unwrap_or(ModuleState::Boot),
+                s.running,
+                s.faults.0,
+                stack::high_water(),
+                i.received,
+                i.accepted,
+                i.duplicate,
+                i.stale,
+                i.corrupt,
+                i.forged,
+                i.foreign,
+                s.unsent,
             );
         }
         let (state, faults) = control::state();
