@@ -26,7 +26,7 @@ use embassy_time::{Duration, Timer, with_timeout};
 use protocol::configuration::{Host, Network};
 use rp2350::link::{self, SOCKETS};
 use rp2350::watchdog;
-use static_cell::ConstStaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::{BOARD_LED, LINK};
 
@@ -67,7 +67,7 @@ pub struct Parts {
 
 /// Starts the radio and the network, and keeps the module in it for ever.
 pub async fn run(spawner: Spawner, parts: Parts, network: &Network, seed: u64) -> ! {
-    static STATE: ConstStaticCell<State> = ConstStaticCell::new(State::new());
+    static STATE: StaticCell<State> = StaticCell::new();
     static RESOURCES: ConstStaticCell<StackResources<SOCKETS>> = ConstStaticCell::new(StackResources::new());
 
     let mut block = Pio::new(parts.block, Interrupts);
@@ -82,7 +82,7 @@ pub async fn run(spawner: Spawner, parts: Parts, network: &Network, seed: u64) -
         dma::Channel::new(parts.dma, Interrupts),
     );
     let power = Output::new(parts.power, Level::Low);
-    let start = cyw43::new(STATE.take(), power, bus, &cyw43_setup::FW, &cyw43_setup::NVRAM);
+    let start = cyw43::new(STATE.init_with(State::new), power, bus, &cyw43_setup::FW, &cyw43_setup::NVRAM);
     let Ok((device, mut radio, runner)) = with_timeout(STARTS_WITHIN, start).await else {
         // Without a radio there was no session, so nothing is interrupted.
         watchdog::reset()
