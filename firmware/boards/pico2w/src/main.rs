@@ -2,7 +2,7 @@
 //!
 //! | GPIO | pin of the board | what | electrical |
 //! |---|---|---|---|
-//! | GP10 | 14 | motor bridge: PWM | 20 kHz, 3.3 V; a 10 kΩ pull-down keeps the motor off until the board has booted |
+//! | GP10 | 14 | motor bridge: PWM | 20 kHz; 4.7 kΩ to ground keep the motor off while the board boots |
 //! | GP11 | 15 | motor bridge: in1 | high with in2 low: counter-clockwise |
 //! | GP12 | 16 | motor bridge: in2 | |
 //! | GP13 | 17 | index: hall switch | low over the magnet, pulled up |

@@ -25,7 +25,7 @@
 //! start of the instruction memory, and the input shifts to the left. What Y says of the lines at the start may be wrong: the count
 //! begins within one of where X stood. A spike shorter than a look is not seen, and a longer one counts up and down again.
 //!
-//! Source: RP2350 datasheet, sections 11.4 (instructions) and 11.5.4.1 (the receive queue as registers).
+//! Source: RP2350 datasheet, section 11.4; the receive queue as registers is 11.4.8.
 
 use pio::{Program, RP2040_MAX_PROGRAM_SIZE};
 

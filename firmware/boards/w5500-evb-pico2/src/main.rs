@@ -2,7 +2,7 @@
 //!
 //! | GPIO | pin of the board | what | electrical |
 //! |---|---|---|---|
-//! | GP0 to GP7 | 1, 2, 4, 5, 6, 7, 9, 10 | outputs 0 to 7: speed controllers of the thrusters | pulses of 3.3 V, as many a second as the configuration says |
+//! | GP0 to GP7 | 1, 2, 4, 5, 6, 7, 9, 10 | outputs 0 to 7: speed controllers of the thrusters | pulses, as many a second as the configuration says |
 //! | GP22 | 29 | lamp | high: lit; a resistor and a LED to ground |
 //! | GP25 | none | the board's own LED: shows the same | on the board |
 //! | GP26 | 31 | battery | 0 to 3.3 V, from a divider |

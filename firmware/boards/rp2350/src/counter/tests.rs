@@ -57,7 +57,11 @@ fn follows_any_walk() {
         let (zero, first) = (machine.entries[ENTRY], count);
         for turn in 0..200_000 {
             // Runs of one direction, so that it goes far, and steps to and fro.
-            let up = if turn / 1_000 % 3 == 0 { walk.next() % 2 == 0 } else { turn / 1_000 % 2 == 0 };
+            let up = match turn / 1_000 % 3 {
+                0 => walk.next() & 1 == 0,
+                1 => true,
+                _ => false,
+            };
             count += if up { 1 } else { -1 };
             // From as fast as it can follow to slow.
             let cycles = u64::from(CYCLES_MAX) + walk.next() % 40;
