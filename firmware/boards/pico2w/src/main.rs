@@ -43,6 +43,9 @@ use rp2350::supply::{MotorCurrent, PowerSensor};
 use rp2350::watchdog::Watchdog;
 use rp2350::{configuration, control, priority, random, timer};
 
+use crate::motor::MotorPwm;
+
+mod motor;
 mod radio;
 
 /// Pulses of the motor bridge a second.
@@ -51,7 +54,7 @@ const MOTOR_PWM_HZ: f32 = 20_000.0;
 static LINK: Link = Link::new();
 static BOARD_LED: Switch = Switch::new();
 
-type Boat = Modboat<IndexedEncoder, MotorCurrent, Pwm<'static>, Output<'static>, Output<'static>>;
+type Boat = Modboat<IndexedEncoder, MotorCurrent, MotorPwm, Output<'static>, Output<'static>>;
 
 /// What moves the tail and what sees it.
 struct TailParts {
@@ -114,7 +117,7 @@ fn boat(
     let TailParts { slice, pwm, in1, in2, index, counter, a, b } = parts;
     let encoder = IndexedEncoder::new(counter, a, b, index, quadrature);
     let settings = timer::settings(MOTOR_PWM_HZ).expect("the timer counts at 150 MHz");
-    let pwm = Pwm::new_output_a(slice, pwm, settings);
+    let pwm = MotorPwm(Pwm::new_output_a(slice, pwm, settings));
     let bridge = Bridge::new(pwm, Output::new(in1, Level::Low), Output::new(in2, Level::Low));
     let boat = provision::modboat(configuration, boot, encoder, MotorCurrent, bridge)?;
     Ok((boat, interval))

@@ -3,7 +3,7 @@
 //! The edges are counted by a state machine of PIO block 1, the program [`counter`]; the count and the switch go through
 //! `firmware::quadrature`, once a tick.
 //!
-//! Assumptions and limits: A and B are two pins in a row, A the lower. All three inputs have the chip's pull-up, some ten kΩ, for
+//! Assumptions and limits: A and B are two pins in a row, A the lower. All three inputs have the chip's pull-up, some tens of kΩ, for
 //! open-collector outputs; the switch pulls low over its magnet. Lines swapped: say `reversed` in the configuration, or swap them.
 
 use embassy_rp::Peri;
