@@ -12,10 +12,11 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use heapless::Vec;
 use protocol::configuration::{
-    Mounting, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants, ThrusterMounting,
+    EncoderConstants, Mounting, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants,
+    ThrusterMounting,
 };
 use protocol::message::MAX_THRUSTERS;
-use protocol::units::{Amperes, Volts};
+use protocol::units::{Amperes, MicrosSpan, Volts};
 use protocol::{Configuration, ConfigurationError, ModuleKind};
 
 use crate::encoder::{self, Encoder};
@@ -27,12 +28,17 @@ use crate::limits::Limits;
 use crate::link::Identity;
 use crate::modboat::Modboat;
 use crate::motor::Bridge;
+use crate::quadrature::{COUNTS_MAX, Quadrature};
 use crate::rov::Rov;
 use crate::servo::{CurrentSense, ServoError, ServoParameters};
 use crate::swimmer::Swimmer;
 use crate::tail::Tail;
 use crate::thruster::bank::{self, Bank, BankError};
 use crate::thruster::esc::Demands;
+
+/// Shortest and longest interval of a servo loop on a board. *Assumed*: half a millisecond is several times what a tick
+/// takes, and after 10 ms a tail at 11 rad/s has moved 0.1 rad.
+pub const SERVO_INTERVAL: (MicrosSpan, MicrosSpan) = (MicrosSpan(500), MicrosSpan(10_000));
 
 /// Why a board has nothing to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +51,10 @@ pub enum NotProvisioned {
     Servo(ServoError),
     /// No thrusters are like that.
     Bank(BankError),
+    /// So many counts in one turn, where the board has an encoder that counts.
+    Counts(u32),
+    /// The interval of the servo loop is out of [`SERVO_INTERVAL`].
+    Interval(MicrosSpan),
 }
 
 impl fmt::Display for NotProvisioned {
@@ -55,6 +65,13 @@ impl fmt::Display for NotProvisioned {
             Self::Kind(ModuleKind::Rov) => f.write_str("the configuration is an ROV's"),
             Self::Servo(error) => write!(f, "configuration: servo.{error}"),
             Self::Bank(error) => write!(f, "configuration: thrusters: {error}"),
+            Self::Counts(counts) => {
+                write!(f, "configuration: encoder.counts_per_turn = {counts}: 1 to {COUNTS_MAX}")
+            }
+            Self::Interval(interval) => {
+                let (MicrosSpan(least), MicrosSpan(greatest)) = SERVO_INTERVAL;
+                write!(f, "configuration: servo.interval = {} µs: {least} to {greatest}", interval.0)
+            }
         }
     }
 }
@@ -112,6 +129,31 @@ pub fn modboat<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: Ou
     let homing =
         Homing::new(constants.encoder.homing_speed, constants.encoder.homing_after, servo.no_load_speed);
     Ok(Modboat::new(endpoint, tail).with_battery((&configuration.supply).into()).with_homing(homing))
+}
+
+/// The encoder of a board that counts edges and has an index.
+///
+/// # Errors
+/// [`NotProvisioned::Counts`] for none, which means an absolute encoder, and for more than are told apart.
+pub fn quadrature(constants: &EncoderConstants) -> Result<Quadrature, NotProvisioned> {
+    match constants.counts_per_turn {
+        counts @ 1..=COUNTS_MAX => Ok(Quadrature::new(counts)),
+        counts => Err(NotProvisioned::Counts(counts)),
+    }
+}
+
+/// How often a board calls [`Modboat::tick`].
+///
+/// # Errors
+/// [`NotProvisioned::Interval`].
+pub fn servo_interval(constants: &ServoConstants) -> Result<MicrosSpan, NotProvisioned> {
+    let (least, greatest) = SERVO_INTERVAL;
+    let interval = constants.interval;
+    if (least..=greatest).contains(&interval) {
+        Ok(interval)
+    } else {
+        Err(NotProvisioned::Interval(interval))
+    }
 }
 
 /// An ROV of the image and the board's pins, in the board's order.
@@ -231,3 +273,6 @@ impl From<&SupplyConstants> for BatteryLimits {
         Self { low, recover, hold_off }
     }
 }
+
+#[cfg(test)]
+mod tests;

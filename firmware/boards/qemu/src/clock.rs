@@ -59,8 +59,8 @@ impl Free {
     }
 }
 
-// SAFETY: CMSDK timer 0, used here alone.
 static FREE: Mutex<RefCell<Free>> = Mutex::new(RefCell::new(Free {
+    // SAFETY: CMSDK timer 0, used here alone.
     timer: unsafe { Registers::at(0x4000_0000) },
     last: 0,
     counts: 0,

@@ -1,0 +1,31 @@
+//! The PWM of the motor bridge, whose zero is at the pin at once.
+//!
+//! `firmware::motor::Bridge` changes the direction while the duty is zero. The timer takes a new duty with its next period, 50 µs
+//! later at most, and until then the old one would drive the new direction. So with a duty of zero the timer is set to the end of
+//! its period: the next count begins another.
+//!
+//! Source: RP2350 datasheet, section 12.5.2.3: a duty is taken over when the counter wraps.
+
+use embassy_rp::pwm::{Pwm, PwmError, SetDutyCycle};
+use embedded_hal::pwm::ErrorType;
+
+/// See the module's documentation.
+pub struct MotorPwm(pub Pwm<'static>);
+
+impl ErrorType for MotorPwm {
+    type Error = PwmError;
+}
+
+impl SetDutyCycle for MotorPwm {
+    fn max_duty_cycle(&self) -> u16 {
+        self.0.max_duty_cycle()
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), PwmError> {
+        self.0.set_duty_cycle(duty)?;
+        if duty == 0 {
+            self.0.set_counter(self.0.max_duty_cycle());
+        }
+        Ok(())
+    }
+}

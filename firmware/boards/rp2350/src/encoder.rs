@@ -1,0 +1,81 @@
+//! An incremental encoder and the switch of its index, as the encoder of a tail.
+//!
+//! The edges are counted by a state machine of PIO block 1, the program [`counter`]; the count and the switch go through
+//! `firmware::quadrature`, once a tick.
+//!
+//! Assumptions and limits: A and B are two pins in a row, A the lower. All three inputs have the chip's pull-up, some tens of kΩ, for
+//! open-collector outputs; the switch pulls low over its magnet. Lines swapped: say `reversed` in the configuration, or swap them.
+
+use embassy_rp::Peri;
+use embassy_rp::bind_interrupts;
+use embassy_rp::gpio::{Input, Pin, Pull};
+use embassy_rp::peripherals::PIO1;
+use embassy_rp::pio::{
+    Config, Direction, FifoJoin, InterruptHandler, Pio, PioPin, ShiftConfig, ShiftDirection, StateMachine,
+};
+use firmware::encoder::Encoder;
+use firmware::quadrature::{Quadrature, READINGS};
+
+use crate::counter;
+
+bind_interrupts!(struct Interrupts {
+    PIO1_IRQ_0 => InterruptHandler<PIO1>;
+});
+
+/// It has not passed its index yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotHomed;
+
+/// See the module's documentation.
+pub struct IndexedEncoder {
+    counter: StateMachine<'static, PIO1, 0>,
+    index: Input<'static>,
+    quadrature: Quadrature,
+}
+
+impl IndexedEncoder {
+    /// Counting from now on.
+    #[must_use]
+    pub fn new(
+        block: Peri<'static, PIO1>,
+        a: Peri<'static, impl PioPin + 'static>,
+        b: Peri<'static, impl PioPin + 'static>,
+        index: Peri<'static, impl Pin>,
+        quadrature: Quadrature,
+    ) -> Self {
+        let Pio { mut common, sm0: mut counter, .. } = Pio::new(block, Interrupts);
+        let mut lines = [common.make_pio_pin(a), common.make_pio_pin(b)];
+        for line in &mut lines {
+            line.set_pull(Pull::Up);
+            line.set_schmitt(true);
+        }
+        let [a, b] = &lines;
+        counter.set_pin_dirs(Direction::In, &[a, b]);
+        let mut config = Config::default();
+        config.use_program(&common.load_program(&counter::program()), &[]);
+        config.set_in_pins(&[a, b]);
+        config.fifo_join = FifoJoin::RxAsStatus;
+        config.shift_in =
+            ShiftConfig { direction: ShiftDirection::Left, auto_fill: false, ..ShiftConfig::default() };
+        counter.set_config(&config);
+        counter.set_enable(true);
+        Self { counter, index: Input::new(index, Pull::Up), quadrature }
+    }
+}
+
+impl Encoder for IndexedEncoder {
+    type Error = NotHomed;
+
+    const COUNTS_PER_TURN: u32 = READINGS;
+
+    fn counts(&mut self) -> Result<u32, NotHomed> {
+        // The count wraps at 2³², as the quadrature takes it.
+        let count = self.counter.get_rxf_entry(counter::ENTRY).cast_signed();
+        self.quadrature.update(count, self.index.is_low());
+        self.quadrature.reading().ok_or(NotHomed)
+    }
+
+    fn is_homed(&self) -> bool {
+        self.quadrature.reading().is_some()
+    }
+}

@@ -1,0 +1,50 @@
+//! The lamp: what it says is in `firmware::indicator`.
+//!
+//! A board has two: one of its own on a pin, which is seen through a hull, and the one that is soldered to it. On the Pico 2 W that
+//! one hangs on the radio, so it is only told to it when it changes, and is dark without a network.
+
+use embassy_rp::gpio::Output;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use firmware::indicator;
+use protocol::units::Micros;
+use protocol::{Faults, ModuleState};
+
+/// A lamp that somebody else switches: true is lit.
+pub type Switch = Signal<CriticalSectionRawMutex, bool>;
+
+/// One lamp.
+pub enum Light {
+    /// Lit while the pin is high.
+    Pin(Output<'static>),
+    /// Lit when the switch is seen to.
+    Switch(&'static Switch),
+}
+
+/// See the module's documentation.
+pub struct Lamp {
+    lights: [Light; 2],
+    lit: Option<bool>,
+}
+
+impl Lamp {
+    /// Of both lamps, which are as they are until the first state is shown.
+    #[must_use]
+    pub const fn new(lights: [Light; 2]) -> Self {
+        Self { lights, lit: None }
+    }
+
+    /// Shows a state and faults at `now`, own clock.
+    pub fn show(&mut self, now: Micros, state: ModuleState, faults: Faults) {
+        let lit = indicator::is_lit(now, state, faults);
+        if self.lit.replace(lit) == Some(lit) {
+            return;
+        }
+        for light in &mut self.lights {
+            match light {
+                Light::Pin(pin) => pin.set_level(lit.into()),
+                Light::Switch(switch) => switch.signal(lit),
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+use super::*;
+use protocol::units::{Radians, RadiansPerSecond};
+
+fn encoder(counts_per_turn: u32) -> EncoderConstants {
+    EncoderConstants {
+        counts_per_turn,
+        mounting: Mounting::default(),
+        homing_speed: RadiansPerSecond(0.0),
+        homing_after: MicrosSpan(0),
+    }
+}
+
+#[test]
+fn a_board_that_counts_wants_counts() {
+    for counts in [0, COUNTS_MAX + 1, u32::MAX] {
+        assert_eq!(quadrature(&encoder(counts)).unwrap_err(), NotProvisioned::Counts(counts));
+    }
+    let mut quadrature = quadrature(&encoder(4)).unwrap();
+    // Onto the index, and a quarter of a turn beyond it.
+    [(0, false), (1, true), (2, true)].into_iter().for_each(|(count, index)| quadrature.update(count, index));
+    assert_eq!(quadrature.reading(), Some(1 << 14));
+}
+
+#[test]
+fn the_servo_is_called_as_often_as_it_says() {
+    let usual = ServoParameters::default();
+    let constants = |micros| ServoConstants {
+        no_load_speed: usual.no_load_speed,
+        time_constant_s: usual.time_constant_s,
+        position_gain_per_s: usual.position_gain_per_s,
+        rate_gain: usual.rate_gain,
+        speed_max: usual.speed_max,
+        stall_current: usual.stall_current,
+        current_max: usual.current_max,
+        following_error_max: Radians(0.5),
+        interval: MicrosSpan(micros),
+    };
+    for micros in [500, 1_000, 10_000] {
+        assert_eq!(servo_interval(&constants(micros)), Ok(MicrosSpan(micros)));
+    }
+    for micros in [0, 499, 10_001, u32::MAX] {
+        let refused = NotProvisioned::Interval(MicrosSpan(micros));
+        assert_eq!(servo_interval(&constants(micros)), Err(refused));
+    }
+}
+
+#[test]
+fn an_input_with_nothing_wired_to_it_says_nothing() {
+    let supply = |volts_per_volt, amperes_per_volt| SupplyConstants {
+        volts_per_volt,
+        amperes_per_volt,
+        low: Volts(6.4),
+        recover: Volts(6.8),
+        hold_off: MicrosSpan(0),
+    };
+    assert_eq!(battery(&supply(3.0, 0.0), Volts(2.5)), Volts(7.5));
+    assert!(battery(&supply(0.0, 0.0), Volts(2.5)).0.is_nan());
+    assert_eq!(current(&supply(0.0, 2.0), Volts(0.25)), Some(Amperes(0.5)));
+    assert_eq!(current(&supply(0.0, 0.0), Volts(0.25)), None);
+}
