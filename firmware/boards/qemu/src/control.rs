@@ -68,6 +68,8 @@ pub struct Control {
     tick: Tick,
     interval: MicrosSpan,
     first: Option<Micros>,
+    /// The motor stands as of then.
+    stepped: Micros,
     inbox: Consumer<'static, Datagram>,
     outbox: Producer<'static, Datagram>,
     statistics: Statistics,
@@ -91,6 +93,7 @@ impl Control {
             tick,
             interval,
             first: None,
+            stepped: clock::now(),
             inbox,
             outbox,
             statistics: Statistics::default(),
@@ -104,7 +107,7 @@ impl Control {
         let began = clock::now();
         if self.tick.take() {
             self.count_tick(began);
-            motor::step(f64::from(self.interval.as_secs_f32()));
+            self.let_motor_run(began);
             let battery = firmware::provision::battery(&self.supply, self.divided());
             // The pins of this board cannot fail.
             let _ = self.firmware.tick(began, battery);
@@ -124,6 +127,17 @@ impl Control {
             }
         }
         self.statistics.longest_turn = self.statistics.longest_turn.max(clock::now().since(began));
+    }
+
+    /// The motor went on since the last tick, however long ago that was.
+    fn let_motor_run(&mut self, now: Micros) {
+        let mut left = now.since(self.stepped);
+        self.stepped = now;
+        while left.0 > 0 {
+            let step = left.min(self.interval);
+            motor::step(f64::from(step.as_secs_f32()));
+            left = MicrosSpan(left.0 - step.0);
+        }
     }
 
     /// The battery as this board's input would show it.
