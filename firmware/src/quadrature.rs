@@ -110,7 +110,10 @@ mod tests {
                 let last = from + (to - from) / step * step;
                 let meant = last.rem_euclid(i64::from(per_turn)) * 65_536 / i64::from(per_turn);
                 let off = (i64::from(reading) - meant + 32_768).rem_euclid(65_536) - 32_768;
-                assert!(off.abs() <= step.abs() * 65_536 / i64::from(per_turn) + 1, "{per_turn} {step}: {off}");
+                assert!(
+                    off.abs() <= step.abs() * 65_536 / i64::from(per_turn) + 1,
+                    "{per_turn} {step}: {off}"
+                );
             }
         }
     }
