@@ -11,6 +11,7 @@
 //! | [`grid`] | Theta* and A* on grids, and the maps read from files: pure functions |
 //! | [`verify`] | whether a reconfiguration plan keeps every condition, by code of its own |
 //! | [`link`] | radios, their faults, and the dispatcher |
+//! | [`provision`] | from a module's TOML file and its key to the image in its flash, and back |
 //! | [`sim`] | the tank, the motors, and modules made of the firmware crate |
 //! | [`run`] | the closed loop: plan, dispatch, execute, observe |
 //! | [`plot`] | the pictures of a run |
@@ -21,6 +22,7 @@ pub mod grid;
 pub mod link;
 pub mod modboat;
 pub mod plot;
+pub mod provision;
 pub mod quantity;
 pub mod rov;
 pub mod run;

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! protocol ← firmware ← host::sim ← host::run ← host::plot ← host::cli          protocol ← host::{modboat, rov, link} ← run
+//!                                                                               firmware, host::link ← host::provision ← cli
 //! ```
 //!
 //! - An area imports only from those that [`may_import`] names.
@@ -43,6 +44,7 @@ pub fn may_import(area: &str) -> &'static [&'static str] {
         "host::verify" => &["host::quantity", "host::rov"],
         "host::rov" => &["host::quantity", "host::grid", "host::toml_lines"],
         "host::link" => &["host::quantity", "host::toml_lines", "protocol"],
+        "host::provision" => &["host::quantity", "host::toml_lines", "host::link", "firmware", "protocol"],
         "host::sim" => &["host::quantity", "host::modboat", "host::rov", "firmware", "protocol"],
         "host::run" => &[
             "host::quantity",
@@ -61,6 +63,7 @@ pub fn may_import(area: &str) -> &'static [&'static str] {
             "host::rov",
             "host::grid",
             "host::link",
+            "host::provision",
             "host::sim",
             "host::run",
             "host::plot",

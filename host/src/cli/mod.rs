@@ -18,6 +18,7 @@ mod path;
 mod plan;
 mod planner;
 mod progress;
+mod provision;
 mod reconfigure;
 mod report;
 mod run;
@@ -53,6 +54,8 @@ enum Command {
     Module(module::Arguments),
     /// Make the secret key of a fleet, or from it the key of one module
     Keygen(keygen::Arguments),
+    /// Make what is written to a module's flash: its number, its key, its network, the constants of its hardware
+    Provision(provision::Arguments),
 }
 
 /// How a command ended, if not well.
@@ -75,6 +78,7 @@ pub fn main() -> ExitCode {
         Command::Reconfigure(arguments) => reconfigure::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
         Command::Keygen(arguments) => keygen::main(&arguments),
+        Command::Provision(arguments) => provision::main(&arguments),
     };
     let (code, message) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,

@@ -9,16 +9,13 @@
 //! A module's has `module = 3` before these, and the key is that module's: whoever has it can pass for module 3 and for
 //! nobody else. `fleet` is compared with a fleet's key when it is read; from a module's key it cannot be told.
 //!
-//! A file is made with mode 0600 whatever the umask, never through a symbolic link, and takes the place of another only
-//! if told so, all at once. One that its group or others may read or write is refused. Errors and `Debug` show no digit
-//! of a key, not even of a file that is none.
+//! They are files that only their owner reads ([`private_file`]). Errors and `Debug` show no digit of a key, not even of a file
+//! that is none.
 //!
-//! Limits: modes are those of Unix; elsewhere a file has the rights of its folder. Text and keys are wiped after use; the
-//! reader of TOML copies what it refuses, and that copy is not.
+//! Limits: text and keys are wiped after use; the reader of TOML copies what it refuses, and that copy is not.
 
 use std::env;
 use std::ffi::OsString;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use protocol::{FleetId, FleetKey, ModuleId, ModuleKey};
@@ -26,9 +23,9 @@ use thiserror::Error;
 use zeroize::Zeroizing;
 
 use super::entropy::{self, EntropyError};
+use super::private_file::{self, PrivateFileError};
 use text::Content;
 
-mod store;
 mod text;
 
 /// What one module needs to know to be spoken to.
@@ -63,32 +60,6 @@ pub enum KeyFileError {
     Missing {
         /// Which file.
         path: PathBuf,
-    },
-    /// The operating system will not have it read.
-    #[error("{}: {source}", path.display())]
-    Unreadable {
-        /// Which file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// A folder, a device or a pipe.
-    #[error("{}: is not a file", path.display())]
-    NotAFile {
-        /// Which path.
-        path: PathBuf,
-    },
-    /// Others than its owner can read or write it.
-    #[error(
-        "{}: mode {mode:04o} lets others than its owner read or write it: run `chmod 600 {}` (and make a new key if \
-         anybody may have read it)",
-        path.display(), path.display()
-    )]
-    Open {
-        /// Which file.
-        path: PathBuf,
-        /// Its mode.
-        mode: u32,
     },
     /// The file is not what it should be.
     #[error("{}:{line}: {message}", path.display())]
@@ -126,29 +97,22 @@ pub enum KeyFileError {
         /// Whose is needed.
         asked: ModuleId,
     },
-    /// There is such a file already.
-    #[error("{}: exists already and is left as it is; --force replaces it", path.display())]
-    Exists {
-        /// Which file.
-        path: PathBuf,
-    },
-    /// A key is not written through a symbolic link.
-    #[error("{}: is a symbolic link: name the file itself", path.display())]
-    Link {
-        /// Which path.
-        path: PathBuf,
-    },
-    /// The operating system will not have it written.
-    #[error("cannot write {}: {source}", path.display())]
-    Unwritable {
-        /// Which file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
+    /// The file itself: it cannot be read or written, or is not its owner's alone.
+    #[error(transparent)]
+    File(PrivateFileError),
     /// No random bytes to make a key of.
     #[error(transparent)]
     Entropy(#[from] EntropyError),
+}
+
+impl From<PrivateFileError> for KeyFileError {
+    fn from(error: PrivateFileError) -> Self {
+        match error {
+            PrivateFileError::Missing { path } => Self::Missing { path },
+            PrivateFileError::Entropy(error) => Self::Entropy(error),
+            error => Self::File(error),
+        }
+    }
 }
 
 /// See the module's documentation.
@@ -173,7 +137,7 @@ impl KeyFile {
         let mut bytes = Zeroizing::new([0; 32]);
         entropy::fill(&mut *bytes)?;
         let key = FleetKey::new(*bytes);
-        store::write(path, text::of_fleet(&key).as_bytes(), force)?;
+        private_file::write(path, text::of_fleet(&key).as_bytes(), force)?;
         Ok(key)
     }
 
@@ -192,7 +156,7 @@ impl KeyFile {
             return Err(KeyFileError::OfFleet { path: path.to_owned(), fleet: there.fleet() });
         }
         let credentials = ModuleCredentials::derive(fleet, module);
-        store::write(path, text::of_module(&credentials).as_bytes(), force)?;
+        private_file::write(path, text::of_module(&credentials).as_bytes(), force)?;
         Ok(credentials)
     }
 
@@ -237,7 +201,7 @@ impl KeyFile {
 
 fn content(path: &Path) -> Result<Content, KeyFileError> {
     let mut buffer = Zeroizing::new([0; text::LENGTH_MAX + 1]);
-    let length = store::read(path, &mut *buffer)?;
+    let length = private_file::read(path, &mut *buffer)?;
     text::parse(&buffer[..length]).map_err(|(line, message)| KeyFileError::Invalid {
         path: path.to_owned(),
         line,

@@ -11,6 +11,7 @@
 //! | [`identity`] | who the host is |
 //! | [`ledger`] | what was sent, what came back |
 //! | [`key_file`] | the files that keys are kept in |
+//! | [`private_file`] | files that only their owner reads |
 //! | [`entropy`] | random bytes for keys and nonces |
 
 pub mod delivery;
@@ -22,4 +23,5 @@ pub mod key_file;
 pub mod ledger;
 pub mod loopback;
 pub mod member;
+pub mod private_file;
 pub mod udp;

@@ -134,7 +134,10 @@ fn nothing_is_replaced_unless_told() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("fleet.key");
     let first = KeyFile::create(&path, false).unwrap();
-    assert!(matches!(KeyFile::create(&path, false), Err(KeyFileError::Exists { .. })));
+    assert!(matches!(
+        KeyFile::create(&path, false),
+        Err(KeyFileError::File(PrivateFileError::Exists { .. }))
+    ));
     assert_eq!(KeyFile::read(&path).unwrap().bytes(), first.bytes());
     let second = KeyFile::create(&path, true).unwrap();
     assert_ne!(second.bytes(), first.bytes());
@@ -146,7 +149,10 @@ fn nothing_is_replaced_unless_told() {
     assert_eq!(KeyFile::read(&path).unwrap().bytes(), second.bytes());
     // What it was written to first is gone.
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-    assert!(matches!(KeyFile::create(folder.path(), true), Err(KeyFileError::NotAFile { .. })));
+    assert!(matches!(
+        KeyFile::create(folder.path(), true),
+        Err(KeyFileError::File(PrivateFileError::NotAFile { .. }))
+    ));
 }
 
 #[test]
@@ -159,10 +165,16 @@ fn what_cannot_be_is_said() {
         error.to_string().ends_with("fleet.key: no such key file: run `flotilla keygen` first"),
         "{error}"
     );
-    assert!(matches!(KeyFile::read(folder.path()), Err(KeyFileError::NotAFile { .. })));
+    assert!(matches!(
+        KeyFile::read(folder.path()),
+        Err(KeyFileError::File(PrivateFileError::NotAFile { .. }))
+    ));
     fs::write(folder.path().join("file"), "").unwrap();
     let below = folder.path().join("file").join("fleet.key");
-    assert!(matches!(KeyFile::create(&below, false), Err(KeyFileError::Unwritable { .. })));
+    assert!(matches!(
+        KeyFile::create(&below, false),
+        Err(KeyFileError::File(PrivateFileError::Unwritable { .. }))
+    ));
 }
 
 #[cfg(unix)]
@@ -200,7 +212,10 @@ fn nothing_is_written_through_a_link() {
         let link = folder.path().join("link");
         symlink(target, &link).unwrap();
         for force in [false, true] {
-            assert!(matches!(KeyFile::create(&link, force), Err(KeyFileError::Link { .. })));
+            assert!(matches!(
+                KeyFile::create(&link, force),
+                Err(KeyFileError::File(PrivateFileError::Link { .. }))
+            ));
         }
         fs::remove_file(&link).unwrap();
     }

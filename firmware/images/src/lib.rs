@@ -1,0 +1,18 @@
+//! Firmware images, seen from the PC that builds them.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`uf2`] | UF2 files, as the boot ROM of the RP2350 takes them from its USB drive |
+//! | `elf` | what a linked program loads where, its sections and its functions |
+//! | `table` | flash and RAM of each image, as a table that is checked in |
+//! | `panics` | what of Rust's panic machinery got into an image |
+//!
+//! All but the first come with the feature `elf`, on by default, as does the program `images`.
+
+#[cfg(feature = "elf")]
+pub mod elf;
+#[cfg(feature = "elf")]
+pub mod panics;
+#[cfg(feature = "elf")]
+pub mod table;
+pub mod uf2;
