@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use object::elf::{PT_LOAD, SHF_ALLOC, SHT_NOBITS};
 use object::read::elf::{ElfFile32, ProgramHeader, SectionHeader};
-use object::{Endianness, Object, ObjectSection, ObjectSymbol, SymbolKind};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 use thiserror::Error;
 
 use crate::uf2::{Family, PAYLOAD, Uf2Error, write};
@@ -36,6 +36,9 @@ pub enum ElfError {
     /// Nothing says what its functions are called.
     #[error("has no symbols: it was stripped")]
     NoSymbols,
+    /// Its tables of lines.
+    #[error("its lines: {0}")]
+    Lines(String),
     /// Not to be had as UF2.
     #[error(transparent)]
     Uf2(#[from] Uf2Error),
@@ -52,6 +55,15 @@ pub struct Section {
     pub in_flash: bool,
     /// It takes so much RAM.
     pub in_ram: bool,
+}
+
+/// A function.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Function {
+    /// Where it begins.
+    pub address: u32,
+    /// Its name as Rust writes it, without hash.
+    pub name: String,
 }
 
 /// Pages of memory by address, and in each the bytes that are known.
@@ -146,17 +158,41 @@ impl<'a> Program<'a> {
     /// # Errors
     /// [`ElfError::NoSymbols`].
     pub fn functions(&self) -> Result<Vec<String>, ElfError> {
-        let mut names = Vec::new();
-        for symbol in self.file.symbols() {
-            if symbol.kind() == SymbolKind::Text && symbol.is_definition() {
-                names.push(format!("{:#}", rustc_demangle::demangle(symbol.name()?)));
-            }
-        }
-        if names.is_empty() {
-            return Err(ElfError::NoSymbols);
-        }
+        let mut names: Vec<String> = self.places()?.into_iter().map(|function| function.name).collect();
         names.sort_unstable();
         names.dedup();
         Ok(names)
+    }
+
+    /// Its functions by address.
+    ///
+    /// # Errors
+    /// [`ElfError::NoSymbols`].
+    pub fn places(&self) -> Result<Vec<Function>, ElfError> {
+        let mut functions = Vec::new();
+        for symbol in self.file.symbols() {
+            if symbol.kind() == SymbolKind::Text && symbol.is_definition() {
+                let name = format!("{:#}", rustc_demangle::demangle(symbol.name()?));
+                // The lowest bit says that it is Thumb code.
+                functions.push(Function { address: symbol.address() as u32 & !1, name });
+            }
+        }
+        if functions.is_empty() {
+            return Err(ElfError::NoSymbols);
+        }
+        functions.sort_unstable_by_key(|function| function.address);
+        Ok(functions)
+    }
+
+    /// Its code: address and bytes.
+    ///
+    /// # Errors
+    /// [`ElfError::Read`].
+    pub fn code(&self) -> Result<Vec<(u32, &'a [u8])>, ElfError> {
+        let mut code = Vec::new();
+        for section in self.file.sections().filter(|section| section.kind() == SectionKind::Text) {
+            code.push((section.address() as u32, section.data()?));
+        }
+        Ok(code)
     }
 }

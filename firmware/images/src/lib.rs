@@ -6,6 +6,7 @@
 //! | `elf` | what a linked program loads where, its sections and its functions |
 //! | `table` | flash and RAM of each image, as a table that is checked in |
 //! | `panics` | what of Rust's panic machinery got into an image |
+//! | `sites` | where a function is called |
 //!
 //! All but the first come with the feature `elf`, on by default, as does the program `images`.
 
@@ -13,6 +14,8 @@
 pub mod elf;
 #[cfg(feature = "elf")]
 pub mod panics;
+#[cfg(feature = "elf")]
+pub mod sites;
 #[cfg(feature = "elf")]
 pub mod table;
 pub mod uf2;

@@ -8,6 +8,7 @@ use std::str::FromStr;
 
 use clap::{Parser, Subcommand};
 use images::elf::{ElfError, Program};
+use images::sites::{self, Site};
 use images::table::{Row, disagreements, rendered, replaced};
 use images::{panics, uf2};
 
@@ -40,7 +41,7 @@ enum Command {
     Table(TableArguments),
     /// List what of Rust's panic machinery is in an image, and fail if it may not be there
     #[command(
-        after_help = "Example:\n  images panics target/images/qemu.elf --allow firmware/boards/panics.txt"
+        after_help = "Example:\n  images panics target/images/core.elf --allow firmware/boards/panics.txt --never firmware"
     )]
     Panics {
         /// The linked program
@@ -48,6 +49,9 @@ enum Command {
         /// What may be there: one NAME # REASON a line
         #[arg(long, value_name = "FILE")]
         allow: Option<PathBuf>,
+        /// A package whose source may call none of it, whatever may be there; may be given again
+        #[arg(long, value_name = "PACKAGE")]
+        never: Vec<String>,
     },
 }
 
@@ -125,7 +129,7 @@ fn main() -> ExitCode {
     let outcome = match &Arguments::parse().command {
         Command::Uf2 { elf, out } => to_uf2(elf, out),
         Command::Table(arguments) => table(arguments),
-        Command::Panics { elf, allow } => find_panics(elf, allow.as_deref()),
+        Command::Panics { elf, allow, never } => find_panics(elf, allow.as_deref(), never),
     };
     let (code, message) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,
@@ -214,7 +218,7 @@ fn table(arguments: &TableArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn find_panics(elf: &Path, allow: Option<&Path>) -> Result<(), Failure> {
+fn find_panics(elf: &Path, allow: Option<&Path>, never: &[String]) -> Result<(), Failure> {
     let allowed = match allow {
         Some(path) => panics::allowed(&text_of(path)?)
             .map_err(|error| Failure::Bad(format!("{}:{error}", path.display())))?,
@@ -234,10 +238,19 @@ fn find_panics(elf: &Path, allow: Option<&Path>) -> Result<(), Failure> {
     for allowed in allowed.iter().filter(|allowed| !functions.contains(&allowed.name)) {
         say(&format!("absent   {}: it need not be allowed\n", allowed.name));
     }
+    if !never.is_empty() {
+        let sites = with_program(elf, |program| sites::calls(elf, program, panics::is_panic))?;
+        for Site { address, function, package, place } in &sites {
+            let refuse = never.contains(package) || package.is_empty();
+            refused += u32::from(refuse);
+            let word = if refuse { "PANIC  " } else { "called " };
+            say(&format!("{word}  {address:#010x} {function} from {package}: {place}\n"));
+        }
+    }
     if refused > 0 {
         let elf = elf.display();
         return Err(Failure::Check(format!(
-            "{elf}: {refused} functions of the panic machinery are linked in"
+            "{elf}: {refused} functions or calls of the panic machinery that may not be"
         )));
     }
     Ok(())

@@ -21,9 +21,9 @@ pub fn boot_nonce() -> Option<[u8; 12]> {
     (unread == 0).then_some(nonce)
 }
 
-/// Ends the emulator with status 0.
-pub fn done() -> ! {
-    debug::exit(debug::EXIT_SUCCESS);
+/// Ends the emulator, with status 0 if all went `well`, else with 1.
+pub fn done(well: bool) -> ! {
+    debug::exit(if well { debug::EXIT_SUCCESS } else { debug::EXIT_FAILURE });
     halt()
 }
 
@@ -31,8 +31,7 @@ pub fn done() -> ! {
 pub fn failed(why: &dyn core::fmt::Display) -> ! {
     cortex_m::interrupt::disable();
     hprintln!("{}", why);
-    debug::exit(debug::EXIT_FAILURE);
-    halt()
+    done(false)
 }
 
 fn halt() -> ! {

@@ -227,5 +227,5 @@ fn main() -> ! {
     assert!(swam > TICKS / 2, "it swam for {swam} ms only");
     bench.costs.tell(&mut uart);
     let _ = writeln!(uart, "stack {}", stack::high_water());
-    semihosting::done()
+    semihosting::done(true)
 }
