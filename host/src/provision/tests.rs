@@ -39,8 +39,12 @@ fn what_ships_says_the_firmwares_defaults() {
         // Of its own it has the wiring, which has no default.
         let wired = ["ssid", "passphrase_file", "address", "gateway", "volts_per_volt"];
         let mut written = uncommented(text);
+        let shown = shown::shown(&defaults).unwrap();
+        for (key, _) in shown.lines().filter_map(|line| line.split_once(" = ")) {
+            let thruster = name == "rov" && key == "reversed";
+            assert!(written.contains(&format!("\n{key} = ")) || thruster, "{name} does not say {key}");
+        }
         for key in wired {
-            assert!(text.contains(&format!("# {key} = ")) || name == "rov", "{name}: {key}");
             written = written.replace(&format!("\n{key} = "), &format!("\n# {key} = "));
         }
         assert!(written.contains("\nhost = ") && written.contains("\nevery_ms = 20"), "{written}");
