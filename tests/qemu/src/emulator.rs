@@ -37,6 +37,21 @@ pub fn free_port() -> u16 {
     socket.local_addr().expect("bound").port()
 }
 
+/// Runs the calling thread in real time too, where that is allowed.
+pub fn priority() {
+    let thread = std::fs::read_link("/proc/thread-self");
+    if let Some(id) = thread.ok().and_then(|path| path.file_name().map(ToOwned::to_owned)) {
+        let mut command = Command::new("chrt");
+        // Where it is not, what is measured says how long it was kept waiting.
+        let _ = command
+            .args(["--rr", "--pid", "11"])
+            .arg(id)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
+    }
+}
+
 /// A command that runs `program` in real time, ahead of whatever else this machine does, where that is allowed: an emulated
 /// processor that waits for a real one misses its ticks.
 fn ahead_of_others(program: &str) -> Command {

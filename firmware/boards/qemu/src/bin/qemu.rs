@@ -52,10 +52,10 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
     let configuration = Configuration::read(configuration::block())?;
     let boot = semihosting::boot_nonce().expect("random bytes from the PC");
     let firmware = provision::modboat(&configuration, boot, motor::Sensors, motor::Sensors, motor::bridge())?;
-    let interval = match &configuration.robot {
-        Robot::Modboat(constants) => constants.servo.interval,
-        Robot::Rov(_) => MicrosSpan(1_000),
+    let Robot::Modboat(constants) = &configuration.robot else {
+        return Err(provision::NotProvisioned::Kind(configuration.kind()));
     };
+    let interval = provision::servo_interval(&constants.servo)?;
 
     let address = network::ethernet_address(configuration.fleet, configuration.module);
     // SAFETY: the only one.
