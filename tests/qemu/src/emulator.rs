@@ -37,14 +37,14 @@ pub fn free_port() -> u16 {
     socket.local_addr().expect("bound").port()
 }
 
-/// Runs the calling thread in real time too, where that is allowed.
+/// Runs the calling thread in real time too, behind the emulators, where that is allowed.
 pub fn priority() {
     let thread = std::fs::read_link("/proc/thread-self");
     if let Some(id) = thread.ok().and_then(|path| path.file_name().map(ToOwned::to_owned)) {
         let mut command = Command::new("chrt");
         // Where it is not, what is measured says how long it was kept waiting.
         let _ = command
-            .args(["--rr", "--pid", "11"])
+            .args(["--rr", "--pid", "10"])
             .arg(id)
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -57,7 +57,7 @@ pub fn priority() {
 fn ahead_of_others(program: &str) -> Command {
     let chrt = |program: &str| {
         let mut command = Command::new("chrt");
-        command.args(["--rr", "10", program]);
+        command.args(["--rr", "20", program]);
         command
     };
     let allowed = chrt("true").stderr(Stdio::null()).status().is_ok_and(|status| status.success());

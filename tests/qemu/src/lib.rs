@@ -7,9 +7,11 @@
 //! | [`fleet`] | emulated modules as the fleet of a run |
 //! | [`provisioned`] | its configuration |
 //! | [`report`] | the line that an emulated module prints every second |
+//! | [`storm`] | datagrams that nobody should follow |
 
 pub mod bench;
 pub mod emulator;
 pub mod fleet;
 pub mod provisioned;
 pub mod report;
+pub mod storm;

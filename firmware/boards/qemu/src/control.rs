@@ -41,8 +41,10 @@ const BATTERY: Volts = Volts(7.4);
 pub struct Statistics {
     /// Ticks done.
     pub ticks: u64,
-    /// Ticks that never came, because those before took too long.
+    /// Ticks that never came, because the loop was at something else.
     pub missed: u64,
+    /// Ticks that never came while the loop waited for them: the emulator had no processor to run on.
+    pub stalled: u64,
     /// Longest wait of a tick for its turn.
     pub latest: MicrosSpan,
     /// Longest tick.
@@ -68,6 +70,10 @@ pub struct Control {
     tick: Tick,
     interval: MicrosSpan,
     first: Option<Micros>,
+    /// Number of the last tick, counted from the first by the clock.
+    last: u64,
+    /// When the loop was done last.
+    done: Micros,
     /// The motor stands as of then.
     stepped: Micros,
     inbox: Consumer<'static, Datagram>,
@@ -93,6 +99,8 @@ impl Control {
             tick,
             interval,
             first: None,
+            last: 0,
+            done: Micros(0),
             stepped: clock::now(),
             inbox,
             outbox,
@@ -126,7 +134,8 @@ impl Control {
                 self.statistics.unsent += 1;
             }
         }
-        self.statistics.longest_turn = self.statistics.longest_turn.max(clock::now().since(began));
+        self.done = clock::now();
+        self.statistics.longest_turn = self.statistics.longest_turn.max(self.done.since(began));
     }
 
     /// The motor went on since the last tick, however long ago that was.
@@ -148,11 +157,16 @@ impl Control {
     fn count_tick(&mut self, now: Micros) {
         let late = self.tick.late();
         let first = *self.first.get_or_insert(Micros(now.0.saturating_sub(u64::from(late.0))));
+        // A microsecond for rounding.
+        let number = |at: Micros| (at.0 + 1).saturating_sub(first.0) / u64::from(self.interval.0);
+        let lost = number(now).saturating_sub(self.last + 1);
+        let busy = number(self.done).saturating_sub(self.last + 1).min(lost);
+        self.last = number(now);
         let statistics = &mut self.statistics;
         statistics.ticks += 1;
         statistics.latest = statistics.latest.max(late);
-        let due = (now.0 - first.0 + 1) / u64::from(self.interval.0) + 1;
-        statistics.missed = due.saturating_sub(statistics.ticks);
+        statistics.missed += busy;
+        statistics.stalled += lost - busy;
     }
 
     fn statistics(&mut self) -> Statistics {

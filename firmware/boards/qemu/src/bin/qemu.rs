@@ -3,7 +3,7 @@
 //! It says once a second over its serial line how it does:
 //!
 //! ```text
-//! tick 12000 missed 0 late 1 tick_us 9 turn_us 31 state Executing running 5 faults 0 stack 3320 received 431 accepted 431 …
+//! tick 12000 missed 0 stalled 0 late 1 tick_us 9 turn_us 31 state Executing running 5 faults 0 stack 3320 received 431 accepted 431 …
 //! ```
 #![no_std]
 #![no_main]
@@ -92,10 +92,11 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
             let i = s.incoming;
             let _ = writeln!(
                 uart,
-                "tick {} missed {} late {} tick_us {} turn_us {} state {:?} running {} faults {} stack {} received {} \
+                "tick {} missed {} stalled {} late {} tick_us {} turn_us {} state {:?} running {} faults {} stack {} received {} \
                  accepted {} duplicate {} stale {} corrupt {} forged {} foreign {} unheard {unheard} unsent {}",
                 s.ticks,
                 s.missed,
+                s.stalled,
                 s.latest.0,
                 s.longest_tick.0,
                 s.longest_turn.0,
