@@ -32,7 +32,13 @@ pub struct Seen {
 pub fn boot(host: &HostIdentity, id: ModuleId, port: u16, arguments: &[&str]) -> Emulator {
     let configuration = provisioned::image(&provisioned::modboat(host, id, port));
     let forward = Some((free_port(), port));
-    Emulator::start(&Setup { image: "qemu.elf", configuration: &configuration, forward, arguments })
+    Emulator::start(&Setup {
+        image: "qemu.elf",
+        configuration: &configuration,
+        forward,
+        arguments,
+        ..Setup::default()
+    })
 }
 
 /// See the module's documentation.

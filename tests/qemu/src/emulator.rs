@@ -73,6 +73,8 @@ pub struct Setup<'a> {
     pub configuration: &'a [u8],
     /// Port of this machine that leads to the module, and the module's.
     pub forward: Option<(u16, u16)>,
+    /// A word for the program.
+    pub word: &'a str,
     /// More arguments.
     pub arguments: &'a [&'a str],
 }
@@ -101,7 +103,8 @@ impl Emulator {
         let mut command = ahead_of_others("qemu-system-arm");
         command
             .args(["-machine", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "stdio"])
-            .args(["-semihosting-config", "enable=on,target=native"])
+            .arg("-semihosting-config")
+            .arg(format!("enable=on,target=native,arg={}", setup.word))
             .arg("-kernel")
             .arg(image(setup.image));
         if !setup.configuration.is_empty() {

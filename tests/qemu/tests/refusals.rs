@@ -50,7 +50,7 @@ fn without_a_valid_configuration_it_blinks_and_says_nothing() {
     ] {
         let forward = Some((free_port(), port));
         let mut emulator =
-            Emulator::start(&Setup { image: "qemu.elf", configuration: &block, forward, arguments: &[] });
+            Emulator::start(&Setup { image: "qemu.elf", configuration: &block, forward, ..Setup::default() });
         let said =
             emulator.await_line("reason", |line| line.contains("not provisioned").then(|| line.to_owned()));
         assert!(said.contains(reason), "{what}: {said}");
@@ -71,7 +71,7 @@ fn without_a_valid_configuration_it_blinks_and_says_nothing() {
     // The same board with the good one.
     let forward = Some((free_port(), port));
     let _emulator =
-        Emulator::start(&Setup { image: "qemu.elf", configuration: &good, forward, arguments: &[] });
+        Emulator::start(&Setup { image: "qemu.elf", configuration: &good, forward, ..Setup::default() });
     socket.set_nonblocking(false).expect("a socket");
     socket.set_read_timeout(Some(std::time::Duration::from_secs(60))).expect("a socket");
     assert!(socket.recv_from(&mut [0; 600]).is_ok(), "it announces itself");
@@ -138,5 +138,9 @@ fn cycles_beyond_its_time_or_its_limits_are_refused_reported_and_not_executed() 
     assert_eq!(ran, Some(2), "no other cycle ever ran");
     let ledger = bench.dispatcher.modules()[0].ledger();
     // Nobody waits for an answer to one whose start has passed.
-    assert_eq!((ledger.acknowledged, ledger.late + ledger.unanswered, ledger.refused), (2, 1, 8), "{ledger:?}");
+    assert_eq!(
+        (ledger.acknowledged, ledger.late + ledger.unanswered, ledger.refused),
+        (2, 1, 8),
+        "{ledger:?}"
+    );
 }

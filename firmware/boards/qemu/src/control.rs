@@ -69,9 +69,8 @@ pub struct Control {
     supply: SupplyConstants,
     tick: Tick,
     interval: MicrosSpan,
-    first: Option<Micros>,
-    /// Number of the last tick, counted from the first by the clock.
-    last: u64,
+    /// When the last tick was due.
+    due: Option<Micros>,
     /// When the loop was done last.
     done: Micros,
     /// The motor stands as of then.
@@ -98,8 +97,7 @@ impl Control {
             supply,
             tick,
             interval,
-            first: None,
-            last: 0,
+            due: None,
             done: Micros(0),
             stepped: clock::now(),
             inbox,
@@ -114,12 +112,14 @@ impl Control {
     fn turn(&mut self) {
         let began = clock::now();
         if self.tick.take() {
-            self.count_tick(began);
-            self.let_motor_run(began);
+            // Read anew: it may have come due since.
+            let now = clock::now();
+            self.count_tick(now);
+            self.let_motor_run(now);
             let battery = firmware::provision::battery(&self.supply, self.divided());
             // The pins of this board cannot fail.
-            let _ = self.firmware.tick(began, battery);
-            let took = clock::now().since(began);
+            let _ = self.firmware.tick(now, battery);
+            let took = clock::now().since(now);
             self.statistics.longest_tick = self.statistics.longest_tick.max(took);
         }
         while !self.tick.is_due() {
@@ -156,17 +156,17 @@ impl Control {
 
     fn count_tick(&mut self, now: Micros) {
         let late = self.tick.late();
-        let first = *self.first.get_or_insert(Micros(now.0.saturating_sub(u64::from(late.0))));
-        // A microsecond for rounding.
-        let number = |at: Micros| (at.0 + 1).saturating_sub(first.0) / u64::from(self.interval.0);
-        let lost = number(now).saturating_sub(self.last + 1);
-        let busy = number(self.done).saturating_sub(self.last + 1).min(lost);
-        self.last = number(now);
+        let due = Micros(now.0.saturating_sub(u64::from(late.0)));
         let statistics = &mut self.statistics;
         statistics.ticks += 1;
         statistics.latest = statistics.latest.max(late);
-        statistics.missed += busy;
-        statistics.stalled += lost - busy;
+        let Some(last) = self.due.replace(due) else { return };
+        // From tick to tick, by the tick's own timer: its period need not be a whole number of microseconds.
+        let interval = self.interval.0;
+        let lost = ((due.since(last).0 + interval / 2) / interval).saturating_sub(1);
+        let busy = (self.done.since(last).0 / interval).saturating_sub(1).min(lost);
+        statistics.missed += u64::from(busy);
+        statistics.stalled += u64::from(lost - busy);
     }
 
     fn statistics(&mut self) -> Statistics {
