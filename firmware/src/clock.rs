@@ -152,6 +152,8 @@ impl FleetClock {
     /// Takes an exchange in; while `busy`, a cycle runs and the time told is slewed, by at most 500 ppm beside the
     /// drift, where else it may step. False if its times cannot be (a reply before its request, more than one second
     /// of delay), or it came twice, ended before the last or began before a disturbance: it is then left out.
+    // Out of line, as what is opened before is: the stack takes the larger of both, not their sum.
+    #[inline(never)]
     pub fn add(&mut self, exchange: &Exchange, busy: bool) -> bool {
         let Some(sights) = exchange.sights() else { return false };
         self.told.forget();

@@ -1,7 +1,7 @@
 //! One emulated module: started, listened to, killed.
 
 use std::io::{BufRead, BufReader};
-use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -27,7 +27,7 @@ pub fn image(name: &str) -> PathBuf {
     path
 }
 
-/// Two UDP ports that nobody has: of the host, which stays bound by the caller, and of nobody.
+/// A UDP port that nobody has.
 ///
 /// # Panics
 /// If there is none.
@@ -64,6 +64,16 @@ fn ahead_of_others(program: &str) -> Command {
     if allowed { chrt(program) } else { Command::new(program) }
 }
 
+/// The same for TCP.
+///
+/// # Panics
+/// If there is none.
+#[must_use]
+pub fn free_tcp_port() -> u16 {
+    let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
+    socket.local_addr().expect("bound").port()
+}
+
 /// How an emulator is started.
 #[derive(Clone, Debug, Default)]
 pub struct Setup<'a> {
@@ -73,6 +83,10 @@ pub struct Setup<'a> {
     pub configuration: &'a [u8],
     /// Port of this machine that leads to the module, and the module's.
     pub forward: Option<(u16, u16)>,
+    /// Where its serial line ends; here if nothing is said.
+    pub serial: Option<&'a str>,
+    /// Where its monitor listens.
+    pub monitor: Option<&'a str>,
     /// A word for the program.
     pub word: &'a str,
     /// More arguments.
@@ -102,7 +116,8 @@ impl Emulator {
         std::fs::write(&configuration, setup.configuration).expect("a file");
         let mut command = ahead_of_others("qemu-system-arm");
         command
-            .args(["-machine", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "stdio"])
+            .args(["-machine", "mps2-an386", "-nographic"])
+            .args(["-serial", setup.serial.unwrap_or("stdio"), "-monitor", setup.monitor.unwrap_or("none")])
             .arg("-semihosting-config")
             .arg(format!("enable=on,target=native,arg={}", setup.word))
             .arg("-kernel")
