@@ -114,7 +114,12 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         // A module that knows nothing of itself, or that is stopped, drives nothing.
         let may_search =
             self.endpoint.link().is_some() && self.endpoint.failsafe().state() == ModuleState::Boot;
-        match if may_search { self.homing.search(now) } else { Search::Wait } {
+        if !may_search {
+            // Stopped in mid-search: once released it waits again before it turns.
+            self.homing.end();
+            return self.tail.coast();
+        }
+        match self.homing.search(now) {
             Search::Turn(drive) => self.tail.search(drive),
             Search::Wait => self.tail.coast(),
             Search::Fail => {

@@ -12,6 +12,7 @@ use embedded_hal::pwm::SetDutyCycle;
 
 use crate::encoder::{Encoder, Mounting};
 use crate::motor::Bridge;
+use crate::quadrature::{Quadrature, READINGS};
 use crate::servo::{NoSense, ServoParameters};
 use crate::tail::Tail;
 
@@ -20,6 +21,10 @@ const TIME_CONSTANT_S: f64 = 0.02;
 const ACCELERATION_MAX_RAD_S2: f64 = 600.0;
 const ZERO_COUNTS: u32 = 1234;
 const DUTY_MAX: u16 = 2000;
+/// Edges of an incremental encoder in one turn: 12 pulses on two lines, and a gear of 1:100.
+const EDGES: u32 = 4_800;
+/// The magnet is over so much of a turn.
+const MAGNET_TURN: f64 = 0.1;
 
 #[derive(Default)]
 struct State {
@@ -30,12 +35,17 @@ struct State {
     in2: bool,
     encoder_fails: bool,
     blocked: bool,
+    magnet_rad: Option<f64>,
 }
 
 impl State {
     fn drive(&self) -> f64 {
         (f64::from(u8::from(self.in1)) - f64::from(u8::from(self.in2))) * f64::from(self.duty)
             / f64::from(DUTY_MAX)
+    }
+
+    fn edges(&self) -> i64 {
+        (self.angle_rad / TAU * f64::from(EDGES)).floor() as i64
     }
 }
 
@@ -44,7 +54,7 @@ impl State {
 pub struct Rig(Rc<RefCell<State>>);
 
 /// A tail wired to the rig.
-pub type RigTail = Tail<RigEncoder, NoSense, RigPwm, RigPin, RigPin>;
+pub type RigTail<E = RigEncoder> = Tail<E, NoSense, RigPwm, RigPin, RigPin>;
 
 impl Rig {
     pub fn new(angle_rad: f64) -> Self {
@@ -52,10 +62,28 @@ impl Rig {
     }
 
     pub fn tail(&self) -> RigTail {
+        self.tail_with(RigEncoder(self.clone()), ZERO_COUNTS)
+    }
+
+    /// With an incremental encoder that counts from now on, and the magnet of its index at `magnet_rad`.
+    pub fn indexed_tail(&self, magnet_rad: f64) -> RigTail<RigIndexed> {
+        let start = self.0.borrow().edges();
+        let encoder = RigIndexed { rig: self.clone(), start, quadrature: Quadrature::new(EDGES) };
+        // Readings from the magnet to x_S, counter-clockwise.
+        let zero_counts = (-magnet_rad / TAU).rem_euclid(1.0) * f64::from(READINGS);
+        self.tail_with(encoder, zero_counts.round() as u32)
+    }
+
+    fn tail_with<E: Encoder>(&self, encoder: E, zero_counts: u32) -> RigTail<E> {
         let bridge =
             Bridge::new(RigPwm(self.clone()), RigPin(self.clone(), true), RigPin(self.clone(), false));
-        let mounting = Mounting { zero_counts: ZERO_COUNTS, reversed: false };
-        Tail::new(RigEncoder(self.clone()), mounting, NoSense, bridge, &ServoParameters::default()).unwrap()
+        let mounting = Mounting { zero_counts, reversed: false };
+        Tail::new(encoder, mounting, NoSense, bridge, &ServoParameters::default()).unwrap()
+    }
+
+    /// Puts the magnet there, counter-clockwise from `at_rad` on, or takes it away.
+    pub fn put_magnet(&self, at_rad: Option<f64>) {
+        self.0.borrow_mut().magnet_rad = at_rad;
     }
 
     pub fn angle_rad(&self) -> f64 {
@@ -108,6 +136,30 @@ impl Encoder for RigEncoder {
         let state = self.0.0.borrow();
         let counts = (state.angle_rad / TAU * 4096.0).floor() as i64 + i64::from(ZERO_COUNTS);
         if state.encoder_fails { Err(()) } else { u32::try_from(counts.rem_euclid(4096)).map_err(|_| ()) }
+    }
+}
+
+/// Counts edges from where it was switched on, and has a switch that the magnet closes.
+pub struct RigIndexed {
+    rig: Rig,
+    start: i64,
+    quadrature: Quadrature,
+}
+
+impl Encoder for RigIndexed {
+    type Error = ();
+    const COUNTS_PER_TURN: u32 = READINGS;
+
+    fn counts(&mut self) -> Result<u32, ()> {
+        let state = self.rig.0.borrow();
+        let counter = (state.edges() - self.start) as i32;
+        let from_magnet = |at_rad: f64| ((state.angle_rad - at_rad) / TAU).rem_euclid(1.0);
+        self.quadrature.update(counter, state.magnet_rad.is_some_and(|at| from_magnet(at) < MAGNET_TURN));
+        self.quadrature.reading().ok_or(())
+    }
+
+    fn is_homed(&self) -> bool {
+        self.quadrature.reading().is_some()
     }
 }
 

@@ -2,9 +2,9 @@
 //!
 //! | GPIO | pin of the board | what | electrical |
 //! |---|---|---|---|
-//! | GP10 | 14 | motor bridge: PWM | 20 kHz; 4.7 kΩ to ground keep the motor off while the board boots |
-//! | GP11 | 15 | motor bridge: in1 | high with in2 low: counter-clockwise |
-//! | GP12 | 16 | motor bridge: in2 | |
+//! | GP10 | 14 | motor bridge: PWM | 20 kHz |
+//! | GP11 | 15 | motor bridge: in1 | 10 kΩ to 3.3 V; high with in2 low: counter-clockwise |
+//! | GP12 | 16 | motor bridge: in2 | 10 kΩ to 3.3 V |
 //! | GP13 | 17 | index: hall switch | low over the magnet, pulled up |
 //! | GP14 | 19 | encoder: A | pulled up |
 //! | GP15 | 20 | encoder: B | pulled up |
@@ -19,6 +19,10 @@
 //! boot → random numbers, configuration → Modboat → control, in its interrupt      radio, network, in thread mode
 //!                        └ none → blink
 //! ```
+//!
+//! In reset nobody drives the pins, and the two resistors pull both inputs of the bridge high: a TB6612FNG then brakes the motor, whatever
+//! PWM does. They win over the pull-downs of the chip, tens of kΩ, and of the bridge, 200 kΩ. Once it runs, the program lets the tail
+//! free until it knows where it is.
 //!
 //! Assumptions and limits: 20 kHz is above hearing and within what a TB6612FNG takes (100 kHz). The bridge's standby pin is wired high.
 //! What `memory.x`, the motor and the battery are is said at the top of the tree.

@@ -1,7 +1,7 @@
 //! The watchdog, and everything else that resets the chip.
 //!
-//! A reset is what makes the outputs safe: a pin is no output then and has a weak pull-down, so a motor bridge is off, and the controller
-//! of a thruster, without pulses, stops. The tail runs free.
+//! A reset is what makes the outputs safe: a pin is no output then. So the resistors at the inputs of a motor bridge brake the tail, and the
+//! controller of a thruster, without pulses, stops.
 //!
 //! | what | resets |
 //! |---|---|
@@ -13,7 +13,7 @@
 //! Assumptions and limits: the watchdog restarts the chip from its oscillators on, and with that resets the peripherals and the pads
 //! (RP2350 datasheet, sections 7.4.1, 7.5 and 9.7), which a reset of the processor alone may leave as they are. Nobody else
 //! feeds it. The chip's pull-down is weak, and on its revision A2 weaker than the leakage of an input (erratum E9; not that of a pin
-//! after a reset): what must not move by itself has a resistor of 8.2 kΩ or less to ground.
+//! after a reset): a level that matters then has a resistor of its own, 10 kΩ or less to 3.3 V or 8.2 kΩ or less to ground.
 
 use core::panic::PanicInfo;
 
