@@ -122,6 +122,7 @@ fn a_slow_processor_ticks_on_time_in_a_storm() {
         forward: Some((outside, inside)),
         word: "awake",
         arguments: &["-icount", "shift=5"],
+        ..Setup::default()
     });
     let next = |emulator: &mut Emulator| emulator.await_line("report", Report::read);
     // Of the first second it is not asked: the network comes up.

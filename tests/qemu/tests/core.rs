@@ -120,10 +120,9 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
         }
         dispatcher.handle_timer(now());
         let link = &dispatcher.modules()[0];
-        if let Some(report) = link.telemetry().filter(|report| report.state == ModuleState::Executing) {
-            if swam.last() != Some(&report.cycle) {
-                swam.push(report.cycle);
-            }
+        let executing = link.telemetry().filter(|report| report.state == ModuleState::Executing);
+        if let Some(report) = executing.filter(|report| swam.last() != Some(&report.cycle)) {
+            swam.push(report.cycle);
         }
         let sure = link.health().is_some_and(|health| health.uncertainty <= MicrosSpan(1_500));
         let ready =
