@@ -55,8 +55,7 @@ mod estimate;
 mod exact;
 mod known;
 mod output;
-
-use core::cell::Cell;
+mod told;
 
 use protocol::units::{Micros, MicrosSpan};
 
@@ -65,6 +64,7 @@ use estimate::{DRIFT_MAX_PPM, Estimate, Prior, SURE_NORMAL};
 use exact::{micros, whole};
 use known::{Known, middle_us};
 use output::Output;
+use told::Told;
 
 /// Exchanges needed before fleet time is trusted.
 pub const NEEDED: usize = 4;
@@ -126,8 +126,7 @@ pub struct FleetClock {
     exchanges: usize,
     /// The own clock may have jumped at this time: requests sent before it say nothing.
     disturbed_us: u64,
-    /// What was told last, as it is asked for again several times a tick: own clock and fleet clock.
-    told: Cell<Option<(Micros, Micros)>>,
+    told: Told,
 }
 
 impl Default for FleetClock {
@@ -146,16 +145,18 @@ impl FleetClock {
             known: None,
             exchanges: 0,
             disturbed_us: 0,
-            told: Cell::new(None),
+            told: Told::new(),
         }
     }
 
     /// Takes an exchange in; while `busy`, a cycle runs and the time told is slewed, by at most 500 ppm beside the
     /// drift, where else it may step. False if its times cannot be (a reply before its request, more than one second
     /// of delay), or it came twice, ended before the last or began before a disturbance: it is then left out.
+    // Out of line, as what is opened before is: the stack takes the larger of both, not their sum.
+    #[inline(never)]
     pub fn add(&mut self, exchange: &Exchange, busy: bool) -> bool {
         let Some(sights) = exchange.sights() else { return false };
-        self.told.set(None);
+        self.told.forget();
         let (at_us, request_us) = (sights.backward.at_us, sights.forward.at_us);
         if request_us < self.disturbed_us {
             return false;
@@ -214,12 +215,8 @@ impl FleetClock {
     /// Fleet time at `local` on the own clock. Nothing before the first exchange, or where it does not fit.
     #[must_use]
     pub fn fleet(&self, local: Micros) -> Option<Micros> {
-        if let Some((_, fleet)) = self.told.get().filter(|(asked, _)| *asked == local) {
-            return Some(fleet);
-        }
-        let fleet = local.0.checked_add_signed(self.known.as_ref()?.output.offset_us(local.0)).map(Micros)?;
-        self.told.set(Some((local, fleet)));
-        Some(fleet)
+        let known = self.known.as_ref()?;
+        self.told.or_else(local, || local.0.checked_add_signed(known.output.offset_us(local.0)).map(Micros))
     }
 
     /// Own time at `fleet` on the fleet clock, to 1 µs. Nothing before the first exchange, or where it does not fit.

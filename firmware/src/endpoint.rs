@@ -27,6 +27,7 @@ use protocol::{
 use crate::clock::{Exchange, FleetClock};
 use crate::failsafe::{Conditions, Event, Failsafe};
 use crate::link::{Host, Identity, Link};
+use crate::schedule::HORIZON;
 
 /// Pause between two announcements while no host is heard.
 pub const HELLO_EVERY: MicrosSpan = MicrosSpan(200_000);
@@ -445,6 +446,10 @@ impl<R: Robot> Endpoint<R> {
         let Some(fleet) = self.clock.fleet(now).filter(|_| self.clock.is_synchronised()) else {
             return Verdict::Refused(Refusal::NotSynchronised);
         };
+        // Of a time beyond any plan nobody need be sure.
+        if cycle.start > fleet.after(HORIZON) {
+            return Verdict::Refused(Refusal::TooFarAhead);
+        }
         // How sure it will be then, if no other answer comes until then.
         let at_start = now.after(cycle.start.since(fleet));
         if !self.clock.is_sure(at_start, sure_within) {

@@ -166,6 +166,8 @@ impl Link {
     ///
     /// # Errors
     /// What the datagram is, if it is not let in; it is counted and nothing else happens.
+    // Out of line: what it needs of the stack is given back before what it heard is followed.
+    #[inline(never)]
     pub fn open(&mut self, now: Micros, datagram: &[u8], busy: bool) -> Result<Heard, Class> {
         let heard = self.admit(now, datagram, busy);
         self.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));

@@ -113,6 +113,8 @@ pub fn identity(configuration: &Configuration, boot: [u8; 12]) -> Identity {
 ///
 /// # Errors
 /// [`NotProvisioned`].
+// Out of line: it moves whole modules about, and a board's main loop never gives its stack back.
+#[inline(never)]
 pub fn modboat<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin>(
     configuration: &Configuration,
     boot: [u8; 12],

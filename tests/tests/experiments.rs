@@ -14,7 +14,7 @@ const EXPERIMENTS: [&str; 4] = ["holonomic-1", "holonomic-2", "holonomic-3", "ho
 const SEEDS: usize = 20;
 
 /// What must hold, and does not.
-fn broken(RunResult { summary, record }: &RunResult) -> Vec<String> {
+fn broken(RunResult { summary, record, .. }: &RunResult) -> Vec<String> {
     let mut broken = Vec::new();
     let mut must = |holds: bool, what: String| {
         if !holds {

@@ -203,7 +203,7 @@ pub fn compare(
         })
         .collect();
     for (planner, _, result) in results {
-        let RunResult { summary, record } = result?;
+        let RunResult { summary, record, .. } = result?;
         contenders[planner].runs.push(summary);
         contenders[planner].records.push(record);
     }

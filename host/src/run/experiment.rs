@@ -11,7 +11,7 @@ use protocol::{Faults, MAX_DATAGRAM, ModuleState, Radio};
 use super::RunError;
 use super::distances;
 use super::fleet::{Fleet, InProcess};
-use super::pilot::Pilot;
+use super::pilot::{Decision, Pilot};
 use super::record::{PoseSample, RunRecord};
 use super::recorder::Recorder;
 use super::scenario::Scenario;
@@ -60,6 +60,8 @@ pub struct RunResult {
     pub summary: Summary,
     /// The courses.
     pub record: RunRecord,
+    /// Every decision, as it was dispatched.
+    pub decisions: Vec<Decision>,
 }
 
 /// A fault that is planned into a run, for tests and drills.
@@ -187,7 +189,7 @@ pub fn run<F: Fleet>(
     summary.clock_error_us = clock_error_us;
     summary.wall_s = wall_s;
     summary.judge(cut_short);
-    Ok(RunResult { summary, record })
+    Ok(RunResult { summary, record, decisions: pilot.decisions().to_vec() })
 }
 
 /// Whose tails nobody knows, and why if that is known.

@@ -42,7 +42,7 @@ use crate::modboat::setting::Presence;
 use crate::modboat::table::Table;
 use crate::quantity::ParameterError;
 
-pub use decision::{Decision, Via};
+pub use decision::{Decision, Order, Via};
 use decision::{cycles, first_cycles, give_up, give_up_second, steps};
 
 mod decision;

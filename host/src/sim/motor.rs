@@ -3,30 +3,17 @@
 //! The firmware gets three pins of an H-bridge ([`PwmPin`], two [`DirectionPin`]s) and a [`Sensors`] handle; the
 //! simulation keeps the [`SimMotor`] and steps it. The handles share a few cells with the motor, no locks.
 //!
-//! ```text
-//! φ̈_m = clamp((ω₀·d − φ̇)/τ_m, ±α_max)          what the motor gives (coasting: zero)             (m1)
-//! φ̈   = φ̈_m − (c/J)·φ̇|φ̇|                       less what the water takes                         (m2)
-//! i    = J·φ̈_m / k_t                            current                                           (m3)
-//! ```
+//! How motor and tail move is the package `plant`, which the emulator's board drives as well.
 //!
-//! | pins in1, in2 | bridge | d |
-//! |---|---|---|
-//! | high, low | forward, tail turns counter-clockwise | +duty |
-//! | low, high | reverse, clockwise | −duty |
-//! | high, high | brake: winding shorted | 0 |
-//! | low, low | coast: winding open, no current | none |
-//!
-//! Assumptions and limits: φ is measured against the structure, whose own (slow) yaw acceleration does not act
-//! back on the motor. No dead band, friction or backlash; no winding inductance, so torque follows duty at once,
-//! and τ_m is the mechanical time constant. Every number in [`MotorParameters`] is *assumed*.
+//! Assumptions and limits: those of `plant`; every number in [`MotorParameters`] is *assumed*.
 
 use std::cell::Cell;
 use std::convert::Infallible;
-use std::f64::consts::TAU;
 use std::rc::Rc;
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
+use plant::{Constants, Motor};
 use serde::{Deserialize, Serialize};
 
 use super::TailState;
@@ -64,13 +51,21 @@ pub struct MotorParameters {
 
 impl Default for MotorParameters {
     fn default() -> Self {
+        let Constants {
+            no_load_speed_rad_s,
+            time_constant_s,
+            acceleration_max_rad_s2,
+            rotor_inertia_kg_m2,
+            tail_drag_n_m_s2,
+            torque_constant_n_m_a,
+        } = Constants::default();
         Self {
-            no_load_speed_rad_s: 18.0,
-            time_constant_s: 0.02,
-            acceleration_max_rad_s2: 600.0,
-            rotor_inertia_kg_m2: 1.5e-4,
-            tail_drag_n_m_s2: 2e-5,
-            torque_constant_n_m_a: 0.09,
+            no_load_speed_rad_s,
+            time_constant_s,
+            acceleration_max_rad_s2,
+            rotor_inertia_kg_m2,
+            tail_drag_n_m_s2,
+            torque_constant_n_m_a,
             encoder_offset_rad: 0.0,
             reset_brakes: true,
         }
@@ -103,15 +98,20 @@ impl MotorParameters {
     /// What the encoder reads at φ = 0.
     #[must_use]
     pub fn encoder_offset_counts(&self) -> u32 {
-        u32::from(counts_at(self.encoder_offset_rad))
+        plant::encoder_counts(self.encoder_offset_rad, ENCODER_COUNTS.into())
     }
-}
 
-/// The encoder's reading with its magnet at `shaft_rad`, 0 … [`ENCODER_COUNTS`] − 1.
-fn counts_at(shaft_rad: f64) -> u16 {
-    let turns = shaft_rad / TAU;
-    // Rounding can bring rem_euclid of a tiny negative number up to a whole turn.
-    ((turns.rem_euclid(1.0) * f64::from(ENCODER_COUNTS)) as u16) % ENCODER_COUNTS
+    /// The part of them that moves.
+    fn constants(&self) -> Constants {
+        Constants {
+            no_load_speed_rad_s: self.no_load_speed_rad_s,
+            time_constant_s: self.time_constant_s,
+            acceleration_max_rad_s2: self.acceleration_max_rad_s2,
+            rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
+            tail_drag_n_m_s2: self.tail_drag_n_m_s2,
+            torque_constant_n_m_a: self.torque_constant_n_m_a,
+        }
+    }
 }
 
 /// The wires between the board and its motor.
@@ -202,10 +202,7 @@ pub struct MotorPins {
 pub struct SimMotor {
     parameters: MotorParameters,
     wires: Rc<Wires>,
-    angle_rad: f64,
-    rate_rad_s: f64,
-    acceleration_rad_s2: f64,
-    jammed: bool,
+    motor: Motor,
 }
 
 impl SimMotor {
@@ -218,10 +215,7 @@ impl SimMotor {
         let motor = Self {
             parameters: parameters.clone(),
             wires: Rc::default(),
-            angle_rad,
-            rate_rad_s: 0.0,
-            acceleration_rad_s2: 0.0,
-            jammed: false,
+            motor: Motor::new(parameters.constants(), angle_rad),
         };
         motor.wires.encoder_counts.set(motor.encoder_counts());
         let pins = motor.pins();
@@ -246,54 +240,26 @@ impl SimMotor {
     }
 
     /// Advances the motor by `dt_s` with the pins as they are.
-    ///
-    /// The exponential step gives (m1) exactly while the limit does not bind, and the drag of (m2) is taken
-    /// implicitly, so no step length makes it unstable.
     pub fn step(&mut self, dt_s: f64) {
-        if dt_s <= 0.0 {
-            return;
-        }
-        let p = &self.parameters;
+        let [in1, in2] = [0, 1].map(|input: usize| self.wires.direction[input].get());
         let duty = f64::from(self.wires.duty.get()) / f64::from(MAX_DUTY);
-        let drive = match (self.wires.direction[0].get(), self.wires.direction[1].get()) {
-            (true, false) => Some(duty),
-            (false, true) => Some(-duty),
-            (true, true) => Some(0.0),
-            (false, false) => None,
-        };
-        let mean_of_step = -(-dt_s / p.time_constant_s).exp_m1() / dt_s;
-        // φ̈_m = clamp((ω₀·d − φ̇)/τ_m, ±α_max)                                                    (m1)
-        let motor_rad_s2 = drive.map_or(0.0, |d| {
-            ((p.no_load_speed_rad_s * d - self.rate_rad_s) * mean_of_step)
-                .clamp(-p.acceleration_max_rad_s2, p.acceleration_max_rad_s2)
-        });
-        let rate_rad_s = if self.jammed {
-            0.0
-        } else {
-            // φ̈ = φ̈_m − (c/J)·φ̇|φ̇|                                                              (m2)
-            let drag_per_rad = p.tail_drag_n_m_s2 / p.rotor_inertia_kg_m2;
-            (self.rate_rad_s + motor_rad_s2 * dt_s) / (1.0 + drag_per_rad * self.rate_rad_s.abs() * dt_s)
-        };
-        self.acceleration_rad_s2 = (rate_rad_s - self.rate_rad_s) / dt_s;
-        self.angle_rad += 0.5 * (self.rate_rad_s + rate_rad_s) * dt_s;
-        self.rate_rad_s = rate_rad_s;
-        // i = J·φ̈_m / k_t                                                                          (m3)
-        self.wires.current_a.set(p.rotor_inertia_kg_m2 * motor_rad_s2 / p.torque_constant_n_m_a);
+        self.motor.step(plant::drive(duty, in1, in2), dt_s);
+        self.wires.current_a.set(self.motor.current_a());
         self.wires.encoder_counts.set(self.encoder_counts());
     }
 
     /// Blocks the shaft (weed, a rope) or frees it again. A blocked motor draws its stall current.
     pub fn set_jammed(&mut self, jammed: bool) {
-        self.jammed = jammed;
+        self.motor.set_jammed(jammed);
     }
 
     /// The tail as the tank needs it.
     #[must_use]
     pub fn state(&self) -> TailState {
         TailState {
-            angle_rad: self.angle_rad,
-            rate_rad_s: self.rate_rad_s,
-            acceleration_rad_s2: self.acceleration_rad_s2,
+            angle_rad: self.motor.angle_rad(),
+            rate_rad_s: self.motor.rate_rad_s(),
+            acceleration_rad_s2: self.motor.acceleration_rad_s2(),
             inertia_kg_m2: self.parameters.rotor_inertia_kg_m2,
         }
     }
@@ -301,19 +267,19 @@ impl SimMotor {
     /// True angle φ, rad (unwrapped).
     #[must_use]
     pub fn angle_rad(&self) -> f64 {
-        self.angle_rad
+        self.motor.angle_rad()
     }
 
     /// Angular velocity φ̇, rad/s.
     #[must_use]
     pub fn rate_rad_s(&self) -> f64 {
-        self.rate_rad_s
+        self.motor.rate_rad_s()
     }
 
     /// Mean angular acceleration φ̈ of the last step, rad/s².
     #[must_use]
     pub fn acceleration_rad_s2(&self) -> f64 {
-        self.acceleration_rad_s2
+        self.motor.acceleration_rad_s2()
     }
 
     /// Mean motor current of the last step, A.
@@ -325,12 +291,16 @@ impl SimMotor {
     /// What the absolute encoder reads now, 0 … [`ENCODER_COUNTS`] − 1.
     #[must_use]
     pub fn encoder_counts(&self) -> u16 {
-        counts_at(self.angle_rad + self.parameters.encoder_offset_rad)
+        // Twelve bits.
+        plant::encoder_counts(self.angle_rad() + self.parameters.encoder_offset_rad, ENCODER_COUNTS.into())
+            as u16
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     const DT_S: f64 = 1e-3;

@@ -1,7 +1,7 @@
 //! One emulated module: started, listened to, killed.
 
 use std::io::{BufRead, BufReader};
-use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -27,7 +27,7 @@ pub fn image(name: &str) -> PathBuf {
     path
 }
 
-/// Two UDP ports that nobody has: of the host, which stays bound by the caller, and of nobody.
+/// A UDP port that nobody has.
 ///
 /// # Panics
 /// If there is none.
@@ -37,16 +37,41 @@ pub fn free_port() -> u16 {
     socket.local_addr().expect("bound").port()
 }
 
+/// Runs the calling thread in real time too, behind the emulators, where that is allowed.
+pub fn priority() {
+    let thread = std::fs::read_link("/proc/thread-self");
+    if let Some(id) = thread.ok().and_then(|path| path.file_name().map(ToOwned::to_owned)) {
+        let mut command = Command::new("chrt");
+        // Where it is not, what is measured says how long it was kept waiting.
+        let _ = command
+            .args(["--rr", "--pid", "10"])
+            .arg(id)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status();
+    }
+}
+
 /// A command that runs `program` in real time, ahead of whatever else this machine does, where that is allowed: an emulated
 /// processor that waits for a real one misses its ticks.
 fn ahead_of_others(program: &str) -> Command {
     let chrt = |program: &str| {
         let mut command = Command::new("chrt");
-        command.args(["--rr", "10", program]);
+        command.args(["--rr", "20", program]);
         command
     };
     let allowed = chrt("true").stderr(Stdio::null()).status().is_ok_and(|status| status.success());
     if allowed { chrt(program) } else { Command::new(program) }
+}
+
+/// The same for TCP.
+///
+/// # Panics
+/// If there is none.
+#[must_use]
+pub fn free_tcp_port() -> u16 {
+    let socket = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
+    socket.local_addr().expect("bound").port()
 }
 
 /// How an emulator is started.
@@ -58,6 +83,12 @@ pub struct Setup<'a> {
     pub configuration: &'a [u8],
     /// Port of this machine that leads to the module, and the module's.
     pub forward: Option<(u16, u16)>,
+    /// Where its serial line ends; here if nothing is said.
+    pub serial: Option<&'a str>,
+    /// Where its monitor listens.
+    pub monitor: Option<&'a str>,
+    /// A word for the program.
+    pub word: &'a str,
     /// More arguments.
     pub arguments: &'a [&'a str],
 }
@@ -85,8 +116,10 @@ impl Emulator {
         std::fs::write(&configuration, setup.configuration).expect("a file");
         let mut command = ahead_of_others("qemu-system-arm");
         command
-            .args(["-machine", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "stdio"])
-            .args(["-semihosting-config", "enable=on,target=native"])
+            .args(["-machine", "mps2-an386", "-nographic"])
+            .args(["-serial", setup.serial.unwrap_or("stdio"), "-monitor", setup.monitor.unwrap_or("none")])
+            .arg("-semihosting-config")
+            .arg(format!("enable=on,target=native,arg={}", setup.word))
             .arg("-kernel")
             .arg(image(setup.image));
         if !setup.configuration.is_empty() {

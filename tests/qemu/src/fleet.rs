@@ -11,26 +11,16 @@ use host::run::fleet::{Fleet, OverUdp};
 use host::run::scenario::Scenario;
 use host::sim::TailState;
 use protocol::units::Micros;
-use protocol::{ModuleId, ModuleState, Telemetry};
+use protocol::{ModuleId, ModuleState};
 
-use crate::emulator::{Emulator, Setup, free_port};
-use crate::provisioned;
-
-/// One report of a module.
-#[derive(Clone, Copy, Debug)]
-pub struct Seen {
-    /// When it came, by the host's clock.
-    pub arrival: Micros,
-    /// What it says.
-    pub telemetry: Telemetry,
-}
+use crate::bench::{self, Seen};
+use crate::emulator::{Emulator, priority};
 
 /// See the module's documentation.
 pub struct Emulated {
     inner: OverUdp,
     host: HostIdentity,
     port: u16,
-    arguments: Vec<String>,
     /// The modules, in the order of their ids.
     pub modules: Vec<Emulator>,
     /// The reports of each, in the order in which they came.
@@ -38,39 +28,28 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// As many modules as `scenario` has, started with these `arguments` besides.
+    /// As many modules as `scenario` has.
     ///
     /// # Panics
     /// If one does not start.
     #[must_use]
-    pub fn start(scenario: &Scenario, seed: u64, arguments: &[&str]) -> Self {
+    pub fn start(scenario: &Scenario, seed: u64) -> Self {
+        priority();
         let host = HostIdentity::simulated(seed, 0);
         let radio = UdpRadio::bind("127.0.0.1:0").expect("a free port");
         let port = radio.local_address().expect("bound").port();
         let roster: Vec<ModuleId> = (1..=scenario.structure.len() as u16).map(ModuleId).collect();
         let inner = OverUdp::new(scenario, radio, host.clone(), roster.clone(), seed);
-        let arguments = arguments.iter().map(|&argument| argument.to_owned()).collect();
         let seen = roster.iter().map(|_| Vec::new()).collect();
-        let mut fleet = Self { inner, host, port, arguments, modules: Vec::new(), seen };
-        fleet.modules = roster.iter().map(|&id| fleet.boot(id)).collect();
+        let mut fleet = Self { inner, host, port, modules: Vec::new(), seen };
+        fleet.modules = roster.iter().map(|&id| bench::boot(&fleet.host, id, port, &[])).collect();
         fleet
-    }
-
-    fn boot(&self, id: ModuleId) -> Emulator {
-        let configuration = provisioned::image(&provisioned::modboat(&self.host, id, self.port));
-        let arguments: Vec<&str> = self.arguments.iter().map(String::as_str).collect();
-        Emulator::start(&Setup {
-            image: "qemu.elf",
-            configuration: &configuration,
-            forward: Some((free_port(), self.port)),
-            arguments: &arguments,
-        })
     }
 
     /// Takes the power of the module at `index` away, and gives it back: another life in another emulator.
     pub fn restart(&mut self, index: usize) {
         self.modules[index].kill();
-        self.modules[index] = self.boot(self.inner.roster()[index]);
+        self.modules[index] = bench::boot(&self.host, self.inner.roster()[index], self.port, &[]);
     }
 }
 

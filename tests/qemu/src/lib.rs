@@ -2,12 +2,16 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | [`bench`] | a host for as many of them as are asked for |
 //! | [`emulator`] | one emulated module: started, listened to, killed |
 //! | [`fleet`] | emulated modules as the fleet of a run |
 //! | [`provisioned`] | its configuration |
 //! | [`report`] | the line that an emulated module prints every second |
+//! | [`storm`] | datagrams that nobody should follow |
 
+pub mod bench;
 pub mod emulator;
 pub mod fleet;
 pub mod provisioned;
 pub mod report;
+pub mod storm;

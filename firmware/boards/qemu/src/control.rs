@@ -41,8 +41,10 @@ const BATTERY: Volts = Volts(7.4);
 pub struct Statistics {
     /// Ticks done.
     pub ticks: u64,
-    /// Ticks that never came, because those before took too long.
+    /// Ticks that never came, because the loop was at something else.
     pub missed: u64,
+    /// Ticks that never came while the loop waited for them: the emulator had no processor to run on.
+    pub stalled: u64,
     /// Longest wait of a tick for its turn.
     pub latest: MicrosSpan,
     /// Longest tick.
@@ -67,7 +69,10 @@ pub struct Control {
     supply: SupplyConstants,
     tick: Tick,
     interval: MicrosSpan,
-    first: Option<Micros>,
+    /// When the last tick was due.
+    due: Option<Micros>,
+    /// When the loop was done last.
+    done: Micros,
     /// The motor stands as of then.
     stepped: Micros,
     inbox: Consumer<'static, Datagram>,
@@ -92,7 +97,8 @@ impl Control {
             supply,
             tick,
             interval,
-            first: None,
+            due: None,
+            done: Micros(0),
             stepped: clock::now(),
             inbox,
             outbox,
@@ -106,12 +112,14 @@ impl Control {
     fn turn(&mut self) {
         let began = clock::now();
         if self.tick.take() {
-            self.count_tick(began);
-            self.let_motor_run(began);
+            // Read anew: it may have come due since.
+            let now = clock::now();
+            self.count_tick(now);
+            self.let_motor_run(now);
             let battery = firmware::provision::battery(&self.supply, self.divided());
             // The pins of this board cannot fail.
-            let _ = self.firmware.tick(began, battery);
-            let took = clock::now().since(began);
+            let _ = self.firmware.tick(now, battery);
+            let took = clock::now().since(now);
             self.statistics.longest_tick = self.statistics.longest_tick.max(took);
         }
         while !self.tick.is_due() {
@@ -126,7 +134,8 @@ impl Control {
                 self.statistics.unsent += 1;
             }
         }
-        self.statistics.longest_turn = self.statistics.longest_turn.max(clock::now().since(began));
+        self.done = clock::now();
+        self.statistics.longest_turn = self.statistics.longest_turn.max(self.done.since(began));
     }
 
     /// The motor went on since the last tick, however long ago that was.
@@ -147,12 +156,17 @@ impl Control {
 
     fn count_tick(&mut self, now: Micros) {
         let late = self.tick.late();
-        let first = *self.first.get_or_insert(Micros(now.0.saturating_sub(u64::from(late.0))));
+        let due = Micros(now.0.saturating_sub(u64::from(late.0)));
         let statistics = &mut self.statistics;
         statistics.ticks += 1;
         statistics.latest = statistics.latest.max(late);
-        let due = (now.0 - first.0 + 1) / u64::from(self.interval.0) + 1;
-        statistics.missed = due.saturating_sub(statistics.ticks);
+        let Some(last) = self.due.replace(due) else { return };
+        // From tick to tick, by the tick's own timer: its period need not be a whole number of microseconds.
+        let interval = self.interval.0;
+        let lost = ((due.since(last).0 + interval / 2) / interval).saturating_sub(1);
+        let busy = (self.done.since(last).0 / interval).saturating_sub(1).min(lost);
+        statistics.missed += u64::from(busy);
+        statistics.stalled += u64::from(lost - busy);
     }
 
     fn statistics(&mut self) -> Statistics {

@@ -1,7 +1,7 @@
 //! Bare pins where a motor would be: two outputs, a compare value and an encoder's register, and nothing behind them.
 //!
-//! What the smallest driver takes, for the image that shows what the core takes. The outputs are those of the FPGA's
-//! miscellaneous register, the encoder is its counter of 25 MHz/1 (Arm DAI 0386, "FPGA system control").
+//! What the smallest driver takes, for the image that shows what the core takes. Outputs and encoder are bits of the FPGA's
+//! miscellaneous register (Arm DAI 0386, "FPGA system control"), so the tail stands still whatever is put out.
 
 use core::convert::Infallible;
 
@@ -12,7 +12,6 @@ use firmware::motor::Bridge;
 
 use crate::registers::Registers;
 
-const COUNTER: usize = 0x18;
 const PRESCALE: usize = 0x1c;
 const MISC: usize = 0x4c;
 
@@ -78,6 +77,6 @@ impl Encoder for Register {
     const COUNTS_PER_TURN: u32 = 4096;
 
     fn counts(&mut self) -> Result<u32, Infallible> {
-        Ok(block().read(COUNTER) & 0xfff)
+        Ok(block().read(MISC) >> 2 & 0xfff)
     }
 }

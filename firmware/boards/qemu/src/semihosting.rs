@@ -2,7 +2,7 @@
 //!
 //! A real board draws its boot nonce from a generator of its own. This machine has none, so that of the PC serves.
 
-use cortex_m_semihosting::{debug, hprintln, nr, syscall};
+use cortex_m_semihosting::{debug, hprintln, nr, syscall, syscall1};
 
 /// Different from life to life, from the PC's `/dev/urandom`.
 ///
@@ -19,6 +19,17 @@ pub fn boot_nonce() -> Option<[u8; 12]> {
         unread
     };
     (unread == 0).then_some(nonce)
+}
+
+/// Whether the emulator's command line ends with `word` (`-semihosting-config …,arg=NAME,arg=WORD`).
+#[must_use]
+pub fn is_asked(word: &str) -> bool {
+    let mut line = [0_u8; 64];
+    let mut block = [line.as_mut_ptr().expose_provenance(), line.len()];
+    // SAFETY: the parameter block as the call wants it: address and length of the buffer, which comes back as that of the line. Both
+    // outlive the call, and the emulator writes within them.
+    let failed = unsafe { syscall1(nr::GET_CMDLINE, block.as_mut_ptr().expose_provenance()) };
+    failed == 0 && line.get(..block[1]).is_some_and(|line| line.ends_with(word.as_bytes()))
 }
 
 /// Ends the emulator, with status 0 if all went `well`, else with 1.

@@ -33,6 +33,17 @@ pub struct Decision {
     pub solve_us: u64,
 }
 
+/// One cycle of every module.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Order {
+    /// Its number.
+    pub number: u32,
+    /// When it starts, fleet time.
+    pub start: Micros,
+    /// What each module does.
+    pub motions: Vec<Motion>,
+}
+
 /// The first of two steps of a transition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Via {
@@ -60,6 +71,14 @@ impl Decision {
     /// Start of the cycle with the last step.
     pub(super) fn last_start(&self) -> Micros {
         self.via.as_ref().map_or(self.start, |via| self.start.after(via.length()))
+    }
+
+    /// What goes over the wire for it: one cycle, or the two that it takes.
+    #[must_use]
+    pub fn orders(&self) -> Vec<Order> {
+        let first = Order { number: self.number, start: self.start, motions: first_cycles(self) };
+        let last = || Order { number: self.last_number(), start: self.last_start(), motions: cycles(self) };
+        if self.via.is_some() { vec![first, last()] } else { vec![first] }
     }
 
     /// Start of the swim cycle.

@@ -6,9 +6,10 @@
 #![no_main]
 
 use board_qemu::clock::Tick;
+use board_qemu::lamp::Lamp;
 use board_qemu::pins::{self, Compare, Pin, Register};
 use board_qemu::uart::Uart;
-use board_qemu::{clock, configuration, lamp, semihosting};
+use board_qemu::{clock, configuration, semihosting};
 use cortex_m_rt::entry;
 use firmware::modboat::Modboat;
 use firmware::servo::NoSense;
@@ -55,52 +56,76 @@ impl Incoming {
     }
 }
 
-/// Everything that lives as long as the module: in memory that is counted, not on the stack.
-struct Module {
-    firmware: Modboat<Register, NoSense, Compare, Pin, Pin>,
-    incoming: Incoming,
-    outgoing: [u8; MAX_DATAGRAM],
-}
+/// The firmware on bare pins.
+type Firmware = Modboat<Register, NoSense, Compare, Pin, Pin>;
 
 #[entry]
 fn main() -> ! {
     clock::start();
     // SAFETY: the only ones.
-    let (mut uart, mut lamp) = unsafe { (Uart::first(), lamp::Lamp::new()) };
-    let Some((module, interval)) = boot() else {
+    let (mut uart, mut lamp) = unsafe { (Uart::first(), Lamp::new()) };
+    let (Some((firmware, interval)), Some(incoming)) = (boot(), buffer()) else {
         loop {
             lamp.set(indicator::is_lit(clock::now(), ModuleState::Unprovisioned, Faults::default()));
         }
     };
+    run(firmware, interval, &mut uart, &mut lamp, incoming)
+}
+
+/// Out of line like [`boot`], so that they have their stacks one after the other.
+#[inline(never)]
+fn run(
+    firmware: &mut Firmware,
+    interval: MicrosSpan,
+    uart: &mut Uart,
+    lamp: &mut Lamp,
+    incoming: &mut Incoming,
+) -> ! {
     let tick = Tick::start(interval);
+    let mut outgoing = [0; MAX_DATAGRAM];
     loop {
         if tick.take() {
             // The pins of this board cannot fail.
-            let _ = module.firmware.tick(clock::now(), BATTERY);
+            let _ = firmware.tick(clock::now(), BATTERY);
         }
         while let Some(byte) = uart.read() {
-            if let Some(datagram) = module.incoming.take(byte) {
+            if let Some(datagram) = incoming.take(byte) {
                 // What is not for it is counted there.
-                let _ = module.firmware.handle_datagram(clock::now(), datagram);
+                let _ = firmware.handle_datagram(clock::now(), datagram);
             }
         }
-        while let Some(datagram) = module.firmware.poll_transmit(&mut module.outgoing) {
+        while let Some(datagram) = firmware.poll_transmit(&mut outgoing) {
             let [low, high, ..] = datagram.len().to_le_bytes();
             uart.write(&[low, high]);
             uart.write(datagram);
         }
-        let endpoint = module.firmware.endpoint();
+        let endpoint = firmware.endpoint();
         lamp.set(indicator::is_lit(clock::now(), endpoint.state(clock::now()), endpoint.failsafe().faults()));
     }
 }
 
-/// The module that the configuration makes; nothing without a valid one.
-fn boot() -> Option<(&'static mut Module, MicrosSpan)> {
-    let configuration = Configuration::read(configuration::block()).ok()?;
+/// The module that the configuration makes; nothing without a valid one. Out of line, so that what it needs is given back.
+#[inline(never)]
+fn boot() -> Option<(&'static mut Firmware, MicrosSpan)> {
+    let configuration = read()?;
     let Robot::Modboat(constants) = &configuration.robot else { return None };
-    let interval = constants.servo.interval;
+    let interval = provision::servo_interval(&constants.servo).ok()?;
     let nonce = semihosting::boot_nonce()?;
-    let firmware = provision::modboat(&configuration, nonce, Register, NoSense, pins::bridge()).ok()?;
-    let module = Module { firmware, incoming: Incoming::new(), outgoing: [0; MAX_DATAGRAM] };
-    Some((cortex_m::singleton!(: Module = module)?, interval))
+    let place = cortex_m::singleton!(: Option<Firmware> = None)?;
+    // Straight to its place: `?` would take the whole module over the stack once more.
+    match provision::modboat(&configuration, nonce, Register, NoSense, pins::bridge()) {
+        Ok(firmware) => Some((place.insert(firmware), interval)),
+        Err(_) => None,
+    }
+}
+
+#[inline(never)]
+fn read() -> Option<Configuration> {
+    Configuration::read(configuration::block()).ok()
+}
+
+/// For what comes in: in memory that is counted, as it is there for good.
+#[inline(never)]
+fn buffer() -> Option<&'static mut Incoming> {
+    cortex_m::singleton!(: Incoming = Incoming::new())
 }

@@ -3,7 +3,7 @@
 //! It says once a second over its serial line how it does:
 //!
 //! ```text
-//! tick 12000 missed 0 late 1 tick_us 9 turn_us 31 state Executing running 5 faults 0 stack 3320 received 431 accepted 431 …
+//! tick 12000 missed 0 stalled 0 late 1 tick_us 9 turn_us 31 state Executing running 5 faults 0 stack 3320 received 431 accepted 431 …
 //! ```
 #![no_std]
 #![no_main]
@@ -52,10 +52,10 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
     let configuration = Configuration::read(configuration::block())?;
     let boot = semihosting::boot_nonce().expect("random bytes from the PC");
     let firmware = provision::modboat(&configuration, boot, motor::Sensors, motor::Sensors, motor::bridge())?;
-    let interval = match &configuration.robot {
-        Robot::Modboat(constants) => constants.servo.interval,
-        Robot::Rov(_) => MicrosSpan(1_000),
+    let Robot::Modboat(constants) = &configuration.robot else {
+        return Err(provision::NotProvisioned::Kind(configuration.kind()));
     };
+    let interval = provision::servo_interval(&constants.servo)?;
 
     let address = network::ethernet_address(configuration.fleet, configuration.module);
     // SAFETY: the only one.
@@ -70,6 +70,8 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
     Control::start(firmware, configuration.supply, interval, inbox, outbox);
 
     let _ = writeln!(uart, "module {} of fleet {}", configuration.module, configuration.fleet);
+    // Where the emulator counts instructions, its time is exact only while it never sleeps.
+    let stays_awake = semihosting::is_asked("awake");
     let mut unheard = 0_u64;
     let mut next_report = Micros(0);
     loop {
@@ -92,10 +94,11 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
             let i = s.incoming;
             let _ = writeln!(
                 uart,
-                "tick {} missed {} late {} tick_us {} turn_us {} state {:?} running {} faults {} stack {} received {} \
+                "tick {} missed {} stalled {} late {} tick_us {} turn_us {} state {:?} running {} faults {} stack {} received {} \
                  accepted {} duplicate {} stale {} corrupt {} forged {} foreign {} unheard {unheard} unsent {}",
                 s.ticks,
                 s.missed,
+                s.stalled,
                 s.latest.0,
                 s.longest_tick.0,
                 s.longest_turn.0,
@@ -115,6 +118,9 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
         }
         let (state, faults) = control::state();
         lamp.set(indicator::is_lit(now, state, faults));
+        if stays_awake {
+            continue;
+        }
         // Asleep until a tick or a frame, unless something came meanwhile: an interrupt that waits wakes it as well.
         cortex_m::interrupt::free(|_| {
             if !from_control.ready() {

@@ -1,0 +1,171 @@
+//! The image without a network stack, over a serial line: it swims, and with its deepest stack it takes no more RAM than it may.
+
+use std::collections::VecDeque;
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use host::link::dispatcher::Dispatcher;
+use host::link::identity::HostIdentity;
+use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::{Delivery, MAX_DATAGRAM, ModboatCycle, ModuleId, ModuleState, Motion, Radio};
+use qemu::emulator::{Emulator, Setup, free_tcp_port, image};
+use qemu::provisioned;
+
+/// Flash and RAM of the core at most, bytes.
+const RAM_MAX: u64 = 8 * 1024;
+
+/// Where the emulator's RAM is, and its size in `firmware/boards/qemu/memory.x`.
+const RAM: (u64, u64) = (0x2000_0000, 128 * 1024);
+
+/// What the stack is painted with.
+const PAINT: [u8; 4] = [0xcc; 4];
+
+/// A serial line as a radio: a datagram is its length in two bytes, little endian, and its bytes.
+struct Line {
+    stream: TcpStream,
+    came: VecDeque<u8>,
+}
+
+impl Radio for Line {
+    type Address = ();
+    type Error = std::io::Error;
+
+    fn send(&mut self, _now: Micros, (): (), datagram: &[u8]) -> std::io::Result<()> {
+        let length = u16::try_from(datagram.len()).expect("short").to_le_bytes();
+        self.stream.write_all(&[&length[..], datagram].concat())
+    }
+
+    fn receive(&mut self, _now: Micros, buffer: &mut [u8]) -> std::io::Result<Option<(usize, ())>> {
+        let mut bytes = [0; 4096];
+        match self.stream.read(&mut bytes) {
+            Ok(count) => self.came.extend(&bytes[..count]),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+            Err(error) => return Err(error),
+        }
+        let Some((&low, &high)) = self.came.front().zip(self.came.get(1)) else { return Ok(None) };
+        let length = usize::from(u16::from_le_bytes([low, high]));
+        if self.came.len() < length + 2 {
+            return Ok(None);
+        }
+        let datagram: Vec<u8> = self.came.drain(..length + 2).skip(2).collect();
+        buffer[..length].copy_from_slice(&datagram);
+        Ok(Some((length, ())))
+    }
+}
+
+/// Connects to what the emulator opens when it starts.
+fn connect(port: u16) -> TcpStream {
+    let deadline = Instant::now() + Duration::from_secs(30);
+    loop {
+        match TcpStream::connect(("127.0.0.1", port)) {
+            Ok(stream) => {
+                stream.set_nodelay(true).expect("a socket");
+                return stream;
+            }
+            Err(error) => assert!(Instant::now() < deadline, "no line to the emulator: {error}"),
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// The emulator's RAM, by its monitor.
+fn memory(monitor: &mut TcpStream) -> Vec<u8> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("ram");
+    let (address, length) = RAM;
+    writeln!(monitor, "pmemsave {address:#x} {length} \"{}\"", path.display()).expect("a monitor");
+    let deadline = Instant::now() + Duration::from_secs(30);
+    loop {
+        let bytes = std::fs::read(&path).unwrap_or_default();
+        if bytes.len() as u64 == length {
+            return bytes;
+        }
+        assert!(Instant::now() < deadline, "{} of {length} bytes of memory", bytes.len());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn the_core_swims_over_a_serial_line_within_its_memory() {
+    let host = HostIdentity::simulated(1, 0);
+    let id = ModuleId(1);
+    let configuration = provisioned::image(&provisioned::modboat(&host, id, 4870));
+    let (serial, monitor) = (free_tcp_port(), free_tcp_port());
+    let [serial_at, monitor_at] =
+        [serial, monitor].map(|port| format!("tcp:127.0.0.1:{port},server=on,wait=off"));
+    let _emulator = Emulator::start(&Setup {
+        image: "core.elf",
+        configuration: &configuration,
+        serial: Some(&serial_at),
+        monitor: Some(&monitor_at),
+        ..Setup::default()
+    });
+    let stream = connect(serial);
+    stream.set_nonblocking(true).expect("a socket");
+    let mut line = Line { stream, came: VecDeque::new() };
+    let mut monitor = connect(monitor);
+
+    let mut dispatcher: Dispatcher<()> = Dispatcher::new(&[id], &host.key, host.boot);
+    let began = Instant::now();
+    let now = || Micros(began.elapsed().as_micros() as u64);
+    let (mut number, mut next, mut swam) = (0, Micros(0), Vec::new());
+    while swam.len() < 3 {
+        assert!(began.elapsed() < Duration::from_secs(60), "it ran {swam:?} only");
+        std::thread::sleep(Duration::from_millis(1));
+        let mut buffer = [0; MAX_DATAGRAM];
+        while let Some((length, ())) = line.receive(now(), &mut buffer).expect("a line") {
+            // What is not to be followed is counted there.
+            let _ = dispatcher.handle_datagram(now(), (), &buffer[..length]);
+        }
+        dispatcher.handle_timer(now());
+        let link = &dispatcher.modules()[0];
+        if let Some(report) = link.telemetry().filter(|report| report.state == ModuleState::Executing) {
+            if swam.last() != Some(&report.cycle) {
+                swam.push(report.cycle);
+            }
+        }
+        let sure = link.health().is_some_and(|health| health.uncertainty <= MicrosSpan(1_500));
+        let ready =
+            matches!(link.state(), Some(ModuleState::Ready | ModuleState::Executing | ModuleState::Holding));
+        if ready && sure && now() > next {
+            number += 1;
+            // Nothing turns the counter that is its encoder, so it stands where the servo finds it; the cycle rests there.
+            let rest = link.telemetry().map_or(0.0, |report| report.tail.0);
+            let motion = Motion::Modboat(ModboatCycle {
+                rotation: Radians(0.0),
+                centerline: Radians(rest),
+                amplitude: Radians(0.0),
+                transition: MicrosSpan(0),
+                period: MicrosSpan(500_000),
+            });
+            let start = now().after(MicrosSpan(300_000));
+            next = start.after(MicrosSpan(700_000));
+            dispatcher.dispatch(now(), number, start, &[Some(motion)], Delivery::Direct);
+        }
+        while let Some(((), datagram)) = dispatcher.poll_transmit(now(), &mut buffer) {
+            let datagram = datagram.to_vec();
+            line.send(now(), (), &datagram).expect("a line");
+        }
+    }
+
+    let ram = memory(&mut monitor);
+    let elf = std::fs::read(image("core.elf")).expect("an image");
+    let program = images::elf::Program::read(&elf).expect("a program");
+    let sections = program.sections().expect("sections");
+    let fixed: u64 = sections.iter().filter(|section| section.in_ram).map(|section| section.bytes).sum();
+    // From the end of what is fixed up, the first word that is not the paint.
+    let first = (fixed as usize).next_multiple_of(4);
+    let painted = ram[first..].chunks_exact(4).take_while(|word| *word == PAINT).count();
+    let stack = ram.len() - first - 4 * painted;
+    println!(
+        "cycles {swam:?} over a serial line; {fixed} bytes of RAM and {stack} of stack, {} in all",
+        fixed + stack as u64
+    );
+    assert!(painted > 100, "nothing is painted: {painted}");
+    assert!(
+        fixed + stack as u64 <= RAM_MAX,
+        "{} bytes of RAM, at most {RAM_MAX} are meant",
+        fixed + stack as u64
+    );
+}
