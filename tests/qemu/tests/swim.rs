@@ -19,7 +19,7 @@ const LEAD: MicrosSpan = MicrosSpan(300_000);
 /// From the first order to the first cycle.
 const NOTICE: MicrosSpan = MicrosSpan(500_000);
 
-/// What the issue allows.
+/// What is allowed. *Assumed*: planned clearances bear twice as much.
 const START_MAX_US: i64 = 5_000;
 const RMS_MAX_RAD: f64 = 0.02;
 
