@@ -10,9 +10,9 @@ use host::link::identity::HostIdentity;
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{Delivery, MAX_DATAGRAM, ModboatCycle, ModuleId, ModuleState, Motion, Radio};
 use qemu::emulator::{Emulator, Setup, free_tcp_port, image};
-use qemu::provisioned;
+use qemu::{kept, provisioned};
 
-/// Flash and RAM of the core at most, bytes.
+/// RAM of the core at most, bytes.
 const RAM_MAX: u64 = 8 * 1024;
 
 /// Where the emulator's RAM is, and its size in `firmware/boards/qemu/memory.x`.
@@ -167,4 +167,6 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
         "{} bytes of RAM, at most {RAM_MAX} are meant",
         fixed + stack as u64
     );
+    kept::compare("RAM that is fixed", &[fixed], 0.1);
+    kept::compare("stack at its deepest, by its paint", &[stack as u64], 0.1);
 }

@@ -9,7 +9,7 @@ use core::fmt::Write;
 
 use board_qemu::control::Firmware;
 use board_qemu::uart::Uart;
-use board_qemu::{clock, configuration, motor, semihosting, stack};
+use board_qemu::{clock, configuration, motor, semihosting};
 use cortex_m_rt::entry;
 use firmware::provision;
 use protocol::ledger::Class;
@@ -206,7 +206,7 @@ fn main() -> ! {
     let boot = semihosting::boot_nonce().expect("random bytes from the PC");
     let firmware = provision::modboat(&configuration, boot, motor::Sensors, motor::Sensors, motor::bridge());
     let firmware = firmware.unwrap_or_else(|error| panic!("{error}"));
-    // Not on the stack, which is measured.
+    // Not on the stack, with everything else that lasts.
     let bench = cortex_m::singleton!(: Bench = Bench::new(firmware)).expect("taken once");
 
     let (mut number, mut swam) = (0, 0);
@@ -226,6 +226,5 @@ fn main() -> ! {
     }
     assert!(swam > TICKS / 2, "it swam for {swam} ms only");
     bench.costs.tell(&mut uart);
-    let _ = writeln!(uart, "stack {}", stack::high_water());
     semihosting::done(true)
 }
