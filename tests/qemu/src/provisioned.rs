@@ -20,7 +20,7 @@ use crate::emulator::HOST;
 pub fn modboat(host: &HostIdentity, id: ModuleId, port: u16) -> Configuration {
     // Both ways are gone, by turns: what the emulator's network would give, taken without asking.
     let fixed = Own::Static { address: [10, 0, 2, 15], prefix: 24, gateway: None };
-    let own = if id.0 % 2 == 0 { fixed } else { Own::Dhcp };
+    let own = if id.0.is_multiple_of(2) { fixed } else { Own::Dhcp };
     let (limits, servo) = (Limits::default(), ServoParameters::default());
     Configuration {
         module: id,

@@ -46,7 +46,9 @@ fn assert_well(result: &RunResult, duration_s: u32) {
     let ([vx, vy], [wx, wy]) = (summary.legs[0].mean_m_s, summary.legs[0].demand_m_s);
     assert!((vx - wx).hypot(vy - wy) < 0.01, "asked for {wx}, {wy} m/s: {vx}, {vy}");
     for link in &summary.link {
-        assert_eq!((link.ledger.refused, link.ledger.late), (0, 0), "{link:?}");
+        // One that has just come back may not be sure of the time yet, and says so.
+        let refused = if link.boots > 1 { 0..=2 } else { 0..=0 };
+        assert!(refused.contains(&link.ledger.refused) && link.ledger.late == 0, "{link:?}");
         assert!(link.faults.is_empty(), "{link:?}");
         let received = link.module_received.expect("its health");
         assert!(received.is_exact() && link.from_module.is_exact(), "{link:?}");

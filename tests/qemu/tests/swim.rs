@@ -4,9 +4,11 @@
 //! digit of an observed pose, and after a few seconds the plans have nothing in common but what they achieve.
 
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use host::run::experiment::{Pace, Quiet, RunResult, run};
 use host::run::fleet::InProcess;
+use host::run::pilot::Order;
 use host::run::scenario::Scenario;
 use protocol::units::{Micros, MicrosSpan};
 use qemu::bench::{Bench, Seen};
@@ -22,6 +24,9 @@ const NOTICE: MicrosSpan = MicrosSpan(500_000);
 /// What is allowed. *Assumed*: planned clearances bear twice as much.
 const START_MAX_US: i64 = 5_000;
 const RMS_MAX_RAD: f64 = 0.02;
+
+/// A bench that waited so long for its turn is on a machine where others do as well.
+const STALL: Duration = Duration::from_millis(2);
 
 fn scenario() -> Scenario {
     let text = "name = \"emulated\"\ndescription = \"Experiment 1, shortened\"\n[structure]\nsize = \"3x1\"\n[[leg]]\n\
@@ -55,78 +60,139 @@ fn began(seen: &[Seen], cycle: u32) -> Option<(Micros, Micros, Micros)> {
     Some((before.telemetry.at, seen[first].telemetry.at, seen[first].arrival))
 }
 
-#[test]
-fn three_emulated_modules_execute_a_plan_as_three_in_process_do() {
-    let scenario = scenario();
-    let (result, courses) = in_process(&scenario);
-    let reference = result.decisions.first().expect("it decided").start;
-    let length_us = courses.len() as u64 * 1_000;
+/// What both execute.
+struct Plan {
+    /// Starts are those of the run in this process.
+    orders: Vec<Order>,
+    /// When the first one starts there.
+    origin: Micros,
+    /// When the last one ends there.
+    end: Micros,
+    /// Every tail of that run at every millisecond since.
+    courses: Vec<Vec<f64>>,
+}
 
-    let mut bench = Bench::start(scenario.structure.len() as u16, SEED);
+impl Plan {
+    fn of(scenario: &Scenario) -> Self {
+        let (RunResult { decisions, .. }, courses) = in_process(scenario);
+        let origin = decisions.first().expect("it decided").start;
+        let length_us = courses.len() as u64 * 1_000;
+        // Only what was run to its end.
+        let whole = || decisions.iter().filter(|decision| decision.end().0 - origin.0 <= length_us);
+        let orders: Vec<_> = whole().flat_map(|decision| decision.orders()).collect();
+        assert!(orders.len() >= 10, "{} cycles", orders.len());
+        let end = whole().map(|decision| decision.end()).max().expect("some");
+        Self { orders, origin, end, courses }
+    }
+
+    /// Where tail `index` was, `us` after the first start.
+    fn tail_rad(&self, index: usize, us: u64) -> Option<f64> {
+        let (ms, rest) = ((us / 1_000) as usize, (us % 1_000) as f64 * 1e-3);
+        let [before, after] = self.courses.get(ms..ms + 2)? else { return None };
+        Some(before[index] + (after[index] - before[index]) * rest)
+    }
+}
+
+/// What one module made of the plan.
+struct Made {
+    reports: usize,
+    rms_rad: f64,
+    worst_rad: f64,
+    /// Of each cycle after its start, µs: the report before it began, the first one since, and when that came to the host.
+    starts_us: Vec<[i64; 3]>,
+    /// Its fleet time less the host's clock, at most.
+    ahead_us: i64,
+}
+
+impl Made {
+    /// Of the plan that began at `origin`, by what the module with this index reported.
+    fn of(plan: &Plan, index: usize, origin: Micros, seen: &[Seen]) -> Self {
+        let errors_rad: Vec<f64> = seen
+            .iter()
+            .filter_map(|seen| {
+                let us = seen.telemetry.at.0.checked_sub(origin.0)?;
+                Some(f64::from(seen.telemetry.tail.0) - plan.tail_rad(index, us)?)
+            })
+            .collect();
+        let squares: f64 = errors_rad.iter().map(|error| error * error).sum();
+        let starts_us = plan.orders.iter().map(|order| {
+            let start = Micros(order.start.0 - plan.origin.0 + origin.0);
+            let (before, after, arrival) = began(seen, order.number)
+                .unwrap_or_else(|| panic!("module {} never began cycle {}", index + 1, order.number));
+            [before, after, arrival].map(|at| less(at, start))
+        });
+        Self {
+            reports: errors_rad.len(),
+            rms_rad: (squares / errors_rad.len() as f64).sqrt(),
+            worst_rad: errors_rad.iter().fold(0.0, |worst, error| worst.max(error.abs())),
+            starts_us: starts_us.collect(),
+            ahead_us: seen.iter().map(|seen| less(seen.telemetry.at, seen.arrival)).max().expect("reports"),
+        }
+    }
+
+    fn is_within(&self) -> bool {
+        let on_time = |[before, after, arrival]: &[i64; 3]| {
+            *before < START_MAX_US && after.abs() <= START_MAX_US && *arrival <= START_MAX_US
+        };
+        self.rms_rad <= RMS_MAX_RAD && self.ahead_us <= START_MAX_US && self.starts_us.iter().all(on_time)
+    }
+}
+
+impl std::fmt::Display for Made {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { reports, rms_rad, worst_rad, starts_us, ahead_us } = self;
+        let ms = |us: Option<i64>| us.unwrap_or(0) as f64 * 1e-3;
+        let of = |which: usize| starts_us.iter().map(move |start| start[which]);
+        write!(
+            f,
+            "{reports} reports, RMS {rms_rad:.4} rad, at most {worst_rad:.4}; {} cycles begun {:.1} to {:.1} ms after their start by its \
+             own fleet time, {:.1} ms by the host's clock with the way of the report; its fleet time {:.2} ms ahead at most",
+            starts_us.len(),
+            ms(of(1).min()),
+            ms(of(1).max()),
+            ms(of(2).max()),
+            ms(Some(*ahead_us)),
+        )
+    }
+}
+
+/// Executes the plan on emulated modules: what each made of it, and whether this machine gave all of them their processor.
+fn execute(plan: &Plan, modules: usize) -> (Vec<Made>, bool) {
+    let mut bench = Bench::start(modules as u16, SEED);
     bench.until_ready();
     let origin = bench.now().after(NOTICE);
-    let shifted = |start: Micros| Micros(start.0 - reference.0 + origin.0);
-    // Only what the reference ran to its end.
-    let decisions = result.decisions.iter().filter(|decision| decision.end().0 - reference.0 <= length_us);
-    let orders: Vec<_> = decisions.flat_map(|decision| decision.orders()).collect();
-    assert!(orders.len() >= 10, "{} cycles", orders.len());
-    for order in &orders {
+    let shifted = |start: Micros| Micros(start.0 - plan.origin.0 + origin.0);
+    bench.stalled = Duration::ZERO;
+    for order in &plan.orders {
         let start = shifted(order.start);
         bench.until("time to send", |bench, _| bench.now().after(LEAD) >= start);
         bench.dispatch(order.number, start, &order.motions);
     }
-    let end = shifted(result.decisions[orders.len().min(result.decisions.len()) - 1].end());
-    bench.until("end", |bench, _| bench.now() >= end);
-
-    println!("longest wait of the bench for its turn: {:?}", bench.stalled);
-    for (index, seen) in bench.seen.iter().enumerate() {
-        let (mut squares, mut worst_rad, mut count) = (0.0_f64, 0.0_f64, 0);
-        for Seen { telemetry, .. } in seen.iter().filter(|seen| seen.telemetry.at >= origin) {
-            let at_ms = (telemetry.at.0 - origin.0) as f64 * 1e-3;
-            let Some([before, after]) = courses.get(at_ms as usize..at_ms as usize + 2) else { continue };
-            let expected_rad = before[index] + (after[index] - before[index]) * at_ms.fract();
-            let off_rad = f64::from(telemetry.tail.0) - expected_rad;
-            squares += off_rad * off_rad;
-            worst_rad = worst_rad.max(off_rad.abs());
-            count += 1;
-        }
-        let rms_rad = (squares / f64::from(count)).sqrt();
-
-        let mut errors_us = Vec::new();
-        for order in &orders {
-            let start = shifted(order.start);
-            let (before, after, arrival) = began(seen, order.number)
-                .unwrap_or_else(|| panic!("module {} never began cycle {}", index + 1, order.number));
-            errors_us.push([less(before, start), less(after, start), less(arrival, start)]);
-        }
-        let ahead_us = seen.iter().map(|seen| less(seen.telemetry.at, seen.arrival)).max().expect("reports");
-        let latest = |which: usize| errors_us.iter().map(|error| error[which]).max().expect("cycles");
-        let earliest_us = errors_us.iter().map(|error| error[1]).min().expect("cycles");
-        println!(
-            "module {}: {count} reports, RMS {rms_rad:.4} rad, at most {worst_rad:.4}; {} cycles begun {:.1} to {:.1} ms after \
-             their start by its own fleet time, and {:.1} ms by the host's clock with the way of the report; its fleet time is \
-             {:.2} ms ahead of the host's at most",
-            index + 1,
-            orders.len(),
-            earliest_us as f64 * 1e-3,
-            latest(1) as f64 * 1e-3,
-            latest(2) as f64 * 1e-3,
-            ahead_us as f64 * 1e-3,
-        );
-        assert!(count > 5_000, "it reports every 2 ms: {count}");
-        assert!(rms_rad <= RMS_MAX_RAD, "module {}: RMS {rms_rad} rad", index + 1);
-        for (order, [before_us, after_us, arrival_us]) in orders.iter().zip(&errors_us) {
-            let right = *before_us < START_MAX_US && *after_us >= -START_MAX_US && *after_us <= START_MAX_US;
-            assert!(
-                right && *arrival_us <= START_MAX_US && ahead_us <= START_MAX_US,
-                "module {}, cycle {}: begun {before_us} to {after_us} µs after its start, seen after {arrival_us} µs",
-                index + 1,
-                order.number
-            );
-        }
-    }
+    bench.until("end", |bench, _| bench.now() >= shifted(plan.end));
     // Nobody was asked twice: the loopback loses nothing.
     for link in bench.dispatcher.modules() {
-        assert_eq!((link.ledger().acknowledged, link.ledger().refused), (orders.len() as u64, 0));
+        assert_eq!((link.ledger().acknowledged, link.ledger().refused), (plan.orders.len() as u64, 0));
     }
+    println!("longest wait of the bench for its turn: {:?}", bench.stalled);
+    let made =
+        bench.seen.iter().enumerate().map(|(index, seen)| Made::of(plan, index, origin, seen)).collect();
+    (made, bench.stalled < STALL)
+}
+
+/// A run in which the machine kept host or modules from their turn says nothing about their time, and is repeated.
+#[test]
+fn three_emulated_modules_execute_a_plan_as_three_in_process_do() {
+    let scenario = scenario();
+    let plan = Plan::of(&scenario);
+    for attempt in 1..=3 {
+        let (made, had_its_turn) = execute(&plan, scenario.structure.len());
+        made.iter().zip(1..).for_each(|(made, id)| println!("module {id}: {made}"));
+        assert!(made.iter().all(|made| made.reports > 5_000), "they report every 2 ms");
+        if made.iter().all(Made::is_within) {
+            return;
+        }
+        assert!(!had_its_turn, "off, with a processor for everybody");
+        println!("attempt {attempt}: off, but the machine stalled");
+    }
+    panic!("off in three runs of three");
 }
