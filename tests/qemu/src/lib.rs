@@ -2,7 +2,7 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`bench`] | a host for as many of them as are asked for |
+//! | [`mod@bench`] | a host for as many of them as are asked for |
 //! | [`emulator`] | one emulated module: started, listened to, killed |
 //! | [`fleet`] | emulated modules as the fleet of a run |
 //! | [`kept`] | the table of what the firmware takes |
