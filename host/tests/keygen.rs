@@ -8,7 +8,10 @@ use std::process::{Command, Output, Stdio};
 
 use host::link::key_file::KeyFile;
 use protocol::ModuleId;
+use said::{done, mode, refused, text};
 use tempfile::{TempDir, tempdir};
+
+mod said;
 
 /// `flotilla keygen` in `folder`, which is also the user's home, under this umask.
 fn keygen_under(umask: &str, folder: &Path, arguments: &[&str]) -> Output {
@@ -25,31 +28,6 @@ fn keygen_under(umask: &str, folder: &Path, arguments: &[&str]) -> Output {
 
 fn keygen(folder: &Path, arguments: &[&str]) -> Output {
     keygen_under("022", folder, arguments)
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
-}
-
-fn mode(path: &Path) -> u32 {
-    fs::metadata(path).expect("a file").permissions().mode() & 0o7777
-}
-
-/// What was said on standard output by one that did well.
-#[track_caller]
-fn done(output: &Output) -> String {
-    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
-    text(&output.stdout)
-}
-
-/// The one line with which `flotilla` refuses, without its first word.
-#[track_caller]
-fn refused(output: &Output) -> String {
-    assert_eq!(output.status.code(), Some(2), "{output:?}");
-    assert!(output.stdout.is_empty(), "{output:?}");
-    let said = text(&output.stderr);
-    assert_eq!(said.lines().count(), 1, "{said}");
-    said.strip_prefix("flotilla: ").expect("says who speaks").to_owned()
 }
 
 /// The digits of the key in a file.

@@ -2,6 +2,8 @@
 #![cfg(unix)]
 
 mod mistakes;
+#[path = "../said/mod.rs"]
+mod said;
 mod showing;
 
 use std::fs::{self, Permissions};
@@ -15,6 +17,7 @@ use images::uf2::{self, Family};
 use protocol::configuration::{Host, IMAGE_MAX, Own, Robot};
 use protocol::units::{Radians, RadiansPerSecond};
 use protocol::{Configuration, ModuleId};
+use said::{done, mode, refused, text};
 use tempfile::{TempDir, tempdir};
 
 const PASSPHRASE: &str = "correct horse battery";
@@ -39,27 +42,6 @@ fn flotilla(folder: &Path, arguments: &[&str]) -> Output {
 
 fn provision(folder: &Path, arguments: &[&str]) -> Output {
     flotilla(folder, &[&["provision"], arguments].concat())
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("UTF-8")
-}
-
-/// What was said on standard output by one that did well.
-#[track_caller]
-fn done(output: &Output) -> String {
-    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
-    text(&output.stdout)
-}
-
-/// The one line with which `flotilla` refuses, without its first word.
-#[track_caller]
-fn refused(output: &Output) -> String {
-    assert_eq!(output.status.code(), Some(2), "{output:?}");
-    assert!(output.stdout.is_empty(), "{output:?}");
-    let said = text(&output.stderr);
-    assert_eq!(said.lines().count(), 1, "{said}");
-    said.trim_end().strip_prefix("flotilla: ").expect("says who speaks").to_owned()
 }
 
 /// A folder with a fleet's key where everybody looks for it, and `m.toml`.
@@ -88,10 +70,6 @@ fn image(path: &Path) -> (Vec<u8>, Option<u32>) {
 
 fn configuration(path: &Path) -> Configuration {
     Configuration::read(&image(path).0).expect("a configuration")
-}
-
-fn mode(path: &Path) -> u32 {
-    fs::metadata(path).expect("a file").permissions().mode() & 0o7777
 }
 
 /// The files of a folder but those that were there before.

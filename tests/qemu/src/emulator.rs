@@ -9,9 +9,6 @@ use std::time::{Duration, Instant};
 
 use crate::report::Report;
 
-/// The PC, as a module behind the emulator's network sees it.
-pub const HOST: [u8; 4] = [10, 0, 2, 2];
-
 /// How long a module may take for a line that it is bound to print.
 const PATIENCE: Duration = Duration::from_secs(60);
 
