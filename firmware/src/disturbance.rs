@@ -25,12 +25,12 @@ use protocol::units::{MicrosSpan, Radians, RadiansPerSecond};
 
 use crate::reference::wrap;
 
-/// Poles p of the observer, 1/s. *Assumed*: three times the servo's own bandwidth, and a third of what the resolution of a
-/// 12-bit encoder at 1 kHz would turn into noise of 1 rad/s.
-pub const POLES_PER_S: f32 = 150.0;
+/// Poles p of the observer, 1/s. *Assumed*: four times the servo's own bandwidth; what the resolution of a
+/// 12-bit encoder at 1 kHz turns into noise stays below 1 rad/s.
+pub const POLES_PER_S: f32 = 220.0;
 
 /// Greatest p·Δt: beyond it the sampled observer differs from the continuous one.
-const POLES_INTERVAL_MAX: f32 = 0.25;
+const POLES_INTERVAL_MAX: f32 = 0.5;
 
 /// Greatest |w| as a share of ω₀. *Assumed*: the motor may be 30 % weaker than configured; a blocked tail asks for no more.
 pub const DISTURBANCE_SHARE: f32 = 0.4;
@@ -168,7 +168,10 @@ mod tests {
         for _ in 0..1_000 {
             known = observer.update(Radians(1.0), RadiansPerSecond(0.0), 1.0);
         }
-        assert!(known.disturbance_rad_s.abs() <= DISTURBANCE_SHARE * 18.0 + 1e-6, "a blocked tail: {known:?}");
+        assert!(
+            known.disturbance_rad_s.abs() <= DISTURBANCE_SHARE * 18.0 + 1e-6,
+            "a blocked tail: {known:?}"
+        );
         let known = observer.update(Radians(2.0), RadiansPerSecond(5.0), 0.0);
         assert_eq!(known, Known { rate_rad_s: 5.0, disturbance_rad_s: 0.0 });
     }
@@ -182,7 +185,10 @@ mod tests {
                 let _ = observer.update(Radians(0.5), RadiansPerSecond(0.0), 0.0);
             }
             let known = observer.update(Radians(0.5), RadiansPerSecond(0.0), 0.0);
-            assert!(known.rate_rad_s.abs() < 1e-3 && known.disturbance_rad_s.abs() < 1e-3, "{bad}: {known:?}");
+            assert!(
+                known.rate_rad_s.abs() < 1e-3 && known.disturbance_rad_s.abs() < 1e-3,
+                "{bad}: {known:?}"
+            );
         }
     }
 }

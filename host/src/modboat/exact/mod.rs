@@ -42,7 +42,7 @@ use crate::modboat::envelope::Envelope;
 use crate::modboat::motion::{Swing, Wrench};
 use crate::modboat::plan::{Outcome, Plan};
 use crate::modboat::planner_config::LossTolerance;
-use crate::modboat::setting::{Presence, Setting};
+use crate::modboat::setting::{Approach, Presence, Setting};
 use search::{Found, Search};
 
 /// Halvings of the interval in which the farthest wrench in a direction is looked for.
@@ -207,7 +207,7 @@ impl Cheapest<'_> {
     fn offer(&mut self, found: Option<Found>) -> bool {
         let Some(found) = found else { return false };
         let weight = self.setting.config.travel_weight;
-        let transition_s = found.approach.as_ref().map_or(0.0, |approach| approach.transition_s);
+        let transition_s = found.approach.as_ref().map_or(0.0, Approach::transition_s);
         let error = if found.met { 0.0 } else { found.error };
         let price = error + weight * transition_s / self.setting.parameters.period_s;
         if price < self.price {
