@@ -202,7 +202,8 @@ mod tests {
     fn swim(number: u32, start: u64, from: f32, rotation: f32, amplitude: f32, t_trans: u32) -> SwimCycle {
         let waveform =
             Waveform::new(Radians(from + rotation - amplitude), Radians(amplitude), MicrosSpan(1_500_000));
-        SwimCycle::new(number, Micros(start), Radians(rotation), (MicrosSpan(t_trans), SMOOTH), waveform)
+        let law = if t_trans == 0 { TransitionLaw::ConstantSpeed } else { SMOOTH };
+        SwimCycle::new(number, Micros(start), Radians(rotation), (MicrosSpan(t_trans), law), waveform)
     }
 
     #[test]
