@@ -1,5 +1,5 @@
 use super::*;
-use protocol::units::{Radians, RadiansPerSecond};
+use protocol::units::RadiansPerSecond;
 
 fn encoder(counts_per_turn: u32) -> EncoderConstants {
     EncoderConstants {
