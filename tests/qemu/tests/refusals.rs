@@ -6,7 +6,7 @@ use protocol::configuration::{FORMAT, IMAGE_MAX, MAGIC};
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{ModboatCycle, ModuleId, Motion, Refusal};
 use qemu::bench::Bench;
-use qemu::emulator::{Emulator, Setup, free_port};
+use qemu::emulator::{Emulator, PATIENCE, Setup, free_port};
 use qemu::provisioned;
 
 const SEED: u64 = 6;
@@ -73,7 +73,7 @@ fn without_a_valid_configuration_it_blinks_and_says_nothing() {
     let _emulator =
         Emulator::start(&Setup { image: "qemu.elf", configuration: &good, forward, ..Setup::default() });
     socket.set_nonblocking(false).expect("a socket");
-    socket.set_read_timeout(Some(std::time::Duration::from_secs(60))).expect("a socket");
+    socket.set_read_timeout(Some(PATIENCE)).expect("a socket");
     assert!(socket.recv_from(&mut [0; 600]).is_ok(), "it announces itself");
 }
 
