@@ -21,9 +21,10 @@ const LEAD: MicrosSpan = MicrosSpan(300_000);
 /// From the first order to the first cycle.
 const NOTICE: MicrosSpan = MicrosSpan(500_000);
 
-/// What is allowed. *Assumed*: planned clearances bear twice as much.
-const START_MAX_US: i64 = 5_000;
-const RMS_MAX_RAD: f64 = 0.02;
+/// What is allowed: a tick, and two milliseconds between two reports; for the host a step more, in which the report is on its way.
+const START_MAX_US: i64 = 3_000;
+/// *Assumed*: planned clearances bear several times as much.
+const RMS_MAX_RAD: f64 = 0.01;
 
 fn scenario() -> Scenario {
     let text = "name = \"emulated\"\ndescription = \"Experiment 1, shortened\"\n[structure]\nsize = \"3x1\"\n[[leg]]\n\
