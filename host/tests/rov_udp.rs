@@ -28,7 +28,7 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
     // Should this test be killed, it ends by itself.
     let arguments =
         ["module", "--rov", "--id", "1", "--host", &address, "--thrusters", "3", "--reversed", "3"];
-    let arguments = [&arguments[..], &["--battery", "15", "--duration", "590", "--key", KEY]].concat();
+    let arguments = [&arguments[..], &["--battery", "15", "--duration", "3600", "--key", KEY]].concat();
     let _process = Process::start(folder.path(), &arguments);
 
     let key = KeyFile::read(&folder.path().join(KEY)).expect("a key file");

@@ -36,7 +36,7 @@ fn host(folder: &Path) -> (Process, String) {
 
 fn module(folder: &Path, id: &str, host: &str) -> Process {
     // Should this test be killed, they end by themselves.
-    let arguments = ["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "590"];
+    let arguments = ["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "3600"];
     Process::start(folder, &[&arguments[..], &["--key", KEY]].concat())
 }
 

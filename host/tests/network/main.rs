@@ -95,7 +95,7 @@ impl Tank {
                 "--scenario",
                 "module.toml",
                 "--duration",
-                "590",
+                "3600",
             ];
             self.net.start(Side::Modules, self.path(), FLOTILLA, &module)
         })

@@ -14,7 +14,7 @@
 //! | [`provisioned`] | its configuration |
 //! | [`report`] | the line that an emulated module prints every second |
 //! | [`stepped`] | one emulated module in lock step |
-//! | [`storm`] | datagrams that nobody should follow |
+//! | [`storm`] | datagrams that no module may follow |
 
 pub mod bench;
 pub mod debugger;

@@ -1,4 +1,4 @@
-//! A storm of datagrams that nobody should follow: noise, and genuine ones cut short, from somebody who never stops.
+//! A storm of datagrams that no module may follow: noise, and genuine ones cut short.
 
 use host::link::identity::HostIdentity;
 use protocol::{MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side};
