@@ -42,7 +42,8 @@ fn swim(scenario: &Scenario, fleet: &mut Emulated, mut drill: impl FnMut(f64, &m
 fn assert_well(result: &RunResult, duration_s: u32) {
     let summary = &result.summary;
     assert!(summary.complete, "{summary:?}");
-    assert!(summary.cycles.total as f64 >= 0.55 * f64::from(duration_s), "swam hardly: {summary:?}");
+    // With the longest transition a cycle takes 2 s; the last need not be over.
+    assert!(summary.cycles.total as f64 >= f64::from(duration_s) / 2.0 - 1.0, "swam hardly: {summary:?}");
     let ([vx, vy], [wx, wy]) = (summary.legs[0].mean_m_s, summary.legs[0].demand_m_s);
     assert!((vx - wx).hypot(vy - wy) < 0.01, "asked for {wx}, {wy} m/s: {vx}, {vy}");
     for link in &summary.link {

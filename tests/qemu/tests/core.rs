@@ -138,7 +138,8 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
                 transition: MicrosSpan(0),
                 period: MicrosSpan(500_000),
             });
-            let start = now().after(MicrosSpan(300_000));
+            // In this machine's time, which may be short: one that comes too late is followed by another.
+            let start = now().after(MicrosSpan(1_000_000));
             next = start.after(MicrosSpan(700_000));
             dispatcher.dispatch(now(), number, start, &[Some(motion)], Delivery::Direct);
         }

@@ -11,7 +11,7 @@
 //! The emulator stands still in two acts: first the processor, then its time. In between it may take the processor for one that
 //! sleeps, and jump to the time of the next timer (QEMU 7.2, `icount_start_warp_timer` between `vm_stop` in the thread of the processor
 //! and in the main loop). So a timer is due a moment after the call, and is waited for: time is the same then whether it has jumped or
-//! not. Before the first step there is no timer to jump to.
+//! not, to the few instructions of the loop that waits. Before the first step there is no timer to jump to.
 
 use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
