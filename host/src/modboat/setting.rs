@@ -325,10 +325,10 @@ impl Setting {
             return None;
         }
         let slow = approach.as_ref().is_some_and(|approach| approach.slow);
-        let guarantee_m = self.guarantee_m(&steps, slow, &cycle);
+        let kept_m = self.guarantee_m(clearance_m, &steps, slow, &cycle);
         // Out of a place too narrow for any tube the plan itself has to do. Not "≤ 0": a NaN is no clearance either.
-        let kept_m = guarantee_m.filter(|_| !slow).unwrap_or(clearance_m).min(clearance_m);
-        if kept_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+        let least_m = kept_m.filter(|_| !slow).unwrap_or(clearance_m).min(clearance_m);
+        if least_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
         let loss_tolerant = tails.is_some_and(|tails| self.loss_tolerant(&steps, &cycle, tails));
@@ -350,7 +350,7 @@ impl Setting {
             wrench,
             travel_rad,
             clearance_m,
-            guarantee_m,
+            guarantee_m: kept_m.filter(|_| tails.is_some()),
             outside_envelope: false,
             loss_tolerant,
             power_tolerant,
@@ -399,7 +399,7 @@ impl Setting {
             error: if demand == Wrench::default() { 0.0 } else { 1.0 },
             travel_rad: 0.0,
             clearance_m,
-            guarantee_m: tails.and_then(|_| self.guarantee_m(&[], false, &cycle)),
+            guarantee_m: tails.and_then(|_| self.guarantee_m(clearance_m, &[], false, &cycle)),
             outside_envelope: false,
             loss_tolerant: tails.is_some() && clearance_m > 0.0,
             power_tolerant: tails.is_some() && clearance_m > 0.0,
@@ -419,13 +419,14 @@ impl Setting {
 
     /// Least distance between the surfaces of two tails that modules keep in these motions, whatever their errors, m; `None` where
     /// transitions go at constant speed, which no motor follows.
-    fn guarantee_m(&self, steps: &[Vec<Turn>], slow: bool, cycle: &[Swing]) -> Option<f64> {
+    /// `known_m` is the least planned one.
+    fn guarantee_m(&self, known_m: f64, steps: &[Vec<Turn>], slow: bool, cycle: &[Swing]) -> Option<f64> {
         if self.config.law() == LawOfTime::ConstantSpeed {
             return None;
         }
         let (distance, offsets) = (&self.distance, self.distance.offsets());
         let error_rad = |tube: Tube| distance.errors().of(tube);
-        let mut least_m = f64::INFINITY;
+        let mut least_m = known_m;
         for pair in self.pairs.all().iter().filter(|pair| !self.is_unknown(pair)) {
             let mut keep = |tube: Tube, [from, to]: [[f64; 2]; 2]| {
                 let offset = offsets[pair.offset];
