@@ -48,6 +48,15 @@ pub struct Aim {
     pub recentre: f64,
     /// Rounds of taking back what neighbours do not allow; with none, that is a failure.
     pub rounds: usize,
+    /// Whether a cycle that turns may leave its free arc.
+    pub roams: bool,
+}
+
+impl Aim {
+    /// How far a pose may turn, clockwise and counter-clockwise, rad.
+    fn room_rad(&self, rest: &RestPoses, module: usize, pose_rad: f64) -> [f64; 2] {
+        if self.roams { [-STEP_MAX_RAD, STEP_MAX_RAD] } else { rest.room_rad(module, pose_rad) }
+    }
 }
 
 /// Whether an aim is met to rounding.
@@ -123,6 +132,12 @@ impl Allocation {
             *own = cycle;
             *turn = cycle.rest_rad.sin_cos();
         }
+    }
+
+    /// Gives one module another cycle, which its neighbours must allow.
+    pub fn set(&mut self, module: usize, cycle: Cycle) {
+        self.cycles[module] = cycle;
+        self.turns[module] = cycle.rest_rad.sin_cos();
     }
 
     /// Whether the cycles are allowed together, and every amplitude in its range.
@@ -294,7 +309,7 @@ impl Allocation {
                 return false;
             }
             last_n = size_n;
-            self.outward(rest, law, residual_n);
+            self.outward(rest, law, aim, residual_n);
             for slopes in &self.slopes {
                 for slope in slopes {
                     for (row, &a) in normal.iter_mut().zip(slope) {
@@ -332,7 +347,7 @@ impl Allocation {
                 moved_rad = moved_rad.max((sign * magnitude - cycle.amplitude_rad).abs());
                 cycle.amplitude_rad = sign * magnitude;
                 if cycle.turns {
-                    let [back, on] = rest.room_rad(module, cycle.rest_rad);
+                    let [back, on] = aim.room_rad(rest, module, cycle.rest_rad);
                     let turn_rad = (share * dot(p, y)).clamp(back, on);
                     moved_rad = moved_rad.max(turn_rad.abs());
                     cycle.rest_rad += turn_rad;
@@ -347,7 +362,7 @@ impl Allocation {
     }
 
     /// Lets go of what stands at a bound and would be pushed beyond it: its slope counts as zero in this step.
-    fn outward(&mut self, rest: &RestPoses, law: &Law, residual_n: [f64; 3]) {
+    fn outward(&mut self, rest: &RestPoses, law: &Law, aim: &Aim, residual_n: [f64; 3]) {
         let [least_rad, most_rad] = law.range_rad;
         // The direction of steepest descent stands for that of the step, which is not known yet.
         for (module, slopes) in self.slopes.iter_mut().enumerate() {
@@ -358,7 +373,7 @@ impl Allocation {
                 slopes[0] = [0.0; 3];
             }
             if cycle.turns {
-                let [back, on] = rest.room_rad(module, cycle.rest_rad);
+                let [back, on] = aim.room_rad(rest, module, cycle.rest_rad);
                 let along = dot(slopes[1], residual_n);
                 if (along > 0.0 && on < 1e-12) || (along < 0.0 && back > -1e-12) {
                     slopes[1] = [0.0; 3];

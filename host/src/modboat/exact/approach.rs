@@ -12,8 +12,9 @@ use super::rest::RestPoses;
 const SPEED_SHARE: f64 = 0.8;
 /// Time in which a servo gets up to speed and comes to rest, s. *Assumed*.
 const SETTLE_S: f64 = 0.05;
+
 /// What two neighbours may do in a transition.
-struct Turning<'a>(&'a Setting);
+pub(super) struct Turning<'a>(pub(super) &'a Setting);
 
 impl Clearance for Turning<'_> {
     fn turn(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
@@ -40,9 +41,15 @@ impl Clearance for Turning<'_> {
 }
 
 /// How long tails take that turn by at most `longest_rad`, s: less than a whole transition where they turn little.
-fn duration_s(setting: &Setting, longest_rad: f64) -> f64 {
+pub(super) fn duration_s(setting: &Setting, longest_rad: f64) -> f64 {
     let speed_rad_s = SPEED_SHARE * setting.parameters.tail_speed_max_rad_s;
     (longest_rad / speed_rad_s + SETTLE_S).min(setting.parameters.transition_s)
+}
+
+/// The signs that may be chosen for the way to free rest poses: the other end of a swing from one is hardly free; where there are
+/// none, it is as good.
+pub fn signs(rest: &RestPoses, modules: usize) -> Signs {
+    if (0..modules).all(|module| rest.has_free(module)) { Signs::Given } else { Signs::PerModule }
 }
 
 /// Finds the least transition from `tails` into `cycle`. Where amplitudes are negated for it, `cycle` is changed: the same
@@ -53,6 +60,7 @@ pub fn find(
     rest: &RestPoses,
     tails: &[f64],
     cycle: &mut [Swing],
+    signs: Signs,
     loss_tolerant: bool,
 ) -> Option<Approach> {
     let clear = Turning(setting);
@@ -66,9 +74,6 @@ pub fn find(
         limit_rad: setting.rotation_max_rad(),
         stranded,
     };
-    // The other end of a swing from a free pose is hardly free; where there are none, it is as good.
-    let signs =
-        if (0..tails.len()).all(|module| rest.has_free(module)) { Signs::Given } else { Signs::PerModule };
     let longest = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
         pairs.map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
     };

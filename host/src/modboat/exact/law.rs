@@ -78,6 +78,12 @@ impl Law {
         [-thrust_n * cos, thrust_n * sin]
     }
 
+    /// The |A| that thrusts by so much (2), within its range, rad.
+    #[must_use]
+    pub fn amplitude_rad(&self, thrust_n: f64) -> f64 {
+        ((thrust_n + self.offset_n) / self.slope_n_rad).clamp(self.range_rad[0], self.range_rad[1])
+    }
+
     /// u₀(A) and ∂u₀/∂A, N and N/rad; the latter zero at rest.
     #[must_use]
     pub fn thrust_and_slope(&self, amplitude_rad: f64) -> ([f64; 2], [f64; 2]) {

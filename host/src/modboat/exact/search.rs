@@ -71,6 +71,8 @@ pub struct Search {
     /// Modules in the order in which they are visited.
     pub(super) order: Vec<usize>,
     pub(super) poses_rad: Vec<f64>,
+    /// What each module is to push, N in S.
+    pub(super) thrusts_n: Vec<[f64; 2]>,
     /// The best of several.
     pub(super) best: Vec<Cycle>,
 }
@@ -98,6 +100,7 @@ impl Search {
             merit,
             field: None,
             poses_rad: vec![0.0; modules],
+            thrusts_n: Vec::with_capacity(modules),
             best: Vec::with_capacity(modules),
         }
     }
@@ -124,6 +127,7 @@ impl Search {
             pull_n2_rad2: (0.02 * thrust_max_n).powi(2),
             recentre: 0.3,
             rounds: ROUNDS,
+            roams: false,
         }
     }
 

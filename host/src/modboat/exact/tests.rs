@@ -208,7 +208,7 @@ fn between_free_poses_there_is_always_a_way() {
             let (tails, ends) = (poses(), poses());
             let rests = |&centerline_rad: &f64| Swing { centerline_rad, amplitude_rad: 0.0 };
             let mut cycle: Vec<Swing> = ends.iter().map(rests).collect();
-            let way = approach::find(&mut solver, &setting, &rest, &tails, &mut cycle, true)
+            let way = approach::find(&mut solver, &setting, &rest, &tails, &mut cycle, Signs::Given, true)
                 .unwrap_or_else(|| panic!("{word}, seed {seed}: no way"));
             assert!(way.transition_s > 0.0 || way.is_still());
             let plan = setting

@@ -18,6 +18,7 @@ use super::search::{FEW, Found, SMALL, SWEEPS, Search};
 use crate::modboat::motion::{Swing, Wrench};
 use crate::modboat::potential_field::PotentialField;
 use crate::modboat::setting::{Setting, ends};
+use crate::modboat::transition::solver::Signs;
 use crate::quantity::wrap_rad;
 
 /// Choices tried for small structures, and those that meet the demand among which few modules' is chosen.
@@ -38,8 +39,8 @@ const TRAVEL_1_RAD: f64 = 0.3;
 const TRAVEL_OF_THREE_1_RAD: f64 = 2.0;
 
 /// The best so far.
-struct Best {
-    found: Found,
+pub(super) struct Best {
+    pub(super) found: Found,
     score: f64,
 }
 
@@ -54,6 +55,7 @@ impl Search {
         loss_tolerant: bool,
     ) -> Option<Found> {
         let modules = self.order.len();
+        let signs = approach::signs(&self.rest, modules);
         let plain = self.aim(setting, demand);
         let rules = Rules { setting, loss_tolerant };
         let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
@@ -122,7 +124,7 @@ impl Search {
                 score = merit.of(allocation, &rules, rest, law, &plain) - price(&allocation.cycles);
                 compared += 1;
             }
-            self.consider(setting, demand, tails, loss_tolerant, met, score, &mut best);
+            self.consider(setting, demand, tails, signs, loss_tolerant, met, score, &mut best);
             if met && (modules > FEW || modules > SMALL && compared >= COMPARED_FEW) && best.is_some() {
                 break;
             }
@@ -152,21 +154,35 @@ impl Search {
         let rules = Rules { setting, loss_tolerant: false };
         let mut best = None;
         for candidate in field.solve(demand, previous, &swim) {
+            self.begin_at(&candidate.cycle);
             let Self { allocation, rest, law, .. } = &mut *self;
-            let start =
-                |(module, swing): (usize, &Swing)| rest.cycle(module, swing.start_rad(), swing.amplitude_rad);
-            allocation.begin(candidate.cycle.iter().enumerate().map(start));
             if !allocation.allowed(&rules, law) {
                 continue;
             }
             let met = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
-            self.consider(setting, demand, tails, false, met, 0.0, &mut best);
+            self.consider(setting, demand, tails, Signs::PerModule, false, met, 0.0, &mut best);
             if met && best.is_some() {
                 break;
+            }
+            if !met {
+                // Polished it is nearer, or there is no way to it: then as it was.
+                self.begin_at(&candidate.cycle);
+                self.consider(setting, demand, tails, Signs::PerModule, false, false, 0.0, &mut best);
             }
         }
         self.field = Some(field);
         best.map(|best| best.found)
+    }
+
+    /// Puts given cycles in the allocation.
+    fn begin_at(&mut self, cycle: &[Swing]) {
+        let Self { allocation, rest, .. } = self;
+        allocation.begin(
+            cycle
+                .iter()
+                .enumerate()
+                .map(|(module, swing)| rest.cycle(module, swing.start_rad(), swing.amplitude_rad)),
+        );
     }
 
     /// The next choice of rest poses, everybody at rest.
@@ -204,11 +220,12 @@ impl Search {
 
     /// Keeps the cycles of the allocation if they are better than the best so far and there is a way to them.
     #[expect(clippy::too_many_arguments, reason = "one step of two loops")]
-    fn consider(
+    pub(super) fn consider(
         &mut self,
         setting: &Setting,
         demand: Wrench,
         tails: Option<&[f64]>,
+        signs: Signs,
         loss_tolerant: bool,
         met: bool,
         score: f64,
@@ -227,7 +244,7 @@ impl Search {
             None => None,
             Some(tails) => {
                 let Self { solver, rest, .. } = self;
-                let way = approach::find(solver, setting, rest, tails, &mut cycle, loss_tolerant);
+                let way = approach::find(solver, setting, rest, tails, &mut cycle, signs, loss_tolerant);
                 if way.is_none() {
                     return;
                 }
