@@ -21,7 +21,9 @@ use super::neighbours::{Cycle, Rules};
 use super::rest::RestPoses;
 
 /// Relative weighted error that counts as none.
-pub const EXACT: f64 = 1e-9;
+const EXACT: f64 = 1e-9;
+/// Relative weighted error to aim at.
+pub const GOAL: f64 = 0.01 * EXACT;
 /// Weighted error that counts as none whatever the demand, N.
 const EXACT_N: f64 = 1e-13;
 /// Newton steps at most.
@@ -48,6 +50,8 @@ pub struct Aim {
     pub recentre: f64,
     /// Rounds of taking back what neighbours do not allow; with none, that is a failure.
     pub rounds: usize,
+    /// Relative weighted error that a polish is done with.
+    pub goal: f64,
     /// Whether a cycle that turns may leave its free arc.
     pub roams: bool,
 }
@@ -234,7 +238,7 @@ impl Allocation {
     /// Newton's method in continuous amplitudes.
     pub fn polish(&mut self, rules: &Rules<'_>, rest: &RestPoses, law: &Law, aim: &Aim) -> Met {
         let norm_n = dot(aim.target_n, aim.target_n).sqrt();
-        let goal_n = (0.01 * EXACT * norm_n).max(EXACT_N);
+        let goal_n = (aim.goal * norm_n).max(EXACT_N);
         self.refresh(law, aim.target_n);
         self.frozen.iter_mut().for_each(|frozen| *frozen = false);
         for round in 0..=aim.rounds {
@@ -263,7 +267,7 @@ impl Allocation {
                 break;
             }
         }
-        if self.error_n() <= EXACT * norm_n { Met::Yes } else { Met::No }
+        if self.error_n() <= (EXACT * norm_n).max(goal_n) { Met::Yes } else { Met::No }
     }
 
     /// Newton steps on the trial, starting from the cycles; true if it meets the goal.

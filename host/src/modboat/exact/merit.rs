@@ -4,12 +4,17 @@
 //! merit = (share of the demands about this one that can be met without turning) − b·|ΣA|/Σ|A|
 //! ```
 //!
+//! *What it can be at most* is known without Newton's method: what the poses cannot push in some direction, by the support
+//! functions of [`Orientation`](super::orientation), they cannot give. So candidates are looked at in the order of that bound, and
+//! one is left as soon as it cannot be the best any more. Which is best does not change by that.
+//!
 //! The demands about one lie along the axes of the wrench and between them, at two distances. The second term is for the
 //! rotors: the structure turns by −(J/I)·Σφᵢ against them, so that amplitudes that cancel keep its heading still.
 
 use super::allocation::{Aim, Allocation, Met};
-use super::law::Law;
+use super::law::{Law, SUPPORT_ERROR, Sign};
 use super::neighbours::{Cycle, Rules};
+use super::orientation::Orientation;
 use super::rest::RestPoses;
 
 /// Distances to the demands about one, as shares of the envelope along each axis.
@@ -17,18 +22,30 @@ const ABOUT: [f64; 2] = [0.1, 0.25];
 /// What a net amplitude costs, b.
 const BALANCE: f64 = 0.2;
 
+/// Relative error with which a demand about one counts as met: Newton's method is as good as there.
+const NEAR: f64 = 1e-4;
+
 /// The demands about one, and memory.
 #[derive(Clone, Debug)]
 pub struct Merit {
     /// From a weighted demand to those about it, N.
     steps_n: Vec<[f64; 3]>,
+    /// What each takes of the slack in each direction of the orientation.
+    takes: Vec<f64>,
+    /// The steps in the order in which they are tried: the one that failed last comes first.
+    order: Vec<usize>,
     kept: Vec<Cycle>,
 }
 
 impl Merit {
     /// For modules at `positions_m` (m, in S) with these weights of Fx, Fy and τ.
     #[must_use]
-    pub fn new(positions_m: &[[f64; 2]], thrust_max_n: f64, weights: [f64; 3]) -> Self {
+    pub fn new(
+        positions_m: &[[f64; 2]],
+        thrust_max_n: f64,
+        weights: [f64; 3],
+        orientation: &Orientation,
+    ) -> Self {
         let levers_m: f64 = positions_m.iter().map(|[x, y]| x.hypot(*y)).sum();
         let modules = positions_m.len() as f64;
         let extent_n = [modules, modules, levers_m];
@@ -45,32 +62,76 @@ impl Merit {
                 }
             }
         }
-        Self { steps_n, kept: Vec::with_capacity(positions_m.len()) }
+        let takes = steps_n
+            .iter()
+            .flat_map(|step_n| {
+                orientation
+                    .directions()
+                    .iter()
+                    .map(move |n| (0..3).map(|k| n[k] * step_n[k] / weights[k]).sum())
+            })
+            .collect();
+        let order = (0..steps_n.len()).collect();
+        Self { steps_n, takes, order, kept: Vec::with_capacity(positions_m.len()) }
     }
 
-    /// Of the cycles of an allocation that meets `aim`; it is left as it was.
+    /// Whether a demand about one may be met where the one has these slacks.
+    fn may_meet(&self, step: usize, slacks: &[f64]) -> bool {
+        let takes = &self.takes[step * slacks.len()..(step + 1) * slacks.len()];
+        slacks.iter().zip(takes).all(|(slack, take)| slack - take >= -SUPPORT_ERROR)
+    }
+
+    /// The most that it can be where the demand has these slacks.
+    #[must_use]
+    pub fn at_most(&self, slacks: &[f64]) -> f64 {
+        let count = self.steps_n.len();
+        (0..count).filter(|&step| self.may_meet(step, slacks)).count() as f64 / count as f64
+    }
+
+    /// Of the cycles of an allocation that meets `aim`, for `demand`; it is left as it was. `None` if it is no more than
+    /// `least`.
+    #[expect(clippy::too_many_arguments, reason = "the parts of a search, which it borrows one by one")]
     pub fn of(
         &mut self,
         allocation: &mut Allocation,
+        orientation: &mut Orientation,
         rules: &Rules<'_>,
         rest: &RestPoses,
         law: &Law,
-        aim: &Aim,
-    ) -> f64 {
+        (aim, demand): (&Aim, [f64; 3]),
+        least: f64,
+    ) -> Option<f64> {
         self.kept.clear();
         self.kept.extend_from_slice(&allocation.cycles);
-        let still = || self.kept.iter().map(|&cycle| Cycle { turns: false, ..cycle });
-        let mut met = 0;
-        for step_n in &self.steps_n {
-            let target_n = [0, 1, 2].map(|k| aim.target_n[k] + step_n[k]);
-            let about = Aim { target_n, recentre: 0.0, rounds: 0, ..*aim };
-            allocation.begin(still());
-            met += usize::from(allocation.polish(rules, rest, law, &about) == Met::Yes);
-        }
-        allocation.begin(self.kept.iter().copied());
         let net_rad: f64 = self.kept.iter().map(|cycle| cycle.amplitude_rad).sum();
         let all_rad: f64 = self.kept.iter().map(|cycle| cycle.amplitude_rad.abs()).sum();
         let unbalanced = if all_rad > 0.0 { net_rad.abs() / all_rad } else { 0.0 };
-        met as f64 / self.steps_n.len() as f64 - BALANCE * unbalanced
+        let count = self.steps_n.len();
+        let value = |met: usize| met as f64 / count as f64 - BALANCE * unbalanced;
+        let modules = self.kept.iter().map(|cycle| (cycle.rest_rad, Sign::of(cycle.amplitude_rad)));
+        let slacks = orientation.slacks(law, modules, demand);
+        let mut open = (0..count).filter(|&step| self.may_meet(step, slacks)).count();
+        let mut met = 0;
+        for place in 0..count {
+            if value(met + open) <= least {
+                break;
+            }
+            let step = self.order[place];
+            if !self.may_meet(step, slacks) {
+                continue;
+            }
+            let target_n = [0, 1, 2].map(|k| aim.target_n[k] + self.steps_n[step][k]);
+            let about = Aim { target_n, recentre: 0.0, rounds: 0, goal: NEAR, ..*aim };
+            allocation.begin(self.kept.iter().map(|&cycle| Cycle { turns: false, ..cycle }));
+            if allocation.polish(rules, rest, law, &about) == Met::Yes {
+                met += 1;
+            } else {
+                self.order[..=place].rotate_right(1);
+            }
+            open -= 1;
+        }
+        allocation.begin(self.kept.iter().copied());
+        let own = value(met);
+        (open == 0 && own > least).then_some(own)
     }
 }

@@ -12,12 +12,13 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::allocation::{Aim, Allocation, Met};
-use super::law::Law;
+use super::allocation::{Aim, Allocation, GOAL, Met};
+use super::law::{Law, Sign};
 use super::merit::Merit;
 use super::neighbours::{Cycle, Rules};
-use super::orientation::Orientation;
+use super::orientation::{Orientation, may_hold};
 use super::rest::RestPoses;
+use super::turning::Choice;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::potential_field::PotentialField;
 use crate::modboat::setting::{Approach, Setting};
@@ -75,6 +76,10 @@ pub struct Search {
     pub(super) thrusts_n: Vec<[f64; 2]>,
     /// The best of several.
     pub(super) best: Vec<Cycle>,
+    /// Patterns of signs with the most that their merit can be, best first.
+    patterns: Vec<(f64, u32)>,
+    /// Choices of rest poses.
+    pub(super) choices: Vec<Choice>,
 }
 
 impl Search {
@@ -89,7 +94,7 @@ impl Search {
         let modules = setting.cells.len();
         let mut order: Vec<usize> = (0..modules).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(setting.config.seed));
-        let merit = Merit::new(&setting.positions_m, thrust_max_n, weights);
+        let merit = Merit::new(&setting.positions_m, thrust_max_n, weights, &orientation);
         Self {
             rest,
             law,
@@ -102,6 +107,8 @@ impl Search {
             poses_rad: vec![0.0; modules],
             thrusts_n: Vec::with_capacity(modules),
             best: Vec::with_capacity(modules),
+            patterns: Vec::new(),
+            choices: Vec::new(),
         }
     }
 
@@ -127,6 +134,7 @@ impl Search {
             pull_n2_rad2: (0.02 * thrust_max_n).powi(2),
             recentre: 0.3,
             rounds: ROUNDS,
+            goal: GOAL,
             roams: false,
         }
     }
@@ -162,7 +170,7 @@ impl Search {
             && margin >= 0.0
         {
             met = if tails.len() <= SMALL {
-                self.all_signs(setting, &aim, tails, loss_tolerant)
+                self.all_signs(setting, &aim, demand, tails, loss_tolerant)
             } else {
                 self.descend(setting, &aim, tails, loss_tolerant, continued.is_some(), margin)
             };
@@ -234,27 +242,47 @@ impl Search {
         Met::No
     }
 
-    /// By Newton's method from every pattern of signs, resting modules included; of those that meet the aim the one with
-    /// most room about it.
-    fn all_signs(&mut self, setting: &Setting, aim: &Aim, tails: &[f64], loss_tolerant: bool) -> Met {
-        let Self { rest, law, allocation, best, merit, .. } = self;
+    /// By Newton's method from every pattern of signs, resting modules included, that may meet the demand; of those that meet the
+    /// aim the one with most room about it.
+    fn all_signs(
+        &mut self,
+        setting: &Setting,
+        aim: &Aim,
+        demand: Wrench,
+        tails: &[f64],
+        loss_tolerant: bool,
+    ) -> Met {
+        let Self { rest, law, allocation, orientation, best, merit, patterns, .. } = self;
         let rules = Rules { setting, loss_tolerant };
-        let mut score = f64::NEG_INFINITY;
+        let sign = |pattern: u32, module: usize| f64::from(pattern / 3_u32.pow(module as u32) % 3) - 1.0;
+        patterns.clear();
         for pattern in 0..3_u32.pow(tails.len() as u32) {
-            let sign = |module: usize| f64::from(pattern / 3_u32.pow(module as u32) % 3) - 1.0;
+            let modules = tails.iter().enumerate().map(|(m, &tail)| (tail, Sign::of(sign(pattern, m))));
+            let slacks = orientation.slacks(law, modules, demand.to_array());
+            if may_hold(slacks) {
+                patterns.push((merit.at_most(slacks), pattern));
+            }
+        }
+        patterns.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut score = f64::NEG_INFINITY;
+        for &(at_most, pattern) in patterns.iter() {
+            if at_most <= score {
+                break;
+            }
             let met = STARTS_RAD.iter().any(|&start_rad| {
                 allocation.begin(tails.iter().enumerate().map(|(module, &rest_rad)| {
-                    let amplitude_rad = sign(module) * start_rad.clamp(law.range_rad[0], law.range_rad[1]);
+                    let amplitude_rad =
+                        sign(pattern, module) * start_rad.clamp(law.range_rad[0], law.range_rad[1]);
                     rest.cycle(module, rest_rad, amplitude_rad)
                 }));
                 allocation.allowed(&rules, law) && allocation.polish(&rules, rest, law, aim) == Met::Yes
             });
-            if met {
-                let own = merit.of(allocation, &rules, rest, law, aim);
-                if own > score {
-                    score = own;
-                    best.clone_from(&allocation.cycles);
-                }
+            let about = (aim, demand.to_array());
+            if met
+                && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, score)
+            {
+                score = own;
+                best.clone_from(&allocation.cycles);
             }
         }
         if score == f64::NEG_INFINITY {

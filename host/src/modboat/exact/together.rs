@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use super::allocation::{Aim, Met};
 use super::neighbours::{Cycle, Rules};
 use super::search::{Found, Search};
-use super::turning::Best;
+use super::turning::{Asked, Best};
 use crate::modboat::envelope::Envelope;
 use crate::modboat::motion::Wrench;
 use crate::modboat::setting::Setting;
@@ -47,16 +47,17 @@ impl Search {
     ) -> Option<Found> {
         let mut thrusts_n = std::mem::take(&mut self.thrusts_n);
         envelope.thrusts(demand, &mut thrusts_n);
-        let mut best = None;
+        let asked = Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule };
+        let mut best = Best::default();
         for pattern in 0..if thrusts_n.is_empty() { 0 } else { PATTERNS } {
             let met = self.swing_in_step(setting, demand, pattern, &thrusts_n);
-            self.consider(setting, demand, tails, Signs::PerModule, false, met, 0.0, &mut best);
-            if met && best.as_ref().is_some_and(|best: &Best| best.found.met) {
+            self.consider(&asked, met, 0.0, &mut best);
+            if best.met() {
                 break;
             }
         }
         self.thrusts_n = thrusts_n;
-        best.map(|best| best.found)
+        best.found
     }
 
     /// Puts such cycles in the allocation; whether they meet the demand.
