@@ -30,6 +30,8 @@ const EXACT_N: f64 = 1e-13;
 const STEPS: usize = 14;
 /// Steps in a row that do not halve the residual, after which no more are tried.
 const SLOW_STEPS: usize = 3;
+/// Rounds of taking back what neighbours do not allow.
+const ROUNDS: usize = 4;
 /// The longest Newton step, rad.
 const STEP_MAX_RAD: f64 = 0.5;
 /// μ as a share of the trace of J Jᵀ.
@@ -48,8 +50,6 @@ pub struct Aim {
     pub pull_n2_rad2: f64,
     /// Share of the way to it that a polish goes.
     pub recentre: f64,
-    /// Rounds of taking back what neighbours do not allow; with none, that is a failure.
-    pub rounds: usize,
     /// Relative weighted error that a polish is done with.
     pub goal: f64,
     /// Whether a cycle that turns may leave its free arc.
@@ -238,21 +238,13 @@ impl Allocation {
     /// Newton's method in continuous amplitudes.
     pub fn polish(&mut self, rules: &Rules<'_>, rest: &RestPoses, law: &Law, aim: &Aim) -> Met {
         let norm_n = dot(aim.target_n, aim.target_n).sqrt();
-        let goal_n = (aim.goal * norm_n).max(EXACT_N);
+        let goal_n = self.goal_n(aim);
         self.refresh(law, aim.target_n);
         self.frozen.iter_mut().for_each(|frozen| *frozen = false);
-        for round in 0..=aim.rounds {
+        for round in 0..=ROUNDS {
             let before_n = self.error_n();
             self.trial.copy_from_slice(&self.cycles);
             let met = self.newton(rest, law, aim, goal_n, if round == 0 { aim.recentre } else { 0.0 });
-            if aim.rounds == 0 {
-                // All or nothing.
-                if met && self.trial_allowed(rules) {
-                    std::mem::swap(&mut self.trial, &mut self.cycles);
-                    return Met::Yes;
-                }
-                return Met::No;
-            }
             let taken_back = self.take_back(rules);
             std::mem::swap(&mut self.trial, &mut self.cycles);
             for (turn, cycle) in self.turns.iter_mut().zip(&self.cycles).filter(|(_, cycle)| cycle.turns) {
@@ -267,7 +259,20 @@ impl Allocation {
                 break;
             }
         }
-        if self.error_n() <= (EXACT * norm_n).max(goal_n) { Met::Yes } else { Met::No }
+        if self.error_n() <= EXACT * norm_n { Met::Yes } else { Met::No }
+    }
+
+    /// Whether Newton's method alone, without turning, leads from the cycles to what meets the aim; they stay as they are.
+    pub fn reaches(&mut self, rules: &Rules<'_>, rest: &RestPoses, law: &Law, aim: &Aim) -> bool {
+        for (trial, cycle) in self.trial.iter_mut().zip(&self.cycles) {
+            *trial = Cycle { turns: false, ..*cycle };
+        }
+        self.frozen.iter_mut().for_each(|frozen| *frozen = false);
+        self.newton(rest, law, aim, self.goal_n(aim), 0.0) && self.trial_allowed(rules)
+    }
+
+    fn goal_n(&self, aim: &Aim) -> f64 {
+        (aim.goal * dot(aim.target_n, aim.target_n).sqrt()).max(EXACT_N)
     }
 
     /// Newton steps on the trial, starting from the cycles; true if it meets the goal.

@@ -11,9 +11,9 @@
 //! The demands about one lie along the axes of the wrench and between them, at two distances. The second term is for the
 //! rotors: the structure turns by −(J/I)·Σφᵢ against them, so that amplitudes that cancel keep its heading still.
 
-use super::allocation::{Aim, Allocation, Met};
+use super::allocation::{Aim, Allocation};
 use super::law::{Law, SUPPORT_ERROR, Sign};
-use super::neighbours::{Cycle, Rules};
+use super::neighbours::Rules;
 use super::orientation::Orientation;
 use super::rest::RestPoses;
 
@@ -34,7 +34,6 @@ pub struct Merit {
     takes: Vec<f64>,
     /// The steps in the order in which they are tried: the one that failed last comes first.
     order: Vec<usize>,
-    kept: Vec<Cycle>,
 }
 
 impl Merit {
@@ -72,7 +71,7 @@ impl Merit {
             })
             .collect();
         let order = (0..steps_n.len()).collect();
-        Self { steps_n, takes, order, kept: Vec::with_capacity(positions_m.len()) }
+        Self { steps_n, takes, order }
     }
 
     /// Whether a demand about one may be met where the one has these slacks.
@@ -88,7 +87,7 @@ impl Merit {
         (0..count).filter(|&step| self.may_meet(step, slacks)).count() as f64 / count as f64
     }
 
-    /// Of the cycles of an allocation that meets `aim`, for `demand`; it is left as it was. `None` if it is no more than
+    /// Of the cycles of an allocation that meets `aim`, for `demand`. `None` if it is no more than
     /// `least`.
     #[expect(clippy::too_many_arguments, reason = "the parts of a search, which it borrows one by one")]
     pub fn of(
@@ -101,14 +100,13 @@ impl Merit {
         (aim, demand): (&Aim, [f64; 3]),
         least: f64,
     ) -> Option<f64> {
-        self.kept.clear();
-        self.kept.extend_from_slice(&allocation.cycles);
-        let net_rad: f64 = self.kept.iter().map(|cycle| cycle.amplitude_rad).sum();
-        let all_rad: f64 = self.kept.iter().map(|cycle| cycle.amplitude_rad.abs()).sum();
+        let cycles = &allocation.cycles;
+        let net_rad: f64 = cycles.iter().map(|cycle| cycle.amplitude_rad).sum();
+        let all_rad: f64 = cycles.iter().map(|cycle| cycle.amplitude_rad.abs()).sum();
         let unbalanced = if all_rad > 0.0 { net_rad.abs() / all_rad } else { 0.0 };
         let count = self.steps_n.len();
         let value = |met: usize| met as f64 / count as f64 - BALANCE * unbalanced;
-        let modules = self.kept.iter().map(|cycle| (cycle.rest_rad, Sign::of(cycle.amplitude_rad)));
+        let modules = cycles.iter().map(|cycle| (cycle.rest_rad, Sign::of(cycle.amplitude_rad)));
         let slacks = orientation.slacks(law, modules, demand);
         let mut open = (0..count).filter(|&step| self.may_meet(step, slacks)).count();
         let mut met = 0;
@@ -121,16 +119,14 @@ impl Merit {
                 continue;
             }
             let target_n = [0, 1, 2].map(|k| aim.target_n[k] + self.steps_n[step][k]);
-            let about = Aim { target_n, recentre: 0.0, rounds: 0, goal: NEAR, ..*aim };
-            allocation.begin(self.kept.iter().map(|&cycle| Cycle { turns: false, ..cycle }));
-            if allocation.polish(rules, rest, law, &about) == Met::Yes {
+            let about = Aim { target_n, recentre: 0.0, goal: NEAR, ..*aim };
+            if allocation.reaches(rules, rest, law, &about) {
                 met += 1;
             } else {
                 self.order[..=place].rotate_right(1);
             }
             open -= 1;
         }
-        allocation.begin(self.kept.iter().copied());
         let own = value(met);
         (open == 0 && own > least).then_some(own)
     }

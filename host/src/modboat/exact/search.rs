@@ -36,8 +36,6 @@ const STARTS: usize = 3;
 const STARTS_FEW: usize = 8;
 /// Below this margin one start has to do.
 const SMALL_MARGIN: f64 = 0.05;
-/// Rounds of taking back what neighbours do not allow.
-const ROUNDS: usize = 4;
 /// Amplitudes to start Newton's method from, rad.
 const STARTS_RAD: [f64; 5] = [1.75, 1.2, 2.3, 1.5, 2.0];
 /// The amplitude that leaves most room either way, rad.
@@ -133,7 +131,6 @@ impl Search {
             amplitude_rad: MIDDLE_RAD.clamp(least_rad, most_rad),
             pull_n2_rad2: (0.02 * thrust_max_n).powi(2),
             recentre: 0.3,
-            rounds: ROUNDS,
             goal: GOAL,
             roams: false,
         }

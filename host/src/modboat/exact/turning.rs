@@ -135,7 +135,7 @@ impl Search {
             self.collect(&asked, numbers, &mut rng);
             for place in 0..self.choices.len() {
                 let Choice { number, at_most, .. } = self.choices[place];
-                if best.met() && (at_most <= best.score || modules > SMALL && best.compared >= COMPARED_FEW)
+                if best.met() && (at_most <= best.score || best.compared >= COMPARED_FEW)
                     || at_most < OUT && place >= NEAREST
                 {
                     break;
@@ -301,7 +301,7 @@ impl Search {
             }
         }));
         // Small structures are offered poses at random too.
-        if modules > SMALL || number.is_multiple_of(3) {
+        if !few || number.is_multiple_of(3) {
             orientation.orient(law, rest, asked.demand.to_array(), poses_rad, order);
         }
     }
