@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! u(p, A) = −F(|A|)·(cos(p − A), sin(p − A)) = R(p)·u₀(A),   u₀(A) = −F(|A|)·(cos A, −sin A)
-//! ∂u₀/∂A  = −F'·sgn A·(cos A, −sin A) + F·(sin A, cos A)
+//! ∂u/∂A   = −F'·sgn A·(cos φ₀, sin φ₀) + F·(−sin φ₀, cos φ₀)
 //! ```
 //!
 //! two spirals, one for either sign, that R(p) turns to any pose. A resting module (A = 0) pushes nothing.
@@ -90,17 +90,17 @@ impl Law {
         ((thrust_n + self.offset_n) / self.slope_n_rad).clamp(self.range_rad[0], self.range_rad[1])
     }
 
-    /// u₀(A) and ∂u₀/∂A, N and N/rad; the latter zero at rest.
+    /// What a cycle from this pose pushes, and how that changes with its amplitude, which must not be zero.
     #[must_use]
-    pub fn thrust_and_slope(&self, amplitude_rad: f64) -> ([f64; 2], [f64; 2]) {
-        if amplitude_rad == 0.0 {
-            return ([0.0; 2], [0.0; 2]);
-        }
+    pub fn push(&self, rest_rad: f64, amplitude_rad: f64) -> Push {
         let thrust_n = self.slope_n_rad * amplitude_rad.abs() - self.offset_n;
         let grows = self.slope_n_rad * amplitude_rad.signum();
-        let (sin, cos) = amplitude_rad.sin_cos();
-        // ∂u₀/∂A = −F'·sgn A·(cos A, −sin A) + F·(sin A, cos A)
-        ([-thrust_n * cos, thrust_n * sin], [-grows * cos + thrust_n * sin, grows * sin + thrust_n * cos])
+        let (sin, cos) = (rest_rad - amplitude_rad).sin_cos();
+        // ∂u/∂A = −F'·sgn A·(cos φ₀, sin φ₀) + F·(−sin φ₀, cos φ₀)
+        Push {
+            thrust_n: [-thrust_n * cos, -thrust_n * sin],
+            by_amplitude: [-grows * cos - thrust_n * sin, -grows * sin + thrust_n * cos],
+        }
     }
 
     /// The most that an amplitude of this sign pushes in a direction off the rest pose, N, to [`SUPPORT_ERROR`]. Where any sign
@@ -111,6 +111,15 @@ impl Law {
         let nearest = (off_rad * (DIRECTIONS as f64 / TAU) + 0.5).floor() as i64;
         self.support_n[sign as usize][(nearest & (DIRECTIONS as i64 - 1)) as usize]
     }
+}
+
+/// u(p, A) in S, N, and ∂u/∂A, N/rad.
+#[derive(Clone, Copy, Debug)]
+pub struct Push {
+    /// u.
+    pub thrust_n: [f64; 2],
+    /// ∂u/∂A.
+    pub by_amplitude: [f64; 2],
 }
 
 /// Which amplitudes a module may have.
@@ -138,10 +147,4 @@ impl Sign {
     fn allows(self, amplitude_rad: f64) -> bool {
         self == Self::Any || Self::of(amplitude_rad) == Some(self)
     }
-}
-
-/// `vector` turned by the angle with this (sin, cos).
-#[must_use]
-pub fn turned([x, y]: [f64; 2], (sin, cos): (f64, f64)) -> [f64; 2] {
-    [cos * x - sin * y, sin * x + cos * y]
 }

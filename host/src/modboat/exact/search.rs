@@ -29,8 +29,6 @@ use crate::quantity::wrap_rad;
 pub(super) const SMALL: usize = 4;
 /// Structures of so few modules have little to spare: more is tried.
 pub(super) const FEW: usize = 8;
-/// Sweeps of coordinate descent.
-pub(super) const SWEEPS: usize = 3;
 /// Starts of coordinate descent from given rest poses: of modules that can spare them, and of fewer.
 const STARTS: usize = 3;
 const STARTS_FEW: usize = 8;
@@ -228,10 +226,7 @@ impl Search {
                 allocation.begin(tails.iter().enumerate().map(at_rest));
             }
             let shift = start * order.len() / starts;
-            for _ in 0..SWEEPS {
-                let order = order[shift..].iter().chain(&order[..shift]).copied();
-                allocation.descend(&rules, law, aim, order);
-            }
+            allocation.descend(&rules, law, aim, order, shift);
             if allocation.polish(&rules, rest, law, aim) == Met::Yes {
                 return Met::Yes;
             }

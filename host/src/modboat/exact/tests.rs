@@ -115,18 +115,20 @@ fn the_spirals_are_law_seven_turned_to_the_rest_pose() {
         let cycle = neighbours::Cycle { rest_rad, amplitude_rad, ..Default::default() };
         assert!((cycle.swing().start_rad() - rest_rad).abs() < 1e-12);
         let wrench = cycle.swing().wrench(&parameters, [0.0, 0.0]);
-        let [fx_n, fy_n] = law::turned(law.thrust_n(amplitude_rad), rest_rad.sin_cos());
+        let law::Push { thrust_n: [fx_n, fy_n], by_amplitude } = law.push(rest_rad, amplitude_rad);
         assert!((fx_n - wrench.fx_n).hypot(fy_n - wrench.fy_n) < 1e-15);
         let step = 1e-6;
-        let (after, before) = (law.thrust_n(amplitude_rad + step), law.thrust_n(amplitude_rad - step));
-        let (_, slope) = law.thrust_and_slope(amplitude_rad);
+        let [after, before] = [step, -step].map(|step| law.push(rest_rad, amplitude_rad + step).thrust_n);
         for k in 0..2 {
-            assert!(((after[k] - before[k]) / (2.0 * step) - slope[k]).abs() < 1e-9);
+            assert!(((after[k] - before[k]) / (2.0 * step) - by_amplitude[k]).abs() < 1e-9);
         }
+        // In the frame of the rest pose it is u₀.
+        let ([x, y], (sin, cos)) = (law.thrust_n(amplitude_rad), rest_rad.sin_cos());
+        assert!((cos * x - sin * y - fx_n).hypot(sin * x + cos * y - fy_n) < 1e-15);
         // Nothing pushes further than the support function says, but for its steps of a degree and a half.
         let off_rad: f64 = rng.random_range(-9.0..9.0);
         let [x, y] = law.thrust_n(amplitude_rad);
-        assert!(x * off_rad.cos() + y * off_rad.sin() <= law.support_n(off_rad) + 1e-3);
+        assert!(x * off_rad.cos() + y * off_rad.sin() <= law.support_n(law::Sign::Any, off_rad) + 1e-3);
     }
 }
 
@@ -148,9 +150,7 @@ fn an_allocation_meets_the_demand_by_law_seven_within_its_limits() {
             let Search { rest, law, allocation, order, .. } = &mut search;
             allocation
                 .begin((0..order.len()).map(|module| rest.cycle(module, rest.stations_rad(module)[0], 0.0)));
-            for _ in 0..3 {
-                allocation.descend(&rules, law, &aim, order.iter().copied());
-            }
+            allocation.descend(&rules, law, &aim, order, 0);
             let polished = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
             met += u32::from(polished);
             assert!(allocation.allowed(&rules, law), "{word}, seed {seed}");

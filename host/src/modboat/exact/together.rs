@@ -90,7 +90,7 @@ impl Search {
                 })
                 .find(|&cycle| rules.allow_among(module, cycle, |other| allocation.cycles[other]));
             if let Some(cycle) = cycle {
-                allocation.set(module, cycle);
+                allocation.cycles[module] = cycle;
             }
         }
         allocation.polish(&rules, rest, law, &aim) == Met::Yes

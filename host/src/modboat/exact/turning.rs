@@ -16,7 +16,7 @@ use super::approach;
 use super::law::Sign;
 use super::neighbours::{Cycle, Rules};
 use super::orientation::may_hold;
-use super::search::{FEW, Found, SMALL, SWEEPS, Search};
+use super::search::{FEW, Found, SMALL, Search};
 use crate::modboat::motion::{Swing, Wrench};
 use crate::modboat::potential_field::PotentialField;
 use crate::modboat::setting::{Setting, ends};
@@ -200,10 +200,7 @@ impl Search {
         let pull_n2_rad2 = if number % 4 < 2 { plain.pull_n2_rad2 } else { 0.0 };
         let aim = Aim { pull_n2_rad2, ..plain };
         let shift = number % count * order.len() / count;
-        for _ in 0..SWEEPS {
-            let order = order[shift..].iter().chain(&order[..shift]).copied();
-            allocation.descend(&rules, law, &aim, order);
-        }
+        allocation.descend(&rules, law, &aim, order, shift);
         let met = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
         self.weigh(asked, met, best);
     }
