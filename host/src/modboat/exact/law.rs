@@ -24,6 +24,8 @@ use crate::modboat::parameters::Parameters;
 const STEPS: usize = 12;
 /// Directions in which the support function is tabulated: a power of two.
 const DIRECTIONS: usize = 256;
+/// So many directions, beyond what any angle has.
+const POSITIVE: f64 = (1_u64 << 36) as f64;
 /// What the tabulated support may be too small by, as a share of the greatest thrust: half a step of the direction costs 0.0123 at
 /// most, half a step of the amplitude 0.003.
 pub const SUPPORT_ERROR: f64 = 0.016;
@@ -107,8 +109,9 @@ impl Law {
     /// will do, zero, by resting, where all push away.
     #[must_use]
     pub fn support_n(&self, sign: Sign, off_rad: f64) -> f64 {
-        // The nearest direction; the low bits take off whole turns.
-        let nearest = (off_rad * (DIRECTIONS as f64 / TAU) + 0.5).floor() as i64;
+        // The nearest direction; the low bits take off whole turns. What is added makes it positive, where a cast rounds down, and is
+        // a whole number of turns.
+        let nearest = (off_rad * (DIRECTIONS as f64 / TAU) + 0.5 + POSITIVE) as i64;
         self.support_n[sign as usize][(nearest & (DIRECTIONS as i64 - 1)) as usize]
     }
 }

@@ -35,7 +35,9 @@ const STARTS_FEW: usize = 8;
 /// Below this margin one start has to do.
 const SMALL_MARGIN: f64 = 0.05;
 /// Amplitudes to start Newton's method from, rad.
-const STARTS_RAD: [f64; 5] = [1.75, 1.2, 2.3, 1.5, 2.0];
+const STARTS_RAD: [f64; 3] = [1.75, 1.2, 2.3];
+/// Patterns of signs that meet the demand among which one is chosen.
+const COMPARED: usize = 4;
 /// The amplitude that leaves most room either way, rad.
 const MIDDLE_RAD: f64 = 1.75;
 /// A cycle belongs to where a tail is if it starts no further from it, rad.
@@ -256,9 +258,9 @@ impl Search {
             }
         }
         patterns.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let mut score = f64::NEG_INFINITY;
+        let (mut score, mut compared) = (f64::NEG_INFINITY, 0);
         for &(at_most, pattern) in patterns.iter() {
-            if at_most <= score {
+            if at_most <= score || compared >= COMPARED {
                 break;
             }
             let met = STARTS_RAD.iter().any(|&start_rad| {
@@ -269,6 +271,7 @@ impl Search {
                 }));
                 allocation.allowed(&rules, law) && allocation.polish(&rules, rest, law, aim) == Met::Yes
             });
+            compared += usize::from(met);
             let about = (aim, demand.to_array());
             if met
                 && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, score)

@@ -24,11 +24,13 @@ use crate::modboat::transition::solver::Signs;
 use crate::quantity::wrap_rad;
 
 /// Choices tried for small structures, and those that meet the demand among which few modules' is chosen.
-const CHOICES_SMALL: usize = 80;
+const CHOICES_SMALL: usize = 64;
 const CHOICES_FIRST: usize = 120;
-const COMPARED_FEW: usize = 8;
+const COMPARED_SMALL: usize = 6;
+const COMPARED_FEW: usize = 3;
 /// Choices tried for larger ones: so many modules altogether, between two bounds.
 const CHOICES_MODULES: usize = 800;
+const CHOICES_FEW: usize = 24;
 const CHOICES_LEAST: usize = 8;
 const CHOICES_MOST: usize = 48;
 /// So many times more where none of them meets the demand.
@@ -111,6 +113,7 @@ impl Search {
             // Where the tails are not known all is open, and it happens once.
             ..=SMALL if tails.is_none() => CHOICES_FIRST,
             ..=SMALL => CHOICES_SMALL,
+            ..=FEW => CHOICES_FEW,
             _ => (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST),
         };
         let mut best = Best::default();
@@ -124,6 +127,7 @@ impl Search {
             }
             return best.found;
         }
+        let compared = if modules <= SMALL { COMPARED_SMALL } else { COMPARED_FEW };
         if tails.is_some_and(|tails| self.may_stay(tails)) {
             self.turn_a_little(&asked, &mut best);
         }
@@ -135,7 +139,7 @@ impl Search {
             self.collect(&asked, numbers, &mut rng);
             for place in 0..self.choices.len() {
                 let Choice { number, at_most, .. } = self.choices[place];
-                if best.met() && (at_most <= best.score || best.compared >= COMPARED_FEW)
+                if best.met() && (at_most <= best.score || best.compared >= compared)
                     || at_most < OUT && place >= NEAREST
                 {
                     break;
@@ -298,7 +302,7 @@ impl Search {
             }
         }));
         // Small structures are offered poses at random too.
-        if !few || number.is_multiple_of(3) {
+        if !few || number.is_multiple_of(8) {
             orientation.orient(law, rest, asked.demand.to_array(), poses_rad, order);
         }
     }
