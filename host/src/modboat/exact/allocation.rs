@@ -27,7 +27,7 @@ pub const GOAL: f64 = 0.01 * EXACT;
 /// Weighted error that counts as none whatever the demand, N.
 const EXACT_N: f64 = 1e-13;
 /// Sweeps of coordinate descent.
-const SWEEPS: usize = 3;
+const SWEEPS: usize = 2;
 /// Newton steps at most.
 const STEPS: usize = 14;
 /// Steps in a row that do not halve the residual, after which no more are tried.

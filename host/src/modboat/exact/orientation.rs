@@ -146,7 +146,7 @@ impl Orientation {
         let count = self.count();
         self.sum(law, poses_rad.iter().map(|&pose_rad| (pose_rad, Some(Sign::Any))), demand);
         for _ in 0..SWEEPS {
-            let chunk = order.len().div_ceil(REFRESHES);
+            let chunk = order.len().div_ceil(REFRESHES).max(2);
             for modules in order.chunks(chunk) {
                 let least = self.sums.iter().fold(f64::INFINITY, |least, &m| least.min(m));
                 for (weight, &sum) in self.weights.iter_mut().zip(&self.sums) {

@@ -31,7 +31,7 @@ pub(super) const SMALL: usize = 4;
 pub(super) const FEW: usize = 8;
 /// Starts of coordinate descent from given rest poses: of modules that can spare them, and of fewer.
 const STARTS: usize = 3;
-const STARTS_FEW: usize = 8;
+const STARTS_FEW: usize = 4;
 /// Below this margin one start has to do.
 const SMALL_MARGIN: f64 = 0.05;
 /// Amplitudes to start Newton's method from, rad.

@@ -24,9 +24,10 @@ use crate::modboat::transition::solver::Signs;
 use crate::quantity::wrap_rad;
 
 /// Choices tried for small structures, and those that meet the demand among which few modules' is chosen.
-const CHOICES_SMALL: usize = 64;
+const CHOICES_SMALL: usize = 56;
 const CHOICES_FIRST: usize = 120;
-const COMPARED_SMALL: usize = 6;
+const COMPARED_SMALL: usize = 8;
+const TRIED: usize = 20;
 const COMPARED_FEW: usize = 3;
 /// Choices tried for larger ones: so many modules altogether, between two bounds.
 const CHOICES_MODULES: usize = 800;
@@ -139,8 +140,8 @@ impl Search {
             self.collect(&asked, numbers, &mut rng);
             for place in 0..self.choices.len() {
                 let Choice { number, at_most, .. } = self.choices[place];
-                if best.met() && (at_most <= best.score || best.compared >= compared)
-                    || at_most < OUT && place >= NEAREST
+                let enough = best.compared >= compared || place >= TRIED;
+                if best.met() && (at_most <= best.score || enough) || at_most < OUT && place >= NEAREST
                 {
                     break;
                 }
@@ -302,7 +303,7 @@ impl Search {
             }
         }));
         // Small structures are offered poses at random too.
-        if !few || number.is_multiple_of(8) {
+        if !few || number.is_multiple_of(if modules <= SMALL { 3 } else { 8 }) {
             orientation.orient(law, rest, asked.demand.to_array(), poses_rad, order);
         }
     }
