@@ -71,7 +71,13 @@ impl OutputPin for Board {
 fn tick(criterion: &mut Criterion) {
     let mut schedule = Schedule::new(Limits::default(), Radians(2.0));
     let waveform = Waveform::new(Radians(0.5), Radians(1.5), MicrosSpan(1_500_000));
-    let cycle = SwimCycle::new(1, Micros(0), Radians(0.0), MicrosSpan(500_000), waveform);
+    let cycle = SwimCycle::new(
+        1,
+        Micros(0),
+        Radians(0.0),
+        (MicrosSpan(500_000), protocol::TransitionLaw::ConstantSpeed),
+        waveform,
+    );
     schedule.offer(Micros(0), cycle, Delivery::Direct);
     let swimming = Micros(1_234_567);
     let reference = schedule.reference(swimming);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   start            start + t_trans                         start + t_trans + T = end
-//!     │  constant speed  │  φ₀ + A·cos(2πt/T)                     │
+//!     │  one law of time │  φ₀ + A·cos(2πt/T)                     │
 //!   start pose         φ₀ + A                                   φ₀ + A = end pose
 //! ```
 //!
@@ -11,6 +11,7 @@
 //! Assumptions and limits: before its start it stands at its start pose, after its end at its end pose. Times
 //! are subtracted as whole microseconds before anything becomes `f32`; spans beyond 71 minutes saturate.
 
+use protocol::TransitionLaw;
 use protocol::units::{Micros, MicrosSpan, Radians};
 
 use crate::reference::Reference;
@@ -40,17 +41,17 @@ pub struct SwimCycle {
 }
 
 impl SwimCycle {
-    /// Cycle `number`, beginning at `start` (fleet time): turns by `rotation` within `transition`, then swims
+    /// Cycle `number`, beginning at `start` (fleet time): turns by `rotation` within `transition` by `law`, then swims
     /// `waveform` once.
     #[must_use]
     pub fn new(
         number: u32,
         start: Micros,
         rotation: Radians,
-        transition: MicrosSpan,
+        (transition, law): (MicrosSpan, TransitionLaw),
         waveform: Waveform,
     ) -> Self {
-        let transition = Transition::arriving_at(waveform.start_pose(), rotation, transition);
+        let transition = Transition::arriving_at(waveform.start_pose(), rotation, transition, law);
         Self { number, start, transition, waveform }
     }
 
@@ -133,7 +134,8 @@ mod tests {
 
     fn cycle(start: u64) -> SwimCycle {
         let waveform = Waveform::new(Radians(-1.0), Radians(2.0), MicrosSpan(1_500_000));
-        SwimCycle::new(7, Micros(start), Radians(-2.5), MicrosSpan(500_000), waveform)
+        let transition = (MicrosSpan(500_000), TransitionLaw::ConstantSpeed);
+        SwimCycle::new(7, Micros(start), Radians(-2.5), transition, waveform)
     }
 
     #[test]
@@ -187,7 +189,8 @@ mod tests {
             let [centerline, amplitude, rotation] = bits.map(|b| Radians(f32::from_bits(b)));
             let [transition, period] = spans.map(MicrosSpan);
             let waveform = Waveform::new(centerline, amplitude, period);
-            let cycle = SwimCycle::new(1, Micros(start), rotation, transition, waveform);
+            let law = TransitionLaw::RestToRest { ramp: period };
+            let cycle = SwimCycle::new(1, Micros(start), rotation, (transition, law), waveform);
             let _ = (cycle.reference(Micros(now)), cycle.phase(Micros(now)), cycle.end(), cycle.start_pose());
         }
     }

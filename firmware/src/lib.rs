@@ -34,6 +34,7 @@ extern crate std;
 
 pub mod clock;
 pub mod cycle;
+pub mod disturbance;
 pub mod encoder;
 pub mod endpoint;
 pub mod failsafe;

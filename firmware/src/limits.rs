@@ -1,6 +1,6 @@
 //! What a tail may be asked to do. A cycle that asks for more is refused whole, before it is scheduled.
 //!
-//! ω_peak = 2π|A|/T ≤ ω_max,   |Δφ|/t_trans ≤ ω_max
+//! ω_peak = 2π|A|/T ≤ ω_max,   |Δφ|/(t_trans − tᵣ) ≤ ω_max,   tᵣ ≤ t_trans/2
 //!
 //! The module checks for itself and does not trust the host's planner to have done so.
 //!
@@ -72,7 +72,9 @@ pub enum Violation {
     RotationWithoutTime(Radians),
     /// Peak speed 2π|A|/T of the waveform is too high.
     WaveformSpeed(RadiansPerSecond),
-    /// Speed |Δφ|/t_trans of the transition is too high.
+    /// The ramp tᵣ of the transition exceeds half of its time.
+    Ramp(MicrosSpan),
+    /// Greatest speed |Δφ|/(t_trans − tᵣ) of the transition is too high.
     TransitionSpeed(RadiansPerSecond),
 }
 
@@ -86,6 +88,7 @@ impl fmt::Display for Violation {
             Self::TransitionTime(v) => write!(f, "transition time of {} µs is too long", v.0),
             Self::RotationWithoutTime(v) => write!(f, "rotation of {} rad in no time", v.0),
             Self::WaveformSpeed(v) => write!(f, "waveform speed of {} rad/s is too high", v.0),
+            Self::Ramp(v) => write!(f, "ramp of {} µs exceeds half of the transition", v.0),
             Self::TransitionSpeed(v) => write!(f, "transition speed of {} rad/s is too high", v.0),
         }
     }
@@ -131,9 +134,13 @@ impl Limits {
         if !within(waveform.peak_speed_rad_s(), self.speed_max.0 * ROUNDING) {
             return Err(Violation::WaveformSpeed(RadiansPerSecond(waveform.peak_speed_rad_s())));
         }
-        // |Δφ|/t_trans ≤ ω_max
-        if !within(transition.speed_rad_s(), self.speed_max.0 * ROUNDING) {
-            return Err(Violation::TransitionSpeed(RadiansPerSecond(transition.speed_rad_s())));
+        let ramp = transition.asked_ramp();
+        if ramp.0 > duration.0 >> 1 {
+            return Err(Violation::Ramp(ramp));
+        }
+        // |Δφ|/(t_trans − tᵣ) ≤ ω_max
+        if !within(transition.peak_speed_rad_s(), self.speed_max.0 * ROUNDING) {
+            return Err(Violation::TransitionSpeed(RadiansPerSecond(transition.peak_speed_rad_s())));
         }
         Ok(())
     }
@@ -159,7 +166,13 @@ mod tests {
         period: u32,
     ) -> Result<(), Violation> {
         let waveform = Waveform::new(Radians(centerline), Radians(amplitude), MicrosSpan(period));
-        let cycle = SwimCycle::new(1, Micros(0), Radians(rotation), MicrosSpan(t_trans), waveform);
+        let cycle = SwimCycle::new(
+            1,
+            Micros(0),
+            Radians(rotation),
+            (MicrosSpan(t_trans), protocol::TransitionLaw::ConstantSpeed),
+            waveform,
+        );
         Limits::default().check(&cycle)
     }
 
@@ -210,7 +223,7 @@ mod tests {
             let [t_trans, period] = if usual { spans.map(|s| s % 12_000_000) } else { spans };
             if check(c, a, r, t_trans, period).is_ok() {
                 let waveform = Waveform::new(Radians(c), Radians(a), MicrosSpan(period));
-                let cycle = SwimCycle::new(1, Micros(0), Radians(r), MicrosSpan(t_trans), waveform);
+                let cycle = SwimCycle::new(1, Micros(0), Radians(r), (MicrosSpan(t_trans), protocol::TransitionLaw::ConstantSpeed), waveform);
                 let at = cycle.reference(Micros(now));
                 prop_assert!(at.is_finite());
                 prop_assert!(at.rate_rad_s.abs() <= 13.0 * 1.001);

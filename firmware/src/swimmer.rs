@@ -77,9 +77,9 @@ impl Robot for Swimmer {
     fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
         let Motion::Modboat(motion) = &cycle.motion else { return Verdict::Refused(Refusal::WrongKind) };
         let Some(schedule) = &mut self.schedule else { return Verdict::Refused(Refusal::NotSynchronised) };
-        let &ModboatCycle { rotation, centerline, amplitude, transition, period } = motion;
+        let &ModboatCycle { rotation, centerline, amplitude, transition, period, law } = motion;
         let waveform = Waveform::new(centerline, amplitude, period);
-        let offered = SwimCycle::new(cycle.number, cycle.start, rotation, transition, waveform);
+        let offered = SwimCycle::new(cycle.number, cycle.start, rotation, (transition, law), waveform);
         on_the_wire(schedule.offer(now, offered, cycle.delivery))
     }
 

@@ -89,6 +89,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
     /// # Errors
     /// The output of the bridge that failed.
     pub fn search(&mut self, drive: f32) -> Result<(), ErrorOf<P, A, B>> {
+        self.servo.forget();
         self.bridge.drive(drive)
     }
 
@@ -112,7 +113,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
                 status.command = self.servo.tick(reference, pose, status.rate, current);
                 self.bridge.drive(status.command.drive)?;
             }
-            None => self.bridge.coast()?,
+            None => self.coast()?,
         }
         Ok(status)
     }
@@ -122,6 +123,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
     /// # Errors
     /// The output of the bridge that failed.
     pub fn coast(&mut self) -> Result<(), ErrorOf<P, A, B>> {
+        self.servo.forget();
         self.bridge.coast()
     }
 
@@ -130,6 +132,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
     /// # Errors
     /// The output of the bridge that failed.
     pub fn brake(&mut self) -> Result<(), ErrorOf<P, A, B>> {
+        self.servo.forget();
         self.bridge.brake()
     }
 
@@ -197,7 +200,13 @@ mod tests {
     fn swim(number: u32, start: u64, from: f32, rotation: f32, amplitude: f32, t_trans: u32) -> SwimCycle {
         let waveform =
             Waveform::new(Radians(from + rotation - amplitude), Radians(amplitude), MicrosSpan(1_500_000));
-        SwimCycle::new(number, Micros(start), Radians(rotation), MicrosSpan(t_trans), waveform)
+        SwimCycle::new(
+            number,
+            Micros(start),
+            Radians(rotation),
+            (MicrosSpan(t_trans), protocol::TransitionLaw::ConstantSpeed),
+            waveform,
+        )
     }
 
     #[test]
@@ -225,7 +234,13 @@ mod tests {
             let mut tail = rig.tail();
             let mut schedule = Schedule::new(Limits::default(), tail.locate().unwrap());
             let waveform = Waveform::new(Radians(-1.0 + rotation), Radians(0.0), MicrosSpan(1_500_000));
-            let cycle = SwimCycle::new(1, Micros(0), Radians(rotation), MicrosSpan(500_000), waveform);
+            let cycle = SwimCycle::new(
+                1,
+                Micros(0),
+                Radians(rotation),
+                (MicrosSpan(500_000), protocol::TransitionLaw::ConstantSpeed),
+                waveform,
+            );
             assert_eq!(schedule.offer(Micros(0), cycle, Delivery::Direct), Verdict::Accepted);
             let end_rad = -1.0 + f64::from(rotation);
             let (mut overshoot_rad, mut lag_rad, mut last_rad) = (0.0_f64, 0.0_f64, 0.0);

@@ -67,6 +67,7 @@ fn motion(index: usize) -> Option<Motion> {
         amplitude: Radians(-0.9 - angle),
         transition: MicrosSpan(500_000),
         period: MicrosSpan(1_500_000),
+        law: protocol::TransitionLaw::ConstantSpeed,
     }))
 }
 

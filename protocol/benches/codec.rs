@@ -25,6 +25,7 @@ fn codec(c: &mut Criterion) {
             amplitude: Radians(-2.6),
             transition: MicrosSpan(500_000),
             period: MicrosSpan(1_500_000),
+            law: protocol::TransitionLaw::ConstantSpeed,
         }),
         delivery: Delivery::Direct,
     });

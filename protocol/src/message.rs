@@ -152,6 +152,47 @@ pub struct ModboatCycle {
     pub transition: MicrosSpan,
     /// T.
     pub period: MicrosSpan,
+    /// How the transition goes through its time. On the wire it follows the whole message, and its absence means constant
+    /// speed: cycles of hosts that know no other law are read as before.
+    #[serde(skip)]
+    pub law: TransitionLaw,
+}
+
+/// The law of time of a transition, one for the whole fleet: φ = from + s(t)·(to − from). In the phase space of two tails a
+/// common s traces the same straight segment whatever it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum TransitionLaw {
+    /// s grows at constant speed: the paper's law (§II-E), with a jump of speed at both ends.
+    #[default]
+    ConstantSpeed,
+    /// s starts and ends at rest: constant acceleration for `ramp`, constant speed, constant deceleration for `ramp`.
+    RestToRest {
+        /// Length of each ramp, at most half of the transition.
+        ramp: MicrosSpan,
+    },
+}
+
+impl Message {
+    /// What is written behind the message: the law of time of a cycle's transition, unless it is constant speed.
+    pub(crate) const fn trailer(&self) -> Option<TransitionLaw> {
+        match self {
+            Self::Cycle(Cycle { motion: Motion::Modboat(ModboatCycle { law, .. }), .. }) => match law {
+                TransitionLaw::ConstantSpeed => None,
+                TransitionLaw::RestToRest { .. } => Some(*law),
+            },
+            _ => None,
+        }
+    }
+
+    /// The same with what was read behind it; `None` where nothing may stand.
+    pub(crate) fn with_trailer(mut self, trailer: TransitionLaw) -> Option<Self> {
+        match &mut self {
+            Self::Cycle(Cycle { motion: Motion::Modboat(cycle), .. }) => cycle.law = trailer,
+            _ => return None,
+        }
+        // One way to write each message: what would not be written is not read.
+        self.trailer().is_some().then_some(self)
+    }
 }
 
 /// Thrusts to hold until the lease ends.

@@ -263,7 +263,10 @@ fn seal<'a>(
     let too_small = EncodeError::BufferTooSmall { have: buffer.len() };
     let clear = header.write(buffer)?;
     let (head, rest) = buffer.split_at_mut_checked(clear).ok_or(too_small)?;
-    let length = postcard::to_slice(&(receipt, message), rest).map_err(|_| too_small)?.len();
+    let mut length = postcard::to_slice(&(receipt, message), rest).map_err(|_| too_small)?.len();
+    if let (Some(trailer), Some(behind)) = (message.trailer(), rest.get_mut(length..)) {
+        length = length.saturating_add(postcard::to_slice(&trailer, behind).map_err(|_| too_small)?.len());
+    }
     // Before anything is sealed: its number is given to another message if this one does not fit.
     if rest.len() < length.saturating_add(TAG).saturating_add(CHECKSUM) {
         return Err(too_small);
@@ -286,10 +289,15 @@ fn open(cipher: &ChaCha20Poly1305, frame: &Frame<'_>) -> Result<(Receipt, Messag
     cipher
         .decrypt_inout_detached(&nonce.into(), frame.clear, (&mut *plain).into(), &frame.tag.into())
         .map_err(|_| Class::Forged)?;
-    match postcard::take_from_bytes(plain) {
-        Ok((content, [])) => Ok(content),
-        _ => Err(Class::Corrupt),
-    }
+    let (receipt, message) = match postcard::take_from_bytes::<(Receipt, Message)>(plain) {
+        Ok((content, [])) => return Ok(content),
+        Ok(((receipt, message), behind)) => match postcard::take_from_bytes(behind) {
+            Ok((trailer, [])) => (receipt, message.with_trailer(trailer)),
+            _ => return Err(Class::Corrupt),
+        },
+        Err(_) => return Err(Class::Corrupt),
+    };
+    Ok((receipt, message.ok_or(Class::Corrupt)?))
 }
 
 #[cfg(test)]

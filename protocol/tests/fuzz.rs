@@ -56,7 +56,7 @@ proptest! {
     #[test]
     fn modboat_cycles_survive(
         number: u32, start: u64, rotation: f32, centerline: f32, amplitude: f32, transition: u32, period: u32,
-        prepare: bool,
+        prepare: bool, ramp in proptest::option::of(any::<u32>()),
     ) {
         let motion = Motion::Modboat(ModboatCycle {
             rotation: Radians(rotation),
@@ -64,6 +64,7 @@ proptest! {
             amplitude: Radians(amplitude),
             transition: MicrosSpan(transition),
             period: MicrosSpan(period),
+            law: ramp.map_or(TransitionLaw::ConstantSpeed, |ramp| TransitionLaw::RestToRest { ramp: MicrosSpan(ramp) }),
         });
         let delivery = if prepare { Delivery::Prepare } else { Delivery::Direct };
         let message = Message::Cycle(Cycle { number, start: Micros(start), motion, delivery });

@@ -96,6 +96,7 @@ fn cycle(number: u32, start: u64, amplitude: f32) -> Cycle {
         amplitude: Radians(amplitude),
         transition: MicrosSpan(500_000),
         period: MicrosSpan(1_500_000),
+        law: protocol::TransitionLaw::ConstantSpeed,
     };
     let motion = Motion::Modboat(motion);
     Cycle { number, start: Micros(start + AHEAD), motion, delivery: Delivery::Direct }

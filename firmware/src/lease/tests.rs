@@ -110,6 +110,7 @@ fn says_why_it_refuses() {
         amplitude: protocol::units::Radians(0.0),
         transition: MicrosSpan(0),
         period: MicrosSpan(1_000_000),
+        law: protocol::TransitionLaw::ConstantSpeed,
     };
     let motion = Motion::Modboat(boat);
     let boat = Cycle { number: 9, start: Micros(3_000), motion, delivery: Delivery::Direct };

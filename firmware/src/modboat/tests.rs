@@ -87,6 +87,7 @@ fn cycle(number: u32, start: u64, from: f64, amplitude: f32) -> Message {
         amplitude: Radians(amplitude),
         transition: MicrosSpan(0),
         period: MicrosSpan(1_500_000),
+        law: protocol::TransitionLaw::ConstantSpeed,
     });
     Message::Cycle(Cycle { number, start: Micros(start + AHEAD), motion, delivery: Delivery::Direct })
 }

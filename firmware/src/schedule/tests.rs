@@ -9,7 +9,13 @@ const T_TRANS: MicrosSpan = MicrosSpan(500_000);
 /// Cycle that ends at φ₀ + A and sets out from φ₀ + A − rotation.
 fn cycle(number: u32, start: u64, centerline: f32, amplitude: f32, rotation: f32) -> SwimCycle {
     let waveform = Waveform::new(Radians(centerline), Radians(amplitude), T);
-    SwimCycle::new(number, Micros(start), Radians(rotation), T_TRANS, waveform)
+    SwimCycle::new(
+        number,
+        Micros(start),
+        Radians(rotation),
+        (T_TRANS, protocol::TransitionLaw::ConstantSpeed),
+        waveform,
+    )
 }
 
 fn schedule() -> Schedule {
@@ -293,7 +299,7 @@ proptest! {
         for (bits, [number, t_trans, period], start, now, event) in offers {
             let [c, a, r] = bits.map(|b| Radians(f32::from_bits(b)));
             let waveform = Waveform::new(c, a, MicrosSpan(period));
-            let offered = SwimCycle::new(number, Micros(start), r, MicrosSpan(t_trans), waveform);
+            let offered = SwimCycle::new(number, Micros(start), r, (MicrosSpan(t_trans), protocol::TransitionLaw::ConstantSpeed), waveform);
             schedule.offer(Micros(now), offered, Delivery::Direct);
             match event % 8 {
                 0 => schedule.hold(Micros(now)),

@@ -99,6 +99,9 @@ struct Reply<'a> {
     error: f64,
     travel_rad: f64,
     clearance_m: Option<f64>,
+    /// Not said where nothing is guaranteed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    guarantee_m: Option<f64>,
     loss_tolerant: bool,
     planner: &'static str,
     solve_us: u64,
@@ -187,7 +190,16 @@ impl Stream {
             ));
         }
         let Plan {
-            outcome, cycle, transition, wrench, error, travel_rad, clearance_m, loss_tolerant, ..
+            outcome,
+            cycle,
+            transition,
+            wrench,
+            error,
+            travel_rad,
+            clearance_m,
+            guarantee_m,
+            loss_tolerant,
+            ..
         } = &plan;
         let reply = Reply {
             outcome: outcome.name(),
@@ -198,6 +210,7 @@ impl Stream {
             travel_rad: *travel_rad,
             // Alone, a module has nothing to be clear of; JSON has no infinity.
             clearance_m: clearance_m.is_finite().then_some(*clearance_m),
+            guarantee_m: guarantee_m.filter(|guarantee_m| guarantee_m.is_finite()),
             loss_tolerant: *loss_tolerant,
             planner: self.config.kind.name(),
             solve_us,

@@ -17,6 +17,7 @@ use std::f64::consts::TAU;
 use super::parameters::Parameters;
 use super::region::CollisionRegion;
 use super::tail::{TURN_MAX_RAD, Tail};
+use super::tube::{Errors, Tube};
 use outline::Segment;
 
 pub mod outline;
@@ -45,6 +46,9 @@ pub struct DistanceToCollision {
     offsets: Vec<[i32; 2]>,
     regions: Vec<CollisionRegion>,
     outlines: Vec<Vec<Outline>>,
+    errors: Errors,
+    /// The outlines of the regions dilated by each [`Tube`]'s box.
+    tubes: [Vec<Vec<Outline>>; 3],
 }
 
 impl DistanceToCollision {
@@ -56,13 +60,31 @@ impl DistanceToCollision {
         let regions = CollisionRegion::all(&tail, &offsets);
         let outlines =
             regions.iter().map(|r| r.polygons().iter().map(|p| Outline::new(p)).collect()).collect();
-        Self { tail, offsets, regions, outlines }
+        let errors = Errors::new(parameters);
+        let tubes = Tube::ALL.map(|tube| {
+            let dilate = |polygon: &Vec<[f64; 2]>| Outline::new(&errors.dilate(tube, polygon));
+            regions.iter().map(|region| region.polygons().iter().map(dilate).collect()).collect()
+        });
+        Self { tail, offsets, regions, outlines, errors, tubes }
     }
 
     /// The tail behind the regions.
     #[must_use]
     pub fn tail(&self) -> &Tail {
         &self.tail
+    }
+
+    /// How far tails may be off their planned angles.
+    #[must_use]
+    pub fn errors(&self) -> &Errors {
+        &self.errors
+    }
+
+    /// True if no pose of the tube about the motion is a collision: both tails anywhere within their errors of it.
+    #[must_use]
+    pub fn tube_clear(&self, tube: Tube, offset_index: usize, from: [f64; 2], to: [f64; 2]) -> bool {
+        let outlines = self.tubes[tube as usize].get(offset_index).map_or(&[][..], Vec::as_slice);
+        least(outlines, from, to, 0.0, 0.0) >= 0.0
     }
 
     /// The offsets cell_j − cell_i at which tails can touch, one of each ± pair. An offset's place is its `offset_index`.
@@ -80,19 +102,19 @@ impl DistanceToCollision {
     /// DoC of the motion from `from` to `to` (φᵢ, φⱼ), the least over all copies; rad. Exact. +∞ where nothing can touch.
     #[must_use]
     pub fn along(&self, offset_index: usize, from: [f64; 2], to: [f64; 2]) -> f64 {
-        self.least(offset_index, from, to, f64::INFINITY, f64::NEG_INFINITY)
+        least(self.at(offset_index), from, to, f64::INFINITY, f64::NEG_INFINITY)
     }
 
     /// The lesser of DoC and `cap_rad` (≥ 0): faster than [`Self::along`] for motions that are far from everything.
     #[must_use]
     pub fn along_capped(&self, offset_index: usize, from: [f64; 2], to: [f64; 2], cap_rad: f64) -> f64 {
-        self.least(offset_index, from, to, cap_rad.max(0.0), f64::NEG_INFINITY).min(cap_rad)
+        least(self.at(offset_index), from, to, cap_rad.max(0.0), f64::NEG_INFINITY).min(cap_rad)
     }
 
     /// True if the DoC is at least `margin_rad`. Leaves at the first copy that is nearer.
     #[must_use]
     pub fn clear(&self, offset_index: usize, from: [f64; 2], to: [f64; 2], margin_rad: f64) -> bool {
-        self.least(offset_index, from, to, margin_rad.max(0.0), margin_rad) >= margin_rad
+        least(self.at(offset_index), from, to, margin_rad.max(0.0), margin_rad) >= margin_rad
     }
 
     /// D(φ₀ᵢ, Aᵢ, φ₀ⱼ, Aⱼ): DoC of a swim cycle by waveform (1), which is the segment between φ₀ + A and φ₀ − A.
@@ -115,48 +137,51 @@ impl DistanceToCollision {
     pub fn along_bounded(&self, offset_index: usize, from: [f64; 2], to: [f64; 2], margin_rad: f64) -> f64 {
         let margin_rad = margin_rad.max(0.0);
         let mut best = f64::INFINITY;
-        let sound = self.against(offset_index, from, to, |outline, segment| {
+        let sound = against(self.at(offset_index), from, to, |outline, segment| {
             best = best.min(outline.bounded_over_copies(segment, margin_rad));
             true
         });
         if sound { best } else { f64::NEG_INFINITY }
     }
 
-    /// The least DoC if it is below `cap` (≥ 0), else `cap`; the first found below `enough` will do.
-    fn least(&self, offset_index: usize, from: [f64; 2], to: [f64; 2], cap: f64, enough: f64) -> f64 {
-        let mut best = cap;
-        let sound = self.against(offset_index, from, to, |outline, segment| {
-            best = outline.least_of_copies(segment, best, enough);
-            best >= enough
-        });
-        if sound { best } else { f64::NEG_INFINITY }
+    fn at(&self, offset_index: usize) -> &[Outline] {
+        self.outlines.get(offset_index).map_or(&[], Vec::as_slice)
     }
+}
 
-    /// Hands `look` each outline at that offset and the motion relative to its centre, start wrapped, as long as it
-    /// returns true. False if the motion is none that is looked at.
-    fn against(
-        &self,
-        offset_index: usize,
-        from: [f64; 2],
-        to: [f64; 2],
-        mut look: impl FnMut(&Outline, &Segment) -> bool,
-    ) -> bool {
-        let step = [to[0] - from[0], to[1] - from[1]];
-        // Said so that a NaN fails it too.
-        let sound = |k: usize| step[k].abs() <= TURN_MAX_RAD && from[k].abs() <= ANGLE_MAX_RAD;
-        if !(sound(0) && sound(1)) {
-            return false;
-        }
-        for outline in self.outlines.get(offset_index).map_or(&[][..], Vec::as_slice) {
-            let wrapped = [0, 1].map(|k| {
-                let off = from[k] - outline.centre[k];
-                off - TAU * f64::from(nearest_whole(off / TAU))
-            });
-            let segment = Segment::new(wrapped, [wrapped[0] + step[0], wrapped[1] + step[1]]);
-            if !look(outline, &segment) {
-                break;
-            }
-        }
-        true
+/// The least DoC against any of `outlines` if it is below `cap` (≥ 0), else `cap`; the first found below `enough` will do.
+fn least(outlines: &[Outline], from: [f64; 2], to: [f64; 2], cap: f64, enough: f64) -> f64 {
+    let mut best = cap;
+    let sound = against(outlines, from, to, |outline, segment| {
+        best = outline.least_of_copies(segment, best, enough);
+        best >= enough
+    });
+    if sound { best } else { f64::NEG_INFINITY }
+}
+
+/// Hands `look` each outline and the motion relative to its centre, start wrapped, until it returns false. False if the motion is
+/// none that is looked at.
+fn against(
+    outlines: &[Outline],
+    from: [f64; 2],
+    to: [f64; 2],
+    mut look: impl FnMut(&Outline, &Segment) -> bool,
+) -> bool {
+    let step = [to[0] - from[0], to[1] - from[1]];
+    // Said so that a NaN fails it too.
+    let sound = |k: usize| step[k].abs() <= TURN_MAX_RAD && from[k].abs() <= ANGLE_MAX_RAD;
+    if !(sound(0) && sound(1)) {
+        return false;
     }
+    for outline in outlines {
+        let wrapped = [0, 1].map(|k| {
+            let off = from[k] - outline.centre[k];
+            off - TAU * f64::from(nearest_whole(off / TAU))
+        });
+        let segment = Segment::new(wrapped, [wrapped[0] + step[0], wrapped[1] + step[1]]);
+        if !look(outline, &segment) {
+            break;
+        }
+    }
+    true
 }

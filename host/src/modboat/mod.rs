@@ -23,3 +23,4 @@ pub mod structure;
 pub mod table;
 pub mod tail;
 pub mod transition;
+pub mod tube;

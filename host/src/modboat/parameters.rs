@@ -39,7 +39,19 @@ pub struct Parameters {
     pub yaw_drag_n_m_s2: f64,
     /// Greatest speed of a tail relative to the body, rad/s. *Assumed.*
     pub tail_speed_max_rad_s: f64,
+    /// Greatest acceleration of a tail in a transition, rad/s². *Assumed*: with it a motor 20 % weaker than nominal still has
+    /// torque in hand at the speed of a transition.
+    pub tail_acceleration_max_rad_s2: f64,
+    /// Greatest error of a tail's servo about its reference, rad: what a module keeps, or stops at. *Measured* of the simulated
+    /// motor with 20 % of spread: 0.0125 (`sim::tracking`).
+    pub tracking_error_rad: f64,
+    /// Greatest error of a module's fleet time while it moves, s: one that is not sure within this starts no cycle
+    /// (`firmware::link::SURE_WITHIN`).
+    pub clock_error_s: f64,
 }
+
+/// Share of the tail's greatest speed that transitions are planned for. *Assumed*: a servo needs some in hand.
+pub const SPEED_SHARE: f64 = 0.8;
 
 impl Default for Parameters {
     fn default() -> Self {
@@ -58,6 +70,9 @@ impl Default for Parameters {
             drag_n_s2_m2: 4.5,
             yaw_drag_n_m_s2: 5e-4,
             tail_speed_max_rad_s: 13.0,
+            tail_acceleration_max_rad_s2: 100.0,
+            tracking_error_rad: 0.018,
+            clock_error_s: 0.002,
         }
     }
 }
@@ -69,6 +84,36 @@ impl Parameters {
     #[must_use]
     pub fn thrust_n(&self, amplitude_rad: f64) -> f64 {
         self.force_slope_n_rad * amplitude_rad.abs() - self.force_offset_n
+    }
+
+    /// Greatest speed of a tail in a transition, rad/s.
+    #[must_use]
+    pub fn transition_speed_rad_s(&self) -> f64 {
+        SPEED_SHARE * self.tail_speed_max_rad_s
+    }
+
+    /// Greatest speed 2π·A_max/T of a tail in waveform (1), rad/s.
+    #[must_use]
+    pub fn swing_speed_max_rad_s(&self) -> f64 {
+        self.amplitude_max_rad * std::f64::consts::TAU / self.period_s
+    }
+
+    /// Duration of a transition in which the longest rotation is `longest_rad`, and of each of its two ramps, s: as short as
+    /// speed v and acceleration α allow, from rest to rest.
+    ///
+    /// t_trans = Δφ/v + v/α, tᵣ = v/α   if Δφ ≥ v²/α,   otherwise   t_trans = 2·√(Δφ/α), tᵣ = t_trans/2
+    #[must_use]
+    pub fn transition_times_s(&self, longest_rad: f64) -> (f64, f64) {
+        let longest_rad = longest_rad.abs();
+        let (speed_rad_s, acceleration_rad_s2) =
+            (self.transition_speed_rad_s(), self.tail_acceleration_max_rad_s2);
+        let ramp_s = speed_rad_s / acceleration_rad_s2;
+        if longest_rad >= speed_rad_s * ramp_s {
+            (longest_rad / speed_rad_s + ramp_s, ramp_s)
+        } else {
+            let transition_s = 2.0 * (longest_rad / acceleration_rad_s2).sqrt();
+            (transition_s, 0.5 * transition_s)
+        }
     }
 
     /// Refuses what no Modboat can have, by the first offending key.
@@ -91,12 +136,13 @@ impl Parameters {
             ("drag_n_s2_m2", self.drag_n_s2_m2, "N·s²/m²"),
             ("yaw_drag_n_m_s2", self.yaw_drag_n_m_s2, "N·m·s²"),
             ("tail_speed_max_rad_s", self.tail_speed_max_rad_s, "rad/s"),
+            ("tail_acceleration_max_rad_s2", self.tail_acceleration_max_rad_s2, "rad/s²"),
         ] {
             if !value.is_finite() || value <= 0.0 {
                 return fail(key, value, unit, "must be a finite number greater than zero");
             }
-            if value > 1e3 {
-                return fail(key, value, unit, "must be at most 1000");
+            if value > 1e4 {
+                return fail(key, value, unit, "must be at most 10000");
             }
         }
         if !self.force_offset_n.is_finite() || self.force_offset_n < 0.0 {
@@ -124,8 +170,15 @@ impl Parameters {
             let reason = "tail length and width together must stay below the pitch";
             return fail("tail_length_m", self.tail_length_m, "m", reason);
         }
-        let peak_rad_s = self.amplitude_max_rad * std::f64::consts::TAU / self.period_s;
-        if peak_rad_s > self.tail_speed_max_rad_s {
+        for (key, value, unit) in [
+            ("tracking_error_rad", self.tracking_error_rad, "rad"),
+            ("clock_error_s", self.clock_error_s, "s"),
+        ] {
+            if !(0.0..=0.5).contains(&value) {
+                return fail(key, value, unit, "must be from 0 to 0.5");
+            }
+        }
+        if self.swing_speed_max_rad_s() > self.tail_speed_max_rad_s {
             let reason = "is below the peak speed 2π·amplitude_max_rad/period_s of the waveform (1)";
             return fail("tail_speed_max_rad_s", self.tail_speed_max_rad_s, "rad/s", reason);
         }

@@ -7,6 +7,7 @@
 //! Collisions are between two modules, so that it suffices to look at each pair with both moving, only i, only j.
 
 use super::motion::{Swing, Turn, Wrench};
+use super::setting::StepTime;
 
 /// What kind of decision a plan is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +45,8 @@ pub struct Plan {
     pub via_rad: Option<Vec<f64>>,
     /// How long the transition takes, s: both steps of it where it has two, zero where nobody moves.
     pub transition_s: f64,
+    /// The times of each of its steps; the second counts only where there are two.
+    pub step_times: [StepTime; 2],
     /// The wrench of the cycle by (7).
     pub wrench: Wrench,
     /// ‖w∘(F_des − F)‖ / ‖w∘F_des‖; for a zero demand ‖w∘F‖, N.
@@ -52,6 +55,10 @@ pub struct Plan {
     pub travel_rad: f64,
     /// Least distance between the surfaces of two tails over transition and cycle, m; +∞ if no two tails can meet.
     pub clearance_m: f64,
+    /// The same for tails that are as far off their planned angles as modules let them be (see [`tube`](super::tube)), m. `None`
+    /// where nothing is guaranteed: transitions at constant speed, angles that are not known. Not above zero only where tails that
+    /// stopped too near each other part.
+    pub guarantee_m: Option<f64>,
     /// True if the demand lies outside the envelope, so that nothing could have met it; the wrench is then the farthest
     /// found in its direction.
     pub outside_envelope: bool,

@@ -119,7 +119,7 @@ impl Planner {
             .map(|pose| if pose.is_some() { Presence::Takes } else { Presence::Absent })
             .collect();
         for &offset in distance.offsets() {
-            let reach = Reach::new(distance.tail(), offset);
+            let reach = Reach::new(distance, offset);
             for (i, j) in structure.neighbours(offset) {
                 match (poses_rad.get(i).copied().flatten(), poses_rad.get(j).copied().flatten()) {
                     (Some(pose), None) if !reach.clears_i(pose) => presence[i] = Presence::Stays(pose),

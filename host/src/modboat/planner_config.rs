@@ -40,6 +40,18 @@ impl LossTolerance {
     }
 }
 
+/// By which law of time tails turn in a transition.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LawOfTime {
+    /// From rest to rest, within speed and acceleration of the tail. Plans keep the whole tube free (see [`tube`](super::tube)).
+    #[default]
+    RestToRest,
+    /// The paper's: constant speed, in the same time whatever the turn. No motor follows its jumps of speed, so plans keep the
+    /// margins below about planned angles, and nothing is guaranteed.
+    ConstantSpeed,
+}
+
 /// Settings of Algorithm 1 and of what surrounds it. The paper gives the weights; the rest is *assumed*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -58,14 +70,17 @@ pub struct PlannerConfig {
     pub step_rad: f64,
     /// Step in the last epoch, rad; it shrinks geometrically from epoch to epoch (the paper's is fixed).
     pub last_step_rad: f64,
-    /// Least distance to collision of every pair in a swim cycle, rad. Covers the lag of the tail servo. With the default
+    /// `"rest-to-rest"` or `"constant-speed"`; if nothing is said, the latter with the potential field, as in the paper.
+    pub transition_law: Option<LawOfTime>,
+    /// Least distance to collision of every pair in a swim cycle of the potential field, rad. Covers the lag of the tail servo. With the default
     /// geometry 0.2 rad keep tails 16 mm apart and cost no accuracy.
     pub margin_rad: f64,
-    /// The same in a transition, rad. Here a margin costs choice: of 2000 pairs of random cycles for 5 × 5 modules 96.2 %
+    /// The same in a transition at constant speed, rad. Here a margin costs choice: of 2000 pairs of random cycles for 5 × 5 modules 96.2 %
     /// have a transition with 0.2 rad, 99.1 % with 0.1 rad, 99.5 % with 0.05 rad, 99.9 % with none. With the default
     /// geometry 0.05 rad keep tails 4 mm apart, and 25 modules in the tank do not touch.
     pub transition_margin_rad: f64,
-    /// Least distance to collision of two neighbours that swim a cycle of the exact planner together, rad. Tails that swim
+    /// Least distance to collision of two neighbours that swim a cycle of the exact planner together, rad, where transitions go at
+    /// constant speed. Tails that swim
     /// in step lag in step, along the very segment that is kept clear, so that less is needed than by a search that may
     /// turn any tail in between. Free rest poses leave 0.12 rad to have.
     pub swim_margin_rad: f64,
@@ -95,6 +110,7 @@ impl Default for PlannerConfig {
             stages: [4, 10, 4],
             step_rad: 0.15,
             last_step_rad: 0.005,
+            transition_law: None,
             margin_rad: 0.2,
             transition_margin_rad: 0.05,
             swim_margin_rad: 0.1,
@@ -109,6 +125,15 @@ impl Default for PlannerConfig {
 }
 
 impl PlannerConfig {
+    /// The law of time that transitions follow.
+    #[must_use]
+    pub fn law(&self) -> LawOfTime {
+        self.transition_law.unwrap_or(match self.kind {
+            PlannerKind::Exact => LawOfTime::RestToRest,
+            PlannerKind::PotentialField => LawOfTime::ConstantSpeed,
+        })
+    }
+
     /// Refuses what the planner cannot work with, by the first offending key.
     ///
     /// # Errors

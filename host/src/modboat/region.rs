@@ -79,6 +79,12 @@ impl CollisionRegion {
         Self { offset, centre, polygons: polygons.collect() }
     }
 
+    /// From a polygon that is placed already, for tests of what is made of polygons.
+    #[cfg(test)]
+    pub(super) fn placed_at(offset: [i32; 2], polygon: Vec<[f64; 2]>) -> Self {
+        Self { offset, centre: centre(offset), polygons: vec![polygon] }
+    }
+
     /// The lattice offset cell_j − cell_i.
     #[must_use]
     pub fn offset(&self) -> [i32; 2] {

@@ -11,10 +11,10 @@ use super::motion::{Swing, Turn, Wrench};
 use super::pairs::{Pair, Pairs};
 use super::parameters::Parameters;
 use super::plan::{Outcome, Plan};
-use super::planner_config::PlannerConfig;
+use super::planner_config::{LawOfTime, PlannerConfig};
 use super::structure::Structure;
-use super::tail::Tail;
 use super::transition::STILL_RAD;
+use super::tube::{SLOW_RAD_S, Tube};
 use crate::quantity::wrap_rad;
 
 /// A cycle "starts where the tails are" if none is further away than this, rad.
@@ -22,6 +22,9 @@ const THERE_RAD: f64 = 0.1;
 
 /// A pair that rests nearer to a collision than a transition's margin may come no nearer than this share of it.
 const REST_SHARE: f64 = 0.9;
+
+/// The slow tube is a box: its corner is this many times as far away as its side.
+const NARROW_SHARE: f64 = std::f64::consts::SQRT_2;
 
 pub use tolerance::Presence;
 
@@ -56,16 +59,18 @@ pub struct Setting {
 pub struct Reach {
     /// Direction from i to j, rad from x_S.
     pub towards_rad: f64,
-    /// Greatest angle off it of tail i, or off the opposite of tail j, at which they can touch, rad.
+    /// Greatest planned angle off it of tail i, or off the opposite of tail j, at which they can touch: by geometry, and e_s beyond
+    /// it, rad.
     pub within_rad: f64,
 }
 
 impl Reach {
-    /// Of tails of this kind.
+    /// Between two modules at that offset.
     #[must_use]
-    pub fn new(tail: &Tail, offset: [i32; 2]) -> Self {
+    pub fn new(distance: &DistanceToCollision, offset: [i32; 2]) -> Self {
         let [col, row] = offset.map(f64::from);
-        Self { towards_rad: row.atan2(col), within_rad: tail.reach_rad(offset) }
+        let within_rad = distance.tail().reach_rad(offset) + distance.errors().tracking_rad();
+        Self { towards_rad: row.atan2(col), within_rad: within_rad.min(PI) }
     }
 
     /// Whether tail i is out of j's reach at this angle, wherever tail j is.
@@ -106,8 +111,19 @@ pub struct Approach {
     pub turns: Vec<Turn>,
     /// Where the tails are between its two steps, if it has two.
     pub via_rad: Option<Vec<f64>>,
-    /// How long it takes if anybody moves, s.
-    pub transition_s: f64,
+    /// How long each step takes, and each of its ramps; the second counts only if there are two.
+    pub times: [StepTime; 2],
+    /// It turns slowly, out of a place too narrow for the usual tube.
+    pub slow: bool,
+}
+
+/// The times of one step of a transition.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepTime {
+    /// All of it, s.
+    pub duration_s: f64,
+    /// Each of the two ramps from and to rest, s; zero at constant speed.
+    pub ramp_s: f64,
 }
 
 impl Approach {
@@ -115,6 +131,17 @@ impl Approach {
     #[must_use]
     pub fn is_still(&self) -> bool {
         self.via_rad.is_none() && self.turns.iter().all(|turn| turn.rotation_rad().abs() < STILL_RAD)
+    }
+
+    /// How long it takes, s: both steps of it where it has two, zero where nothing moves.
+    #[must_use]
+    pub fn transition_s(&self) -> f64 {
+        let [first, second] = self.times;
+        match &self.via_rad {
+            Some(_) => first.duration_s + second.duration_s,
+            None if self.is_still() => 0.0,
+            None => first.duration_s,
+        }
     }
 
     /// Σ |rotation|, over both steps where there are two, rad.
@@ -163,7 +190,7 @@ impl Setting {
             cells: structure.cells().to_vec(),
             positions_m: structure.positions_m(parameters.pitch_m),
             pairs,
-            reaches: distance.offsets().iter().map(|&offset| Reach::new(distance.tail(), offset)).collect(),
+            reaches: distance.offsets().iter().map(|&offset| Reach::new(&distance, offset)).collect(),
             distance,
             presence: vec![Presence::Takes; structure.len()],
             before_rad: Vec::new(),
@@ -184,18 +211,75 @@ impl Setting {
         self.parameters.tail_speed_max_rad_s * self.parameters.transition_s
     }
 
-    /// Whether two neighbours at that offset index keep a transition's margin while both turn from `from_rad` to `to_rad`. One
-    /// that stopped a little inside the margin must be able to leave it.
+    /// Whether two neighbours at that offset index may turn from `from_rad` to `to_rad` together, in the usual time.
     #[must_use]
     pub fn may_turn(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        let margin_rad = self.config.transition_margin_rad;
-        if self.distance.clear(offset, from_rad, to_rad, margin_rad) {
-            return true;
+        match self.config.law() {
+            LawOfTime::RestToRest => {
+                let moves = [0, 1].map(|k| (to_rad[k] - from_rad[k]).abs() >= STILL_RAD);
+                self.distance.tube_clear(Tube::of(moves), offset, from_rad, to_rad)
+            }
+            LawOfTime::ConstantSpeed => {
+                let margin_rad = self.config.transition_margin_rad;
+                self.distance.clear(offset, from_rad, to_rad, margin_rad)
+                    || self.may_leave(offset, from_rad, to_rad, margin_rad)
+            }
         }
+    }
+
+    /// Whether they may do so slowly, from a place too narrow for the usual tube.
+    #[must_use]
+    pub fn may_turn_slowly(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        self.config.law() == LawOfTime::RestToRest
+            && (self.distance.tube_clear(Tube::Slow, offset, from_rad, to_rad)
+                || self.may_leave(
+                    offset,
+                    from_rad,
+                    to_rad,
+                    NARROW_SHARE * self.distance.errors().of(Tube::Slow),
+                ))
+    }
+
+    /// Tails that stopped nearer to each other than `margin_rad` must be able to part: hardly nearer on the way.
+    fn may_leave(&self, offset: usize, from_rad: [f64; 2], to_rad: [f64; 2], margin_rad: f64) -> bool {
         let rest_rad = self.distance.along(offset, from_rad, from_rad);
         rest_rad > 0.0
             && rest_rad < margin_rad
             && self.distance.clear(offset, from_rad, to_rad, REST_SHARE * rest_rad)
+    }
+
+    /// Whether two neighbours of which these move keep free of each other in a swim cycle.
+    #[must_use]
+    pub fn may_swim(&self, offset: usize, moves: [bool; 2], [from_rad, to_rad]: [[f64; 2]; 2]) -> bool {
+        match self.config.law() {
+            LawOfTime::RestToRest => self.distance.tube_clear(Tube::of(moves), offset, from_rad, to_rad),
+            LawOfTime::ConstantSpeed => {
+                self.distance.clear(offset, from_rad, to_rad, self.config.swim_margin_rad)
+            }
+        }
+    }
+
+    /// Times of one step in which the longest rotation is `longest_rad`.
+    #[must_use]
+    pub fn step_time(&self, longest_rad: f64, slow: bool) -> StepTime {
+        match self.config.law() {
+            LawOfTime::RestToRest => {
+                let (duration_s, ramp_s) = self.parameters.transition_times_s(longest_rad);
+                // Slower by a common factor: the speed in that proportion, the acceleration in its square.
+                let longer =
+                    if slow { (self.parameters.transition_speed_rad_s() / SLOW_RAD_S).max(1.0) } else { 1.0 };
+                StepTime { duration_s: longer * duration_s, ramp_s: longer * ramp_s }
+            }
+            LawOfTime::ConstantSpeed => StepTime { duration_s: self.parameters.transition_s, ramp_s: 0.0 },
+        }
+    }
+
+    /// These turns in one step, in the usual time.
+    #[must_use]
+    pub fn one_step(&self, turns: Vec<Turn>) -> Approach {
+        let longest_rad = turns.iter().map(|turn| turn.rotation_rad().abs()).fold(0.0, f64::max);
+        let times = [self.step_time(longest_rad, false), StepTime::default()];
+        Approach { turns, via_rad: None, times, slow: false }
     }
 
     /// The wrench of a cycle by (7).
@@ -237,8 +321,11 @@ impl Setting {
         if !self.minds_the_absent(&steps, &cycle) {
             return None;
         }
-        // Not "≤ 0": a NaN is no clearance either.
-        if clearance_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+        let slow = approach.as_ref().is_some_and(|approach| approach.slow);
+        let guarantee_m = self.guarantee_m(&steps, slow, &cycle);
+        // Out of a place too narrow for any tube the plan itself has to do. Not "≤ 0": a NaN is no clearance either.
+        let kept_m = guarantee_m.filter(|_| !slow).unwrap_or(clearance_m).min(clearance_m);
+        if kept_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
         let loss_tolerant = tails.is_some_and(|tails| self.loss_tolerant(&steps, &cycle, tails));
@@ -246,8 +333,9 @@ impl Setting {
         let wrench = self.wrench(&cycle);
         let approach = approach.filter(|approach| !approach.is_still());
         let (travel_rad, transition_s) =
-            approach.as_ref().map_or((0.0, 0.0), |approach| (approach.travel_rad(), approach.transition_s));
-        let (transition, via_rad) = approach.map_or((None, None), |a| (Some(a.turns), a.via_rad));
+            approach.as_ref().map_or((0.0, 0.0), |approach| (approach.travel_rad(), approach.transition_s()));
+        let (transition, via_rad, step_times) = approach
+            .map_or((None, None, <[StepTime; 2]>::default()), |a| (Some(a.turns), a.via_rad, a.times));
         Some(Plan {
             outcome,
             error: self.error(demand, wrench),
@@ -255,9 +343,11 @@ impl Setting {
             transition,
             via_rad,
             transition_s,
+            step_times,
             wrench,
             travel_rad,
             clearance_m,
+            guarantee_m,
             outside_envelope: false,
             loss_tolerant,
             power_tolerant,
@@ -281,8 +371,7 @@ impl Setting {
                 Turn { from_rad, to_rad: if still { from_rad } else { from_rad + rotation_rad } }
             })
             .collect();
-        let approach = Approach { turns, via_rad: None, transition_s: self.parameters.transition_s };
-        self.examine(Outcome::Repeated, previous.to_vec(), Some(approach), Some(tails), demand)
+        self.examine(Outcome::Repeated, previous.to_vec(), Some(self.one_step(turns)), Some(tails), demand)
     }
 
     /// Everybody holds still: at the present angles, or at the end of the previous cycle, or at zero.
@@ -302,10 +391,12 @@ impl Setting {
             transition: None,
             via_rad: None,
             transition_s: 0.0,
+            step_times: <[StepTime; 2]>::default(),
             wrench: Wrench::default(),
             error: if demand == Wrench::default() { 0.0 } else { 1.0 },
             travel_rad: 0.0,
             clearance_m,
+            guarantee_m: tails.and_then(|_| self.guarantee_m(&[], false, &cycle)),
             outside_envelope: false,
             loss_tolerant: tails.is_some() && clearance_m > 0.0,
             power_tolerant: tails.is_some() && clearance_m > 0.0,
@@ -323,16 +414,49 @@ impl Setting {
         })
     }
 
+    /// Least distance between the surfaces of two tails that modules keep in these motions, whatever their errors, m; `None` where
+    /// transitions go at constant speed, which no motor follows.
+    fn guarantee_m(&self, steps: &[Vec<Turn>], slow: bool, cycle: &[Swing]) -> Option<f64> {
+        if self.config.law() == LawOfTime::ConstantSpeed {
+            return None;
+        }
+        let (distance, offsets) = (&self.distance, self.distance.offsets());
+        let error_rad = |tube: Tube| distance.errors().of(tube);
+        let mut least_m = f64::INFINITY;
+        for pair in self.pairs.all().iter().filter(|pair| !self.is_unknown(pair)) {
+            let mut keep = |tube: Tube, [from, to]: [[f64; 2]; 2]| {
+                let offset = offsets[pair.offset];
+                least_m = distance.tail().tube_clearance_m(offset, from, to, error_rad(tube), least_m);
+            };
+            for turns in steps {
+                let moves = [pair.i, pair.j].map(|m| turns[m].rotation_rad().abs() >= STILL_RAD);
+                let tube = match Tube::of(moves) {
+                    Tube::Both if slow => Tube::Slow,
+                    tube => tube,
+                };
+                keep(tube, turn_ends(turns, pair));
+            }
+            let moves = [pair.i, pair.j].map(|m| cycle[m].amplitude_rad != 0.0);
+            keep(Tube::of(moves), swim_ends(cycle, pair));
+        }
+        Some(least_m)
+    }
+
     /// Whether each pair stays clear with only i moving, and with only j; both moving is known to be. Of two steps a module
     /// may miss both, or the second: then it rests between them.
     fn loss_tolerant(&self, steps: &[Vec<Turn>], cycle: &[Swing], tails: &[f64]) -> bool {
         let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
+        let error_rad =
+            (self.config.law() == LawOfTime::RestToRest).then(|| self.distance.errors().of(Tube::One));
         // Beside a tail that nobody knows nothing changes if a plan is missed.
         self.pairs.all().iter().filter(|pair| !self.is_unknown(pair)).all(|pair| {
             let offset = offsets[pair.offset];
+            let free = |from: [f64; 2], to: [f64; 2]| match error_rad {
+                Some(error_rad) => tail.tube_clearance_m(offset, from, to, error_rad, f64::INFINITY) > 0.0,
+                None => !tail.collides_along(offset, from, to),
+            };
             let clear = |rest: [f64; 2], [from, to]: [[f64; 2]; 2]| {
-                !tail.collides_along(offset, [from[0], rest[1]], [to[0], rest[1]])
-                    && !tail.collides_along(offset, [rest[0], from[1]], [rest[0], to[1]])
+                free([from[0], rest[1]], [to[0], rest[1]]) && free([rest[0], from[1]], [rest[0], to[1]])
             };
             let rest = [tails[pair.i], tails[pair.j]];
             let between = match steps {

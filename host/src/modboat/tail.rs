@@ -16,6 +16,8 @@
 //! Assumptions: rigid tails in one horizontal plane; a tail meets tails only, never a hull. The paper leaves tail
 //! geometry to its reference \[9\]; the capsule and its measures are *assumed*.
 
+use std::f64::consts::TAU;
+
 use super::parameters::Parameters;
 
 /// How exact [`Tail::clearance_along_m`] is, m.
@@ -209,6 +211,81 @@ impl Tail {
     #[must_use]
     pub fn collides_along(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
         !self.clears_along(offset, from_rad, to_rad, 0.0)
+    }
+
+    /// Least clearance over the tube about the motion from `from` to `to`: both tails anywhere within ±`error_rad` of where they
+    /// are planned to be, or `known_m` if it is not below that, m. Exact to [`CLEARANCE_TOLERANCE_M`] where it is below
+    /// D − L − w, the distance from a tip to the other's axis.
+    ///
+    /// The tube is a hexagon in phase space. The poses closer than some distance r < D − L are a connected set about the pose in
+    /// which the tails point at each other (see [`region`](super::region)), so that within a hexagon without that pose the
+    /// clearance is least on its edges.
+    #[must_use]
+    pub fn tube_clearance_m(
+        &self,
+        offset: [i32; 2],
+        from_rad: [f64; 2],
+        to_rad: [f64; 2],
+        error_rad: f64,
+        known_m: f64,
+    ) -> f64 {
+        let step = [0, 1].map(|k| to_rad[k] - from_rad[k]);
+        if self.points_at_each_other(offset, from_rad, step, error_rad) {
+            return known_m.min(-self.width_m);
+        }
+        // Corners of the box in the direction of the motion: ahead, to either side, behind.
+        let ahead = [0, 1].map(|k| if step[k] < 0.0 { -error_rad } else { error_rad });
+        let at = |pose: [f64; 2], signs: [f64; 2]| [0, 1].map(|k| pose[k] + signs[k] * ahead[k]);
+        let (behind, left, right, front) = ([-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]);
+        let corners = [
+            at(from_rad, left),
+            at(to_rad, left),
+            at(to_rad, front),
+            at(to_rad, right),
+            at(from_rad, right),
+            at(from_rad, behind),
+            at(from_rad, left),
+        ];
+        corners
+            .windows(2)
+            .fold(known_m, |least_m, edge| self.least_along_m(offset, edge[0], edge[1], least_m))
+    }
+
+    /// Whether the pose in which the tails point at each other lies in the tube. So does a motion that is none.
+    fn points_at_each_other(
+        &self,
+        offset: [i32; 2],
+        from_rad: [f64; 2],
+        step: [f64; 2],
+        error_rad: f64,
+    ) -> bool {
+        let axis = f64::from(offset[1]).atan2(f64::from(offset[0]));
+        let centre = [axis, axis + std::f64::consts::PI];
+        let sound = |k: usize| step[k].abs() <= TURN_MAX_RAD && from_rad[k].is_finite();
+        if !(sound(0) && sound(1)) {
+            return true;
+        }
+        // The copies within the span of each angle.
+        let copies = |k: usize| {
+            let (low, high) = (step[k].min(0.0) - error_rad, step[k].max(0.0) + error_rad);
+            let off = (centre[k] - from_rad[k] - low).rem_euclid(TAU) + low;
+            std::iter::successors(Some(off), |off| Some(off + TAU)).take_while(move |&off| off <= high)
+        };
+        // The stretch of the motion in which angle k is within its error of that copy.
+        let during = |k: usize, off: f64| {
+            if step[k] == 0.0 {
+                return if off.abs() <= error_rad { [0.0, 1.0] } else { [1.0, 0.0] };
+            }
+            let ends = [(off - error_rad) / step[k], (off + error_rad) / step[k]];
+            [ends[0].min(ends[1]).max(0.0), ends[0].max(ends[1]).min(1.0)]
+        };
+        copies(0).any(|i| {
+            let first = during(0, i);
+            copies(1).any(|j| {
+                let second = during(1, j);
+                first[0].max(second[0]) <= first[1].min(second[1])
+            })
+        })
     }
 
     /// The least clearance if it is below `known_m`, or the first one found below `enough_m`.

@@ -12,7 +12,7 @@ use super::lines::{self, Point};
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
 use super::style;
 use crate::quantity::wrap_rad;
-use crate::run::record::{CycleRecord, RunRecord};
+use crate::run::record::{CycleRecord, RunRecord, share_turned};
 
 /// Width of the picture, px.
 const WIDTH: f64 = 1200.0;
@@ -145,16 +145,28 @@ impl Curves {
 
             curves.centerlines.push((swim_s, end_s, centre_rad));
             let mut planned = Vec::new();
-            if cycle.transition_s > 0.0 {
-                planned.push((cycle.start_s, start_rad - turn.rotation_rad()));
-            }
-            if let Some(via) = &cycle.via
-                && let Some(&via_rad) = via.via_rad.get(module)
-            {
-                let (there_s, via_rad) = (cycle.start_s + via.turning_s, start_rad - (turn.to_rad - via_rad));
-                planned.extend([(there_s, via_rad), (there_s + via.rest_s, via_rad)]);
-            }
             const STEPS: u32 = 48;
+            let mut turning = |start_s: f64, length_s: f64, ramp_s: f64, [from_rad, to_rad]: [f64; 2]| {
+                planned.extend((0..=STEPS).map(|n| {
+                    let t_s = length_s * f64::from(n) / f64::from(STEPS);
+                    (start_s + t_s, from_rad + (to_rad - from_rad) * share_turned(length_s, ramp_s, t_s))
+                }));
+            };
+            // As they end at the start of the swim.
+            let shown = |rad: f64| start_rad - (turn.to_rad - rad);
+            match &cycle.via {
+                Some(via) => {
+                    let via_rad = shown(via.via_rad.get(module).copied().unwrap_or(turn.from_rad));
+                    turning(cycle.start_s, via.turning_s, cycle.ramps_s[0], [shown(turn.from_rad), via_rad]);
+                    let second_s = cycle.start_s + via.turning_s + via.rest_s;
+                    turning(second_s, swim_s - second_s, cycle.ramps_s[1], [via_rad, start_rad]);
+                }
+                None if cycle.transition_s > 0.0 => {
+                    let ends_rad = [shown(turn.from_rad), start_rad];
+                    turning(cycle.start_s, cycle.transition_s, cycle.ramps_s[0], ends_rad);
+                }
+                None => {}
+            }
             planned.extend((0..=STEPS).map(|n| {
                 let share = f64::from(n) / f64::from(STEPS);
                 let angle_rad = centre_rad + swing.amplitude_rad * (TAU * share).cos();
@@ -301,7 +313,7 @@ mod tests {
         record.cycles[0].via = Some(ViaRecord { via_rad: vec![0.0, via_rad], turning_s: 0.1, rest_s: 0.2 });
         let planned = &Curves::new(&record, 1).planned[0];
         // From, there, still there, and where the swim begins; all shifted alike.
-        let [from, there, still, to] = [0, 1, 2, 3].map(|k| planned[k]);
+        let [from, there, still, to] = [0, 48, 49, 97].map(|k| planned[k]);
         for (seen, (t_s, rad)) in [from, there, still, to].iter().zip([
             (0.0, before.from_rad),
             (0.1, via_rad),

@@ -362,8 +362,7 @@ impl<A: Copy> Pilot<A> {
             .transition
             .clone()
             .unwrap_or_else(|| poses.iter().map(|&pose| Turn { from_rad: pose, to_rad: pose }).collect());
-        let speed_max_rad_s = self.scenario.modboat.tail_speed_max_rad_s;
-        let (via, transition) = steps(&plan, &turns, speed_max_rad_s);
+        let (via, transition) = steps(&plan, &turns);
         let number = self.decisions.last().map_or(1, |decision| decision.last_number() + 1);
         let decision =
             Decision { number, start, transition, via, period, demand, missing, turns, plan, solve_us };

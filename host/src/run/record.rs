@@ -37,6 +37,8 @@ pub struct CycleRecord {
     pub start_s: f64,
     /// Length of its transition, s, with both steps and the rest between them where it has two (0: none needed).
     pub transition_s: f64,
+    /// Length of each ramp from and to rest in each step of it, s; zero at constant speed.
+    pub ramps_s: [f64; 2],
     /// Length of its swim cycle, s.
     pub period_s: f64,
     /// "planned", "repeated" or "held".
@@ -55,6 +57,8 @@ pub struct CycleRecord {
     pub outside_envelope: bool,
     /// Least distance between the surfaces of two tails over transition and cycle as planned, m.
     pub clearance_m: f64,
+    /// The same for tails as far off their planned angles as modules let them be, m; `None` where nothing is guaranteed.
+    pub guarantee_m: Option<f64>,
     /// Time the planner took, µs.
     pub solve_us: u64,
     /// Each module's swim cycle.
@@ -78,6 +82,24 @@ pub struct ViaRecord {
     pub turning_s: f64,
     /// How long it rests then, s.
     pub rest_s: f64,
+}
+
+/// s(t) of a transition's step that takes `duration_s` with ramps of `ramp_s`, 0 to 1: the share of every rotation that is done `t_s`
+/// after its start (`firmware::transition`).
+#[must_use]
+pub fn share_turned(duration_s: f64, ramp_s: f64, t_s: f64) -> f64 {
+    let left_s = duration_s - t_s;
+    if t_s <= 0.0 {
+        0.0
+    } else if left_s <= 0.0 {
+        1.0
+    } else if t_s < ramp_s {
+        t_s * t_s / (2.0 * ramp_s * (duration_s - ramp_s))
+    } else if left_s < ramp_s {
+        1.0 - left_s * left_s / (2.0 * ramp_s * (duration_s - ramp_s))
+    } else {
+        (t_s - 0.5 * ramp_s) / (duration_s - ramp_s)
+    }
 }
 
 /// Everything that was measured in one run.

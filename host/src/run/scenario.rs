@@ -23,9 +23,11 @@ use crate::toml_lines::{self, Lengths, line_at, line_of};
 pub use built_in::BUILT_IN;
 use leg::LegTable;
 pub use leg::{Demand, Leg};
+use tracking::tail_is_kept;
 
 mod built_in;
 mod leg;
+mod tracking;
 
 /// Everything a run needs to know.
 #[derive(Clone, Debug)]
@@ -252,6 +254,8 @@ impl Scenario {
         parsed.clock.validate().map_err(|error| number("clock", error))?;
         parsed.mocap.validate().map_err(|error| number("mocap", error))?;
         parsed.radio.validate().map_err(|error| number("radio", error))?;
+        tail_is_kept(&parsed.modboat, &parsed.motor, &parsed.planner)
+            .map_err(|message| at(&["motor"], message))?;
         let shortest_s = parsed.modboat.period_s;
         let ranges = [
             (

@@ -23,6 +23,7 @@ pub mod remote;
 pub mod rov;
 pub mod tank;
 pub mod thrust;
+pub mod tracking;
 
 #[cfg(test)]
 mod tests;

@@ -147,16 +147,6 @@ impl<R: Radio> SimModule<R> {
     pub fn new(setup: &Setup<'_>, radio: R, host: R::Address) -> Result<Self, ModuleError> {
         let mut node = Node::new(setup.seed, setup.clock, radio, host);
         let motor = setup.motor;
-        // The current that the torque limit stands for.
-        let stall = motor.stall_current_a() as f32;
-        let servo = ServoParameters {
-            no_load_speed: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
-            time_constant_s: motor.time_constant_s as f32,
-            speed_max: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
-            stall_current: Amperes(stall),
-            interval: TICK,
-            ..ServoParameters::default()
-        };
         let zero_counts = motor.encoder_offset_counts();
         let build = Build {
             id: setup.id,
@@ -164,9 +154,9 @@ impl<R: Radio> SimModule<R> {
             key: setup.key.clone(),
             report_every: setup.report_every,
             limits: limits_of(setup.modboat),
-            servo,
+            servo: servo_for(motor),
             mounting: Mounting { zero_counts, reversed: false },
-            motor: motor.clone(),
+            motor: motor.drawn(setup.seed),
         };
         let (motor, _) = SimMotor::new(&build.motor, setup.tail_rad)?;
         // A module that cannot be built says so now, not when it boots.
@@ -251,6 +241,19 @@ impl<R: Radio> SimModule<R> {
     /// Datagrams that came while it had no power.
     pub fn unheard(&self) -> u64 {
         self.node.unheard()
+    }
+}
+
+/// What the firmware is told of a motor like this.
+pub(super) fn servo_for(motor: &MotorParameters) -> ServoParameters {
+    ServoParameters {
+        no_load_speed: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
+        time_constant_s: motor.time_constant_s as f32,
+        speed_max: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
+        // The current that the torque limit stands for.
+        stall_current: Amperes(motor.stall_current_a() as f32),
+        interval: TICK,
+        ..ServoParameters::default()
     }
 }
 

@@ -14,6 +14,8 @@ use std::rc::Rc;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use plant::{Constants, Motor};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::TailState;
@@ -22,6 +24,9 @@ use crate::quantity::{Range, check_ranges};
 
 /// Duty cycle of a motor that is always on.
 pub const MAX_DUTY: u16 = 10_000;
+
+/// Greatest spread of motors.
+pub const SPREAD_MAX: f64 = 0.2;
 
 /// Counts of the absolute encoder in one turn (12 bits).
 pub const ENCODER_COUNTS: u16 = 4096;
@@ -44,6 +49,9 @@ pub struct MotorParameters {
     pub torque_constant_n_m_a: f64,
     /// What the encoder reads at φ = 0, rad: how the magnet happens to sit on the shaft.
     pub encoder_offset_rad: f64,
+    /// Every module has its own motor: no-load speed, time constant, torque limit and drag each differ by at most this share
+    /// from what stands here, which is what its firmware is told. *Assumed.*
+    pub spread: f64,
     /// Whether the bridge shorts the winding while the board is in reset: its two inputs are pulled up, by a resistor each. Otherwise
     /// the tail coasts.
     pub reset_brakes: bool,
@@ -67,6 +75,7 @@ impl Default for MotorParameters {
             tail_drag_n_m_s2,
             torque_constant_n_m_a,
             encoder_offset_rad: 0.0,
+            spread: 0.0,
             reset_brakes: true,
         }
     }
@@ -86,7 +95,34 @@ impl MotorParameters {
             ("tail_drag_n_m_s2", self.tail_drag_n_m_s2, "N·m·s²", Range::NonNegative),
             ("torque_constant_n_m_a", self.torque_constant_n_m_a, "N·m/A", Range::Positive),
             ("encoder_offset_rad", self.encoder_offset_rad, "rad", Range::Finite),
-        ])
+            ("spread", self.spread, "", Range::NonNegative),
+        ])?;
+        if self.spread > SPREAD_MAX {
+            let reason = "must be at most 0.2: a servo made for one motor does not drive every other";
+            return Err(ParameterError { key: "spread", value: self.spread, unit: "", reason });
+        }
+        Ok(())
+    }
+
+    /// The motor of one module: each constant differs by its share of −1..1 of the spread.
+    #[must_use]
+    pub fn differing(&self, shares: [f64; 4]) -> Self {
+        let [speed, time, torque, drag] = shares.map(|share| 1.0 + self.spread * share);
+        Self {
+            no_load_speed_rad_s: speed * self.no_load_speed_rad_s,
+            time_constant_s: time * self.time_constant_s,
+            acceleration_max_rad_s2: torque * self.acceleration_max_rad_s2,
+            tail_drag_n_m_s2: drag * self.tail_drag_n_m_s2,
+            spread: 0.0,
+            ..self.clone()
+        }
+    }
+
+    /// The motor of the module with this seed, drawn from the spread.
+    #[must_use]
+    pub fn drawn(&self, seed: u64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        self.differing(std::array::from_fn(|_| rng.random_range(-1.0..=1.0)))
     }
 
     /// Current at the torque limit, A: i = J·α_max / k_t.

@@ -65,6 +65,7 @@ pub fn messages() -> Vec<(&'static str, Side, Message)> {
         ("time-reply", time_reply()),
         ("cycle-modboat", cycle(42, Motion::Modboat(modboat()), Delivery::Direct)),
         ("cycle-modboat-prepare", cycle(42, Motion::Modboat(modboat()), Delivery::Prepare)),
+        ("cycle-modboat-rest-to-rest", cycle(42, Motion::Modboat(rest_to_rest()), Delivery::Direct)),
         ("cycle-rov", cycle(43, Motion::Rov(rov()), Delivery::Direct)),
         ("commit", Message::Commit(42)),
         ("hold", Message::Hold),
@@ -96,7 +97,12 @@ fn modboat() -> ModboatCycle {
         amplitude: Radians(-2.6),
         transition: MicrosSpan(500_000),
         period: MicrosSpan(1_500_000),
+        law: TransitionLaw::ConstantSpeed,
     }
+}
+
+fn rest_to_rest() -> ModboatCycle {
+    ModboatCycle { law: TransitionLaw::RestToRest { ramp: MicrosSpan(52_000) }, ..modboat() }
 }
 
 fn rov() -> RovCycle {

@@ -27,7 +27,13 @@ fn within(slot: u8) -> Micros {
 fn cycle(held: &Held) -> SwimCycle {
     let (from_rad, to_rad) = (held.from.angle_rad(), held.to().angle_rad());
     let waveform = Waveform::new(Radians(to_rad - AMPLITUDE_RAD), Radians(AMPLITUDE_RAD), SLOT.1);
-    SwimCycle::new(u32::from(held.number), start_of(held.start), Radians(to_rad - from_rad), SLOT.0, waveform)
+    SwimCycle::new(
+        u32::from(held.number),
+        start_of(held.start),
+        Radians(to_rad - from_rad),
+        (SLOT.0, protocol::TransitionLaw::ConstantSpeed),
+        waveform,
+    )
 }
 
 /// A cycle before its start.

@@ -137,6 +137,7 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
                 amplitude: Radians(0.0),
                 transition: MicrosSpan(0),
                 period: MicrosSpan(500_000),
+                law: protocol::TransitionLaw::ConstantSpeed,
             });
             let start = now().after(MicrosSpan(300_000));
             next = start.after(MicrosSpan(700_000));

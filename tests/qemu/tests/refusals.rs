@@ -85,6 +85,7 @@ fn swing(amplitude: f32, period_s: f32) -> ModboatCycle {
         amplitude: Radians(amplitude),
         transition: MicrosSpan(0),
         period: MicrosSpan((period_s * 1e6) as u32),
+        law: protocol::TransitionLaw::ConstantSpeed,
     }
 }
 

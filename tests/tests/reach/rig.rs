@@ -134,6 +134,7 @@ impl Rig {
             amplitude: Radians(1.0),
             transition: MicrosSpan(0),
             period: MicrosSpan(1_500_000),
+            law: protocol::TransitionLaw::ConstantSpeed,
         });
         let motions = vec![Some(motion); self.modules.len()];
         self.host.dispatch(self.now, self.number, start, &motions, delivery);

@@ -15,7 +15,7 @@ use protocol::session::open_announcement;
 use protocol::units::{Micros, MicrosSpan, Radians, Volts};
 use protocol::{
     Cycle, Delivery, FleetKey, Frame, Kind, MAX_DATAGRAM, Message, ModboatCycle, ModuleId, ModuleState,
-    Motion, Nonce, Session, Side, TimeReply,
+    Motion, Nonce, Session, Side, TimeReply, TransitionLaw,
 };
 
 use super::Met;
@@ -140,6 +140,11 @@ impl World {
 
     /// A cycle that sets out from where the reference is, most of the time within the limits.
     pub fn cycle(&mut self, start: u8, amplitude: u8, rotation: u8, delivery: u8) -> Message {
+        let law = match delivery >> 1 {
+            0 => TransitionLaw::ConstantSpeed,
+            // Up to somewhat more than half of the transition.
+            ramp => TransitionLaw::RestToRest { ramp: MicrosSpan(u32::from(ramp) * 2_500) },
+        };
         self.number += 1;
         let angle = self.boat.endpoint().reference(Micros(self.now)).map_or(0.0, |at| at.angle_rad);
         let size = 0.9 + f32::from(amplitude >> 1) / 70.0;
@@ -151,6 +156,7 @@ impl World {
             amplitude: Radians(amplitude),
             transition: MicrosSpan(500_000),
             period: MicrosSpan(1_500_000),
+            law,
         });
         let delivery = if delivery.is_multiple_of(2) { Delivery::Direct } else { Delivery::Prepare };
         let start = Micros(self.now + AHEAD + u64::from(start) * 2_000);

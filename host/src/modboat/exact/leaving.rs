@@ -16,7 +16,7 @@ use crate::modboat::setting::{Approach, Setting};
 use crate::modboat::transition::choice::{Answer, Chooser, OPTIONS_MAX};
 use crate::modboat::transition::solver::{Clearance, rotations};
 
-use super::approach::{Turning, duration_s};
+use super::approach::Turning;
 use super::rest::RestPoses;
 
 /// What a tail costs that stays in a neighbour's reach, as if it travelled so far, rad.
@@ -32,12 +32,13 @@ pub struct Leaving {
 }
 
 impl Leaving {
-    /// Turns out of reach from `tails`, and the rest that follows. `None` where no tail has to leave, or none can.
+    /// Turns out of reach from `tails`, if need be slowly, and the rest that follows. `None` where no tail has to leave, or none can.
     pub fn find(
         &mut self,
         setting: &Setting,
         rest: &RestPoses,
         tails: &[f64],
+        slow: bool,
     ) -> Option<(Vec<Swing>, Approach)> {
         let Self { chooser, to_rad, first, .. } = self;
         chooser.clear();
@@ -62,7 +63,7 @@ impl Leaving {
             to_rad.push(tail_rad);
             first.push(to_rad.len());
         }
-        let (pairs, clear) = (&setting.pairs, Turning(setting));
+        let (pairs, clear) = (&setting.pairs, Turning { setting, slow });
         let answer = chooser.choose(pairs, |index, option_i, option_j| {
             let pair = &pairs.all()[index];
             let from = [tails[pair.i], tails[pair.j]];
@@ -84,7 +85,7 @@ impl Leaving {
         let longest_rad = turns.iter().map(|turn| turn.rotation_rad().abs()).fold(0.0, f64::max);
         let cycle =
             turns.iter().map(|turn| Swing { centerline_rad: turn.to_rad, amplitude_rad: 0.0 }).collect();
-        let transition_s = duration_s(setting, longest_rad);
-        (longest_rad > 0.0).then_some((cycle, Approach { turns, via_rad: None, transition_s }))
+        let times = [setting.step_time(longest_rad, slow); 2];
+        (longest_rad > 0.0).then_some((cycle, Approach { turns, via_rad: None, times, slow }))
     }
 }

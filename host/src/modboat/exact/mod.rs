@@ -48,7 +48,7 @@ use crate::modboat::envelope::{Envelope, ON_BORDER};
 use crate::modboat::motion::{Swing, Wrench};
 use crate::modboat::plan::{Outcome, Plan};
 use crate::modboat::planner_config::LossTolerance;
-use crate::modboat::setting::{Presence, Setting};
+use crate::modboat::setting::{Approach, Presence, Setting};
 use leaving::Leaving;
 use search::{Found, Search};
 
@@ -154,9 +154,11 @@ impl ExactPlanner {
             return None;
         }
         let Self { setting, search, leaving, .. } = self;
-        let (cycle, approach) = leaving.find(setting, &search.rest, tails)?;
-        let found = Found { cycle, approach: Some(approach), error: 1.0, met: false };
-        self.examine(found, Some(tails), demand)
+        let ways = [false, true].map(|slow| leaving.find(setting, &search.rest, tails, slow));
+        ways.into_iter().flatten().find_map(|(cycle, approach)| {
+            let found = Found { cycle, approach: Some(approach), error: 1.0, met: false };
+            self.examine(found, Some(tails), demand)
+        })
     }
 
     /// The best found for one demand: met if it can be, else the nearest. Of more than `field_modules` modules Algorithm 1 is
@@ -246,7 +248,7 @@ impl Cheapest<'_> {
     fn offer(&mut self, found: Option<Found>) -> bool {
         let Some(found) = found else { return false };
         let weight = self.setting.config.travel_weight;
-        let transition_s = found.approach.as_ref().map_or(0.0, |approach| approach.transition_s);
+        let transition_s = found.approach.as_ref().map_or(0.0, Approach::transition_s);
         let error = if found.met { 0.0 } else { found.error };
         let price = error + weight * transition_s / self.setting.parameters.period_s;
         if price < self.price {

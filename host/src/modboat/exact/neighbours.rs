@@ -67,9 +67,8 @@ impl Rules<'_> {
     }
 
     fn clear(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {
-        let [from, to] = ends(i.swing(), j.swing());
-        let config = &self.setting.config;
-        self.setting.distance.clear(pair.offset, from, to, config.swim_margin_rad)
+        let moves = [i, j].map(|cycle| cycle.amplitude_rad != 0.0);
+        self.setting.may_swim(pair.offset, moves, ends(i.swing(), j.swing()))
     }
 
     /// Whether `module` may do `cycle` beside what its neighbours do by `others`.

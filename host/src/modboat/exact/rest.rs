@@ -10,18 +10,14 @@
 //! - a plan is loss tolerant if it is free of collisions: who misses it rests where nobody gets,
 //! - a transition in two steps always exists: black cells of the lattice turn first, white cells second.
 //!
-//! The arcs are narrowed by a margin, in metres between the surfaces: reach is taken of a tail that much wider.
+//! Reach includes how far a tail may be from where it rests ([`Reach::within_rad`]).
 
 use std::f64::consts::{PI, TAU};
 
 use super::neighbours::Cycle;
 use crate::modboat::setting::{Presence, Reach, Setting};
-use crate::modboat::tail::Tail;
 use crate::quantity::wrap_rad;
 
-/// Surfaces of a resting and a passing tail stay apart by this, m. *Assumed*; the diagonals of the default geometry have
-/// 2.2 mm to offer.
-pub const REST_MARGIN_M: f64 = 0.002;
 /// Arcs are offered at least this densely, rad.
 const STATION_RAD: f64 = PI / 8.0;
 /// Arcs narrower than this are left out, rad.
@@ -65,13 +61,10 @@ impl RestPoses {
     /// Of the modules of one structure.
     #[must_use]
     pub fn new(setting: &Setting) -> Self {
-        let tail = setting.distance.tail();
-        let wider = Tail { width_m: tail.width_m + REST_MARGIN_M, ..*tail };
-        let offsets = setting.distance.offsets();
         let modules = setting.cells.len();
         let mut blocked: Vec<Vec<(f64, f64)>> = vec![Vec::new(); modules];
         for pair in setting.pairs.all() {
-            let Reach { towards_rad, within_rad } = Reach::new(&wider, offsets[pair.offset]);
+            let Reach { towards_rad, within_rad } = setting.reaches[pair.offset];
             blocked[pair.i].push((towards_rad, within_rad));
             blocked[pair.j].push((towards_rad + PI, within_rad));
         }

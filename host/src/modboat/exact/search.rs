@@ -177,7 +177,7 @@ impl Search {
         Some(Found {
             error: setting.error(demand, setting.wrench(&cycle)),
             cycle,
-            approach: Some(Approach { turns, via_rad: None, transition_s: 0.0 }),
+            approach: Some(Approach { turns, ..Approach::default() }),
             met: met == Met::Yes,
         })
     }

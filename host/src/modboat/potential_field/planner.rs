@@ -13,7 +13,7 @@ use super::{Candidate, PotentialField};
 use crate::modboat::motion::{Swing, Wrench};
 use crate::modboat::pairs::Pair;
 use crate::modboat::plan::{Outcome, Plan};
-use crate::modboat::setting::{Approach, Setting, ends, swim_ends};
+use crate::modboat::setting::{Setting, ends, swim_ends};
 use crate::modboat::table::{LOOK_UP_RAD, Table};
 use crate::modboat::transition::{self, Transition};
 
@@ -55,11 +55,7 @@ impl FieldPlanner {
         // The exact check is the dearest step: it comes last, and for the first that passes it alone.
         (within.into_iter().chain(beyond))
             .find_map(|(cycle, transition)| {
-                let approach = transition.map(|transition| Approach {
-                    turns: transition.turns,
-                    via_rad: None,
-                    transition_s: self.setting.parameters.transition_s,
-                });
+                let approach = transition.map(|transition| self.setting.one_step(transition.turns));
                 self.setting.examine(Outcome::Planned, cycle, approach, tails, demand)
             })
             .or_else(|| self.setting.repeat(demand, tails?, previous?))

@@ -98,7 +98,8 @@ impl Setting {
         let approach = plan.transition.as_ref().map(|turns| Approach {
             turns: turns.clone(),
             via_rad: plan.via_rad.clone(),
-            transition_s: plan.transition_s,
+            times: plan.step_times,
+            slow: false,
         });
         self.all_stop_clear(&approach.map_or_else(Vec::new, |approach| approach.steps()), &plan.cycle)
     }

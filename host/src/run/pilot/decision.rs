@@ -2,11 +2,12 @@
 
 use firmware::limits::Limits;
 use protocol::units::{Micros, MicrosSpan, Radians};
-use protocol::{ModboatCycle, Motion};
+use protocol::{ModboatCycle, Motion, TransitionLaw};
 
 use super::span;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::plan::{Outcome, Plan};
+use crate::modboat::setting::StepTime;
 
 /// One decision, as dispatched (or, where the fleet is held, as not dispatched).
 #[derive(Clone, Debug, PartialEq)]
@@ -94,25 +95,27 @@ impl Decision {
     }
 }
 
-/// The first step of a plan's transition, if it has two, and the length of all of it. Each step gets what its longest
-/// rotation takes at the tails' greatest speed, and half of the time that the plan has to spare.
-pub(super) fn steps(plan: &Plan, turns: &[Turn], speed_max_rad_s: f64) -> (Option<Via>, MicrosSpan) {
+/// The first step of a plan's transition, if it has two, and the length of all of it.
+pub(super) fn steps(plan: &Plan, turns: &[Turn]) -> (Option<Via>, MicrosSpan) {
     if plan.transition.is_none() {
         return (None, MicrosSpan(0));
     }
+    let [first, second] = plan.step_times.map(|step| span(step.duration_s));
     let Some(via_rad) = plan.via_rad.as_ref().filter(|via| via.len() == turns.len()) else {
-        return (None, span(plan.transition_s));
+        return (None, first);
     };
-    let least_s = |rotation_rad: fn(&Turn, f64) -> f64| {
-        let longest = |most: f64, (turn, &via): (&Turn, &f64)| most.max(rotation_rad(turn, via).abs());
-        turns.iter().zip(via_rad).fold(0.0, longest) / speed_max_rad_s
-    };
-    let first_s = least_s(|turn, via| via - turn.from_rad);
-    let second_s = least_s(|turn, via| turn.to_rad - via);
-    let turning = span(first_s + 0.5 * (plan.transition_s - first_s - second_s).max(0.0));
     // A cycle that only turns still has a period: the least that a module takes.
     let rest = Limits::default().period_min;
-    (Some(Via { rad: via_rad.clone(), turning, rest }), MicrosSpan(span(plan.transition_s).0 + rest.0))
+    (Some(Via { rad: via_rad.clone(), turning: first, rest }), MicrosSpan(first.0 + rest.0 + second.0))
+}
+
+/// The law of time of one step of the plan's transition.
+fn law(step: StepTime) -> TransitionLaw {
+    match span(step.ramp_s) {
+        MicrosSpan(0) => TransitionLaw::ConstantSpeed,
+        // Both are rounded to the microsecond: the ramp must not exceed half of the step.
+        ramp => TransitionLaw::RestToRest { ramp: MicrosSpan(ramp.0.min(span(step.duration_s).0 / 2)) },
+    }
 }
 
 /// What is left of a decision that nobody runs: everybody rests where it was, for `rest`.
@@ -156,6 +159,7 @@ pub(super) fn first_cycles(decision: &Decision) -> Vec<Motion> {
             amplitude: Radians(0.0),
             transition: via.turning,
             period: via.rest,
+            law: law(decision.plan.step_times[0]),
         })
     };
     decision.turns.iter().zip(&via.rad).map(one).collect()
@@ -164,6 +168,7 @@ pub(super) fn first_cycles(decision: &Decision) -> Vec<Motion> {
 /// What goes over the wire for the last step of a decision, and its swim cycle.
 pub(super) fn cycles(decision: &Decision) -> Vec<Motion> {
     let via = decision.via.as_ref();
+    let step = decision.plan.step_times[usize::from(via.is_some())];
     let transition = MicrosSpan(decision.transition.0 - via.map_or(0, |via| via.length().0));
     let from_rad = |module: usize, turn: &Turn| via.map_or(turn.from_rad, |via| via.rad[module]);
     let one = |(module, (swing, turn)): (usize, (&Swing, &Turn))| {
@@ -173,6 +178,7 @@ pub(super) fn cycles(decision: &Decision) -> Vec<Motion> {
             amplitude: Radians(swing.amplitude_rad as f32),
             transition,
             period: decision.period,
+            law: law(step),
         })
     };
     decision.plan.cycle.iter().zip(&decision.turns).enumerate().map(one).collect()

@@ -1,6 +1,7 @@
 use super::*;
 use crate::link::loopback::Node;
 use crate::modboat::motion::Swing;
+use crate::modboat::setting::StepTime;
 use crate::run::fleet::{Fleet, InProcess};
 use crate::sim::TailState;
 use crate::sim::module::TICK;
@@ -76,8 +77,10 @@ impl Drill {
         let plan = Plan {
             cycle: cycle.collect(),
             transition: Some(TO_RAD.map(|to_rad| Turn { from_rad: 0.0, to_rad }).to_vec()),
-            via_rad,
+            via_rad: via_rad.clone(),
             transition_s: 0.4,
+            // With a way between: 0.15 and 0.25 s. Otherwise all of it.
+            step_times: if via_rad.is_some() { [step(0.15), step(0.25)] } else { [step(0.4), step(0.0)] },
             outcome: Outcome::Planned,
             loss_tolerant,
             ..self.pilot.planner.plan(Wrench::default(), Some(&[0.0; 2]), None)
@@ -86,6 +89,11 @@ impl Drill {
         self.pilot.carry_out(now, start, Wrench::default(), (&[0.0; 2], vec![false; 2]), plan, 0);
         self.pilot.decisions()[0].clone()
     }
+}
+
+/// One step of a transition, with ramps of 50 ms where that fits.
+fn step(duration_s: f64) -> StepTime {
+    StepTime { duration_s, ramp_s: 0.05_f64.min(0.5 * duration_s) }
 }
 
 fn close(seen: &[f64], expected: [f64; 2]) {
@@ -97,9 +105,7 @@ fn a_transition_in_two_steps_is_swum_by_way_of_its_poses_between() {
     let mut drill = Drill::ready();
     let decision = drill.by_way();
     let via = decision.via.clone().expect("two steps");
-    // Least times 1/13 and 2/13 s; half of what is left of 0.4 s for each.
-    let first_s = 1.0 / 13.0 + 0.5 * (0.4 - 3.0 / 13.0);
-    assert!((f64::from(via.turning.as_secs_f32()) - first_s).abs() < 1e-6, "{via:?}");
+    assert_eq!(via.turning, MicrosSpan(150_000), "{via:?}");
     assert_eq!((via.rest, decision.transition), (MicrosSpan(500_000), MicrosSpan(900_000)));
     close(&drill.tails_at(decision.start), [0.0; 2]);
     close(&drill.tails_at(decision.start.after(via.turning).after(MicrosSpan(400_000))), VIA_RAD);

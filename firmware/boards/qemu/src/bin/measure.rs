@@ -190,6 +190,7 @@ fn cycle(number: u32, start: Micros) -> Message {
         amplitude: Radians(amplitude),
         transition: MicrosSpan(0),
         period: PERIOD,
+        law: protocol::TransitionLaw::RestToRest { ramp: MicrosSpan(50_000) },
     });
     Message::Cycle(Cycle { number, start, motion, delivery: Delivery::Direct })
 }

@@ -18,6 +18,7 @@ pub(super) const SWIM: Motion = Motion::Modboat(ModboatCycle {
     amplitude: Radians(1.0),
     transition: MicrosSpan(500_000),
     period: MicrosSpan(1_500_000),
+    law: protocol::TransitionLaw::ConstantSpeed,
 });
 
 pub(super) fn thrust(lease: MicrosSpan) -> Motion {

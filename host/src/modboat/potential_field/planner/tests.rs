@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::parameters::Parameters;
+use crate::modboat::planner::PlannerKind;
 use crate::modboat::planner_config::{DistanceSource, PlannerConfig};
 use crate::modboat::structure::Structure;
 use crate::quantity::wrap_rad;
@@ -13,7 +14,8 @@ use crate::quantity::wrap_rad;
 fn planner(word: &str, parameters: &Parameters) -> FieldPlanner {
     let (structure, distance) =
         (Structure::from_word(word).expect(word), Arc::new(DistanceToCollision::new(parameters)));
-    FieldPlanner::new(Setting::new(&structure, parameters, &PlannerConfig::default(), distance))
+    let config = PlannerConfig { kind: PlannerKind::PotentialField, ..PlannerConfig::default() };
+    FieldPlanner::new(Setting::new(&structure, parameters, &config, distance))
 }
 
 /// A demand that thrusts of at most `share` of the greatest yield.

@@ -1,0 +1,38 @@
+//! Whether the motor of a scenario keeps its tail as near to planned angles as plans rely on.
+
+use firmware::link::SURE_WITHIN;
+
+use crate::modboat::parameters::Parameters;
+use crate::modboat::planner_config::{LawOfTime, PlannerConfig};
+use crate::sim::motor::MotorParameters;
+use crate::sim::tracking::Tracking;
+
+/// What plans rely on: that modules with this motor keep their tails as near to planned angles as `[modboat]` says, with clocks as
+/// sure as the firmware wants them. Not asked where transitions go at constant speed, which guarantees nothing.
+pub(super) fn tail_is_kept(
+    modboat: &Parameters,
+    motor: &MotorParameters,
+    planner: &PlannerConfig,
+) -> Result<(), String> {
+    if planner.law() == LawOfTime::ConstantSpeed {
+        return Ok(());
+    }
+    let (asked_s, sure_s) = (modboat.clock_error_s, f64::from(SURE_WITHIN.as_secs_f32()));
+    if asked_s < sure_s - 1e-9 {
+        return Err(format!(
+            "[modboat] clock_error_s = {asked_s} s: modules move while they are sure of the fleet time within {sure_s} s"
+        ));
+    }
+    let asked_rad = modboat.tracking_error_rad;
+    let tracking = Tracking::known(motor, modboat)
+        .map_or_else(|| Tracking::measure(motor, modboat), Ok)
+        .map_err(|error| format!("[motor]: {error}"))?;
+    let (phase, kept_rad) = tracking.greatest();
+    if kept_rad <= asked_rad {
+        return Ok(());
+    }
+    Err(format!(
+        "[motor]: such a tail strays by up to {kept_rad:.4} rad from its planned angle {phase}; plans rely on [modboat] \
+         tracking_error_rad = {asked_rad} rad. A better motor, a lower tail_acceleration_max_rad_s2, or a greater tracking_error_rad"
+    ))
+}
