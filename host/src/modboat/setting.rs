@@ -351,6 +351,7 @@ impl Setting {
             outside_envelope: false,
             loss_tolerant,
             power_tolerant,
+            reason: None,
         })
     }
 
@@ -386,6 +387,7 @@ impl Setting {
             .map(|module| Swing { centerline_rad: rest_rad(module), amplitude_rad: 0.0 })
             .collect();
         let clearance_m = self.clearance_m(f64::INFINITY, |pair| swim_ends(&cycle, pair));
+        let guarantee_m = tails.and_then(|_| self.guarantee_m(&[], false, &cycle));
         Plan {
             outcome: Outcome::Held,
             transition: None,
@@ -396,10 +398,11 @@ impl Setting {
             error: if demand == Wrench::default() { 0.0 } else { 1.0 },
             travel_rad: 0.0,
             clearance_m,
-            guarantee_m: tails.and_then(|_| self.guarantee_m(&[], false, &cycle)),
+            guarantee_m,
             outside_envelope: false,
             loss_tolerant: tails.is_some() && clearance_m > 0.0,
             power_tolerant: tails.is_some() && clearance_m > 0.0,
+            reason: Some(self.why_held(demand, tails, guarantee_m)),
             cycle,
         }
     }

@@ -41,8 +41,9 @@ struct Told {
 fn ask(shape: &str, share: f64, seed: u64, kind: &Kind) -> Told {
     let (structure, modboat) = (structure(shape), Modboat::default());
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut demand =
-        |share: f64| Wrench::from_array(random::border(&modboat, structure.cells(), &mut rng).map(|f| share * f));
+    let mut demand = |share: f64| {
+        Wrench::from_array(random::border(&modboat, structure.cells(), &mut rng).map(|f| share * f))
+    };
     let (wanted, before) = (demand(share), demand(0.5));
     let [mut exact, mut field]: [Planner; 2] =
         [PlannerKind::Exact, PlannerKind::PotentialField].map(|planner| {
@@ -52,7 +53,8 @@ fn ask(shape: &str, share: f64, seed: u64, kind: &Kind) -> Told {
             kind.planner(&structure, &config)
         });
     let last = rng.random_bool(0.5).then(|| exact.plan(before, None, None).cycle);
-    let tails: Option<Vec<f64>> = last.as_ref().map(|cycle| cycle.iter().map(|swing| swing.start_rad()).collect());
+    let tails: Option<Vec<f64>> =
+        last.as_ref().map(|cycle| cycle.iter().map(|swing| swing.start_rad()).collect());
     let plans =
         [&mut exact, &mut field].map(|planner| planner.plan(wanted, tails.as_deref(), last.as_deref()));
     let [exact, field] = plans;

@@ -8,6 +8,8 @@ use host::modboat::plan::Outcome;
 use host::modboat::planner::PlannerKind;
 use host::modboat::planner_config::{LossTolerance, PlannerConfig};
 use host::modboat::tail::Tail;
+use host::run::experiment::simulate;
+use host::run::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::{Modboat, Request, check};
@@ -22,7 +24,7 @@ const APART_M: f64 = 0.006;
 /// Share of the envelope, and chance that a module misses a plan.
 const SHARE: f64 = 0.3;
 const MISSES: f64 = 0.3;
-/// Plans after which everything must swim: so many cycles with nobody missing any.
+/// Plans after which everything must swim: with no plan missed.
 const PLANS: usize = 12;
 
 /// Random angles of tails that are apart, one module after another.
@@ -61,7 +63,11 @@ fn swim(shape: &str, kind: &Kind, asked: LossTolerance, seed: u64, misses: f64) 
         let wrench = host::modboat::motion::Wrench::from_array(wanted);
         let plan = planner.plan(wrench, Some(&tails), previous.as_deref());
         if plan.outcome != Outcome::Planned || !plan.loss_tolerant {
-            return Err(format!("plan {count}: {} from {tails:?}, loss tolerant: {}", plan.outcome.name(), plan.loss_tolerant));
+            return Err(format!(
+                "plan {count}: {} from {tails:?}, loss tolerant: {}",
+                plan.outcome.name(),
+                plan.loss_tolerant
+            ));
         }
         let request = Request {
             cells: structure.cells().to_vec(),
@@ -123,4 +129,31 @@ fn table_j_out_of_reach_by_plans_that_any_module_may_miss() {
         }
     }
     finish(&table, &broken);
+}
+
+#[test]
+fn scenarios_swim_loss_tolerant_from_the_default_start() {
+    let _alone = alone();
+    let jobs: Vec<_> = ["holonomic-1", "nine", "twenty-five"]
+        .iter()
+        .flat_map(|&name| [LossTolerance::Require, LossTolerance::Power].map(|asked| (name, asked)))
+        .collect();
+    let rows = on_both_cores(&jobs, |&(name, asked)| {
+        let mut scenario = Scenario::open(name).expect(name);
+        scenario.planner.loss_tolerant = asked;
+        let run = simulate(&scenario, 1).unwrap_or_else(|error| panic!("{name}, {asked:?}: {error}"));
+        run.summary
+    });
+    for ((name, asked), summary) in jobs.iter().zip(rows) {
+        let cycles = &summary.cycles;
+        let planned = cycles.planned as f64 / cycles.total as f64;
+        assert!(planned > 0.9, "{name}, {asked:?}: {cycles:?}");
+        assert!(
+            cycles.loss_tolerant_share > 0.999 && summary.contacts.is_empty(),
+            "{name}, {asked:?}: {summary:?}"
+        );
+        for leg in &summary.legs {
+            assert!(leg.velocity_error <= 0.1, "{name}, {asked:?}: velocity off by {}", leg.velocity_error);
+        }
+    }
 }

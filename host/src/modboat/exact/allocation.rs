@@ -300,8 +300,7 @@ impl Allocation {
             // J Jᵀ, its upper triangle.
             let mut normal = [0.0; 6];
             let mut add = |a: &[f64; 3]| {
-                let products =
-                    [a[0] * a[0], a[0] * a[1], a[0] * a[2], a[1] * a[1], a[1] * a[2], a[2] * a[2]];
+                let products = [a[0] * a[0], a[0] * a[1], a[0] * a[2], a[1] * a[1], a[1] * a[2], a[2] * a[2]];
                 normal.iter_mut().zip(products).for_each(|(entry, product)| *entry += product);
             };
             self.by_amplitude.iter().for_each(&mut add);
@@ -360,15 +359,7 @@ impl Allocation {
     }
 
     /// One step of the trial, within bounds. The most that anything moved, rad.
-    fn step(
-        &mut self,
-        rest: &RestPoses,
-        law: &Law,
-        aim: &Aim,
-        y: [f64; 3],
-        share: f64,
-        pull: f64,
-    ) -> f64 {
+    fn step(&mut self, rest: &RestPoses, law: &Law, aim: &Aim, y: [f64; 3], share: f64, pull: f64) -> f64 {
         let [least_rad, most_rad] = law.range_rad;
         let mut moved_rad: f64 = 0.0;
         for (module, cycle) in self.trial.iter_mut().enumerate() {

@@ -3,7 +3,7 @@
 //! Where a tail rests within a neighbour's reach, hardly any swim of that neighbour is one that the tail may miss. So it leaves
 //! first. Every module that rests in a neighbour's reach is offered its free poses, either way round, and to stay where it is;
 //! of each pair both moving, only i, only j must keep clear. What leaves the fewest tails in reach, then travels least, is a problem
-//! for [`choice`](crate::modboat::transition::choice). Who stays is offered the same in the next plan, when others are out of the
+//! for [`choice`](crate::modboat::transition::choice). A module that stays is offered the same in the next plan, when others are out of the
 //! way.
 //!
 //! *There is always one that can go.* What one tail forbids another, with the first at rest, is one interval of angles within ±reach
@@ -57,9 +57,7 @@ impl Leaving {
                 to_rad.truncate(start + OPTIONS_MAX - 1);
             }
             let stays_rad = if to_rad.len() > start { STAYS_RAD } else { 0.0 };
-            chooser.module(
-                to_rad[start..].iter().map(|to_rad| (to_rad - tail_rad).abs()).chain([stays_rad]),
-            );
+            chooser.module(to_rad[start..].iter().map(|to_rad| (to_rad - tail_rad).abs()).chain([stays_rad]));
             to_rad.push(tail_rad);
             first.push(to_rad.len());
         }
@@ -80,7 +78,10 @@ impl Leaving {
             return None;
         }
         let turns: Vec<Turn> = (tails.iter().zip(chooser.chosen()).zip(first.iter()))
-            .map(|((&from_rad, &option), first)| Turn { from_rad, to_rad: to_rad[first + usize::from(option)] })
+            .map(|((&from_rad, &option), first)| Turn {
+                from_rad,
+                to_rad: to_rad[first + usize::from(option)],
+            })
             .collect();
         let longest_rad = turns.iter().map(|turn| turn.rotation_rad().abs()).fold(0.0, f64::max);
         let cycle =

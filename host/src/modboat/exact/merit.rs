@@ -72,7 +72,8 @@ impl Merit {
     /// How many demands in this direction may be met where the one has these slacks.
     fn may_meet(&self, way: usize, slacks: &[f64]) -> usize {
         let mut takes = self.takes[ABOUT.len() * way * slacks.len()..].chunks_exact(slacks.len());
-        let holds = |takes: &[f64]| slacks.iter().zip(takes).all(|(slack, take)| slack - take >= -SUPPORT_ERROR);
+        let holds =
+            |takes: &[f64]| slacks.iter().zip(takes).all(|(slack, take)| slack - take >= -SUPPORT_ERROR);
         let beyond = takes.by_ref().take(ABOUT.len()).take_while(|takes| !holds(takes)).count();
         ABOUT.len() - beyond
     }

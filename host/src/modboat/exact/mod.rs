@@ -11,7 +11,7 @@
 //!
 //! In the order of a decision: stay where the tails rest; else turn to other rest poses; near the border of the envelope swing in
 //! step, wherever that starts ([`together`]), or as Algorithm 1 does, so that the error is never greater than its; where a tail rests
-//! in a neighbour's reach and anybody must be able to miss the plan, out of there first ([`leaving`]); else the cycle before once
+//! in a neighbour's reach and any module must be able to miss the plan, out of there first ([`leaving`]); else the cycle before once
 //! more; else hold. With `travel_weight` a small error is taken for not turning. Outside the envelope, the farthest wrench in the
 //! direction of the demand is looked for.
 //!
@@ -30,7 +30,7 @@
 //! | [`search`] | staying where the tails rest |
 //! | [`turning`] | turning to other rest poses, or to the cycles of Algorithm 1 |
 //! | [`together`] | swinging in step, near the border of the envelope |
-//! | [`leaving`] | out of the neighbours' reach, so that anybody may miss it |
+//! | [`leaving`] | out of the neighbours' reach, so that any module may miss it |
 
 pub mod allocation;
 pub mod approach;
@@ -87,8 +87,8 @@ impl ExactPlanner {
     pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
         let asked = self.setting.config.loss_tolerant;
         // Power tolerance is had where it can be: rather a cycle that everybody may miss than the wrong way. And where a tail rests in
-        // a neighbour's reach (at the start, or after its module lost its power there) and cannot leave it so that everybody may miss
-        // it, then so that nobody may.
+        // a neighbour's reach (at the start, or after its module lost its power there) and cannot leave it by a plan
+        // that any module may miss, then by one that none may.
         let in_reach = tails.is_some_and(|tails| !self.search.may_stay(tails));
         let power = asked == LossTolerance::Power;
         let less = [
@@ -148,7 +148,7 @@ impl ExactPlanner {
         (kept || !required).then_some(plan)
     }
 
-    /// Where a plan that anybody may miss is required and a tail rests in a neighbour's reach: out of it first.
+    /// Where a plan that any module may miss is required and a tail rests in a neighbour's reach: out of it first.
     fn leave(&mut self, tails: &[f64], demand: Wrench) -> Option<Plan> {
         if !self.setting.config.loss_tolerant.is_required() {
             return None;

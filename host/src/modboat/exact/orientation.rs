@@ -76,7 +76,9 @@ impl Orientation {
             for &pose_rad in rest.stations_rad(module) {
                 let levers = &levers[module * count..(module + 1) * count];
                 gains.extend(
-                    levers.iter().map(|&(size, angle_rad)| size * law.support_n(Sign::Any, angle_rad - pose_rad)),
+                    levers
+                        .iter()
+                        .map(|&(size, angle_rad)| size * law.support_n(Sign::Any, angle_rad - pose_rad)),
                 );
             }
         }
@@ -116,12 +118,7 @@ impl Orientation {
         &self.sums
     }
 
-    fn sum(
-        &mut self,
-        law: &Law,
-        modules: impl Iterator<Item = (f64, Option<Sign>)>,
-        demand: [f64; 3],
-    ) {
+    fn sum(&mut self, law: &Law, modules: impl Iterator<Item = (f64, Option<Sign>)>, demand: [f64; 3]) {
         for (sum, n) in self.sums.iter_mut().zip(&self.directions) {
             *sum = -(n[0] * demand[0] + n[1] * demand[1] + n[2] * demand[2]);
         }

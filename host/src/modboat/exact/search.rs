@@ -273,9 +273,7 @@ impl Search {
             });
             compared += usize::from(met);
             let about = (aim, demand.to_array());
-            if met
-                && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, score)
-            {
+            if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, score) {
                 score = own;
                 best.clone_from(&allocation.cycles);
             }

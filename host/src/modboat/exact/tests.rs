@@ -12,8 +12,9 @@ use super::*;
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::parameters::Parameters;
 use crate::modboat::planner_config::PlannerConfig;
+use crate::modboat::reason::Reason;
 use crate::modboat::structure::Structure;
-use crate::modboat::transition::solver::Solver;
+use crate::modboat::transition::solver::{Signs, Solver};
 use crate::quantity::wrap_rad;
 
 fn setting(word: &str, parameters: &Parameters, config: &PlannerConfig) -> Setting {
@@ -287,11 +288,18 @@ fn odd_input_is_answered() {
     let mut planner = planner("3x1", &PlannerConfig::default());
     let small = Wrench { fx_n: 0.02, ..Default::default() };
     let plan = planner.plan(Wrench { fx_n: f64::NAN, ..small }, Some(&[1.5; 3]), None);
-    assert_eq!(plan.outcome, Outcome::Held);
-    assert_eq!(planner.plan(small, Some(&[f64::NAN; 3]), None).outcome, Outcome::Held);
+    assert!(plan.outcome == Outcome::Held && plan.reason == Some(Reason::Demand), "{:?}", plan.reason);
+    let plan = planner.plan(small, Some(&[1.5, f64::NAN, 1.5]), None);
+    assert!(
+        plan.outcome == Outcome::Held && plan.reason == Some(Reason::Tail { module: 1 }),
+        "{:?}",
+        plan.reason
+    );
     // Tails that touch already cannot be freed.
     let plan = planner.plan(small, Some(&[0.0, PI, 0.0]), None);
     assert!(plan.outcome == Outcome::Held && plan.clearance_m < 0.0 && !plan.loss_tolerant);
+    let reason = plan.reason.expect("held").to_string();
+    assert_eq!(reason, "tails of modules 0 and 1 touch at -15.0 mm");
     // Nothing asked: everybody rests, at once if the tails may stay.
     let plan = planner.plan(Wrench::default(), Some(&[PI / 2.0; 3]), None);
     assert!(plan.outcome == Outcome::Planned && plan.transition.is_none() && plan.error < 1e-9, "{plan:?}");

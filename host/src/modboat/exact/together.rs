@@ -71,10 +71,11 @@ impl Search {
         let aim = Aim { recentre: 0.0, roams: true, ..self.aim(setting, demand) };
         let Self { rest, law, allocation, .. } = self;
         let rules = Rules { setting, loss_tolerant: false };
-        // Everybody rests out of reach, and one after another swings instead.
-        allocation.begin((0..thrusts_n.len()).map(|module| {
-            Cycle { turns: true, ..rest.cycle(module, rest.stations_rad(module)[0], 0.0) }
-        }));
+        // All rest out of reach; one module after another swings instead.
+        allocation.begin(
+            (0..thrusts_n.len())
+                .map(|module| Cycle { turns: true, ..rest.cycle(module, rest.stations_rad(module)[0], 0.0) }),
+        );
         for (module, &[x_n, y_n]) in thrusts_n.iter().enumerate() {
             let amplitude_rad = law.amplitude_rad(x_n.hypot(y_n));
             // A tail pushes away from where it points (7).

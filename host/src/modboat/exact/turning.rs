@@ -108,7 +108,8 @@ impl Search {
         loss_tolerant: bool,
     ) -> Option<Found> {
         let modules = self.order.len();
-        let asked = Asked { setting, demand, tails, loss_tolerant, signs: approach::signs(&self.rest, modules) };
+        let asked =
+            Asked { setting, demand, tails, loss_tolerant, signs: approach::signs(&self.rest, modules) };
         let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
         let count = match modules {
             // Where the tails are not known all is open, and it happens once.
@@ -141,8 +142,7 @@ impl Search {
             for place in 0..self.choices.len() {
                 let Choice { number, at_most, .. } = self.choices[place];
                 let enough = best.compared >= compared || place >= TRIED;
-                if best.met() && (at_most <= best.score || enough) || at_most < OUT && place >= NEAREST
-                {
+                if best.met() && (at_most <= best.score || enough) || at_most < OUT && place >= NEAREST {
                     break;
                 }
                 self.poses_rad.clear();
@@ -153,7 +153,7 @@ impl Search {
         best.found
     }
 
-    /// From where the tails are, turned within their free arcs: everybody, or one after another.
+    /// From where the tails are, turned within their free arcs: all, or one after another.
     fn turn_a_little(&mut self, asked: &Asked<'_>, best: &mut Best) {
         self.best.clone_from(&self.allocation.cycles);
         let aim = self.aim(asked.setting, asked.demand);
@@ -161,9 +161,7 @@ impl Search {
         for turning in 0..=self.order.len() {
             let Self { allocation, rest, law, best: cycles, .. } = &mut *self;
             let turns = |module: usize| turning == 0 || module + 1 == turning;
-            allocation.begin(
-                cycles.iter().enumerate().map(|(m, &cycle)| Cycle { turns: turns(m), ..cycle }),
-            );
+            allocation.begin(cycles.iter().enumerate().map(|(m, &cycle)| Cycle { turns: turns(m), ..cycle }));
             let met = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
             self.weigh(asked, met, best);
         }
@@ -198,7 +196,7 @@ impl Search {
         let Self { allocation, rest, law, order, poses_rad, .. } = &mut *self;
         let turns = number % 2 == 1;
         allocation.begin(poses_rad.iter().enumerate().map(|(module, &pose_rad)| {
-            // Who stays stays to the bit.
+            // A tail that stays stays to the bit.
             let stays = asked.tails.is_some_and(|tails| tails[module].to_bits() == pose_rad.to_bits());
             Cycle { turns: turns && !stays, ..rest.cycle(module, pose_rad, 0.0) }
         }));
