@@ -4,7 +4,8 @@
 //! margin at the demand ([`Orientation`](super::orientation::Orientation)) from ever other starts. For each the amplitudes
 //! follow as when staying, then the way there. Of many modules the first choice that meets the demand is taken. Few have
 //! less to spare, so that among those that meet it the one is taken from which most demands about this one can be met
-//! without turning again ([`merit`](super::merit)), less what the tails travel.
+//! without turning again ([`merit`](super::merit)), less what the tails travel. They are tried in the order of what they can be worth at
+//! most.
 //!
 //! What cannot be met from free rest poses is looked for among the cycles of Algorithm 1, polished.
 
@@ -23,15 +24,16 @@ use crate::modboat::setting::{Setting, ends};
 use crate::modboat::transition::solver::Signs;
 use crate::quantity::wrap_rad;
 
-/// Choices tried for small structures, and those that meet the demand among which few modules' is chosen.
-const CHOICES_SMALL: usize = 56;
+/// Choices made for up to [`SMALL`] modules, where the tails are not known yet and otherwise, and for up to [`FEW`].
 const CHOICES_FIRST: usize = 120;
-const COMPARED_SMALL: usize = 8;
-const TRIED: usize = 20;
+const CHOICES_SMALL: usize = 64;
+const CHOICES_FEW: usize = 24;
+/// Of these so many at most are tried, best first, and so many that meet the demand compared.
+const TRIED: usize = 24;
+const COMPARED_SMALL: usize = 10;
 const COMPARED_FEW: usize = 3;
 /// Choices tried for larger ones: so many modules altogether, between two bounds.
 const CHOICES_MODULES: usize = 800;
-const CHOICES_FEW: usize = 24;
 const CHOICES_LEAST: usize = 8;
 const CHOICES_MOST: usize = 48;
 /// So many times more where none of them meets the demand.
@@ -111,12 +113,13 @@ impl Search {
         let asked =
             Asked { setting, demand, tails, loss_tolerant, signs: approach::signs(&self.rest, modules) };
         let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
-        let count = match modules {
+        let count = if modules <= SMALL {
             // Where the tails are not known all is open, and it happens once.
-            ..=SMALL if tails.is_none() => CHOICES_FIRST,
-            ..=SMALL => CHOICES_SMALL,
-            ..=FEW => CHOICES_FEW,
-            _ => (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST),
+            if tails.is_none() { CHOICES_FIRST } else { CHOICES_SMALL }
+        } else if modules <= FEW {
+            CHOICES_FEW
+        } else {
+            (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST)
         };
         let mut best = Best::default();
         if modules > FEW {
