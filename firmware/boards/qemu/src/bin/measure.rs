@@ -17,7 +17,7 @@ use protocol::session::open_announcement;
 use protocol::units::{Micros, MicrosSpan, Radians, Volts};
 use protocol::{
     Configuration, Cycle, Delivery, Frame, Kind, MAX_DATAGRAM, Message, ModboatCycle, ModuleState, Motion,
-    Nonce, Session, Side, TimeReply,
+    Nonce, Session, Side, TimeReply, TransitionLaw,
 };
 
 /// Counts of the timer while one instruction runs: 1024 ns at 25 MHz, in tenths.
@@ -181,16 +181,16 @@ fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), |crc, _| step(crc)))
 }
 
-/// One period of swimming, from rest to rest at φ = 0.
+/// A turn all the way round, and one period of swimming, from rest to rest at φ = 0.
 fn cycle(number: u32, start: Micros) -> Message {
     let amplitude = if number.is_multiple_of(2) { 2.6 } else { -1.3 };
     let motion = Motion::Modboat(ModboatCycle {
-        rotation: Radians(0.0),
+        rotation: Radians(core::f32::consts::TAU),
         centerline: Radians(-amplitude),
         amplitude: Radians(amplitude),
-        transition: MicrosSpan(0),
+        transition: MicrosSpan(660_000),
         period: PERIOD,
-        law: protocol::TransitionLaw::RestToRest { ramp: MicrosSpan(50_000) },
+        law: TransitionLaw::RestToRest { ramp: MicrosSpan(52_000) },
     });
     Message::Cycle(Cycle { number, start, motion, delivery: Delivery::Direct })
 }
@@ -220,7 +220,7 @@ fn main() -> ! {
         swam += u64::from(endpoint.running(now).is_some());
         let takes =
             matches!(endpoint.state(now), ModuleState::Ready | ModuleState::Executing | ModuleState::Holding);
-        if takes && tick.is_multiple_of(1_500) {
+        if takes && tick.is_multiple_of(2_500) {
             number += 1;
             bench.send(now, number);
         }
