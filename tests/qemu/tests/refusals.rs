@@ -46,7 +46,7 @@ fn without_a_valid_configuration_it_blinks_and_says_nothing() {
     for (what, block, reason) in [
         ("erased", vec![0xff; IMAGE_MAX], "begins with [ff, ff, ff, ff]"),
         ("checksum", checksum, "checksum"),
-        ("version", with_checksum(version), "format 3, this build reads 2"),
+        ("version", with_checksum(version), "format 4, this build reads 3"),
         ("id", id, "module 2000: numbers go from 1 to 1024"),
         ("cut short", good[..40].to_vec(), "checksum"),
     ] {
