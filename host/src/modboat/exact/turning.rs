@@ -43,7 +43,7 @@ const STAYS: f64 = 0.4;
 /// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad. Three modules
 /// must turn now and then whatever they do: little.
 const TRAVEL_1_RAD: f64 = 0.3;
-const TRAVEL_OF_THREE_1_RAD: f64 = 2.0;
+const TRAVEL_OF_THREE_1_RAD: f64 = 1.2;
 
 /// Below what any price leaves of a merit: the demand is out of what such rest poses can push. So many of these are tried.
 const OUT: f64 = -1e3;
