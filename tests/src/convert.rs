@@ -45,6 +45,7 @@ pub fn of_decision(decision: &Decision) -> Course {
         swings: swings(&decision.plan.cycle),
         period_s: seconds(decision.period.0),
         guarantee_m: decision.plan.guarantee_m,
+        power_tolerant: decision.plan.power_tolerant,
     }
 }
 

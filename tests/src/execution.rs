@@ -13,7 +13,8 @@
 //!
 //! What a tail is planned to do says the host's decision; which of them a module runs says the module, so that one that missed a
 //! decision is expected to rest where it was. After a reboot it is expected to rest where it was found. Without power nothing is
-//! expected of it, and it must not touch anybody all the same.
+//! expected of it, and it must not touch anybody all the same; a contact with such a tail is told apart where the plan under way was
+//! not tolerant of a loss of power.
 //!
 //! Assumptions and limits: angles go straight from one tick to the next; at the motor's greatest acceleration that is wrong by 0.1 mrad.
 
@@ -63,6 +64,8 @@ pub struct Judge {
     pairs: Vec<Pair>,
     courses: Vec<Course>,
     expected: Vec<Expected>,
+    /// By module: it lost its power and has begun no order since then; whether all plans under way since were tolerant of that.
+    powerless: Vec<Option<bool>>,
     /// By module, at the tick before.
     angles_rad: Vec<f64>,
     /// By pair: the contact and the broken guarantee that last.
@@ -79,6 +82,7 @@ impl Judge {
             modboat: modboat.clone(),
             courses: Vec::new(),
             expected: vec![Expected::Powerless; cells.len()],
+            powerless: vec![None; cells.len()],
             angles_rad: Vec::new(),
             lasting: vec![[None; 2]; pairs.len()],
             pairs,
@@ -103,9 +107,17 @@ impl Judge {
         if self.angles_rad.len() != seen.len() {
             self.angles_rad = seen.iter().map(|seen| seen.angle_rad).collect();
         }
+        let under_way = |course: &&Course| (course.start_s..course.end_s()).contains(&t_s);
+        let tolerant =
+            self.courses.iter().rev().take(3).filter(under_way).all(|course| course.power_tolerant);
         for (module, seen) in seen.iter().enumerate() {
             self.expect(module, t_s, seen);
             self.measure(module, t_s, seen);
+            self.powerless[module] = match self.powerless[module] {
+                _ if seen.runs.is_some() => None,
+                None if !seen.powered && !self.courses.is_empty() => Some(tolerant),
+                so_far => so_far.map(|so_far| so_far && tolerant),
+            };
         }
         for pair in 0..self.pairs.len() {
             self.look_at(pair, t_s, seen);
@@ -189,12 +201,17 @@ impl Judge {
             return;
         }
         let Pair { i, j, .. } = self.pairs[index];
-        let doing = |module: usize| format!("{:?} {:?}", self.expected[module], self.planned(module, t_s));
+        let doing = |module: usize| {
+            let planned = self.planned(module, t_s);
+            let (expected, powerless) = (self.expected[module], self.powerless[module]);
+            format!("{expected:?} {planned:?} {powerless:?}")
+        };
         let new = self.lasting[index][kind].is_none().then(|| format!("{} and {}", doing(i), doing(j)));
         let nears = if kind == 0 { &mut self.report.contacts } else { &mut self.report.broken };
         let near = *self.lasting[index][kind].get_or_insert(nears.len());
         if let Some(doing) = new {
-            nears.push(Near { t_s, modules: [i + 1, j + 1], least_m, promised_m, doing });
+            let powerless = [i, j].iter().any(|&module| self.powerless[module] == Some(false));
+            nears.push(Near { t_s, modules: [i + 1, j + 1], least_m, promised_m, powerless, doing });
         }
         nears[near].least_m = nears[near].least_m.min(least_m);
     }

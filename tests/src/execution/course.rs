@@ -69,9 +69,17 @@ pub struct Course {
     pub period_s: f64,
     /// What tails are promised to keep of each other in it, m, if anything.
     pub guarantee_m: Option<f64>,
+    /// Whether any module may lose its power in it.
+    pub power_tolerant: bool,
 }
 
 impl Course {
+    /// End of its swim cycle, s.
+    #[must_use]
+    pub fn end_s(&self) -> f64 {
+        self.steps.iter().fold(self.start_s + self.period_s, |t_s, step| t_s + step.turning_s + step.rest_s)
+    }
+
     /// Whether an order of this number belongs to it.
     #[must_use]
     pub fn has(&self, number: u32) -> bool {
@@ -145,6 +153,7 @@ mod tests {
             swings: vec![[-0.5, 2.0], [0.25, 0.0]],
             period_s: 1.5,
             guarantee_m: None,
+            power_tolerant: true,
         }
     }
 

@@ -57,6 +57,8 @@ pub struct Near {
     pub least_m: f64,
     /// What was promised, m: 0 for a contact.
     pub promised_m: f64,
+    /// One of them had lost its power, in a plan that was not tolerant of that.
+    pub powerless: bool,
     /// What both were doing, in words.
     pub doing: String,
 }
@@ -134,11 +136,16 @@ impl Report {
         self.ticks += other.ticks;
     }
 
-    /// What must hold of a run and does not, in words: no contact, no guarantee broken, no tail or clock farther off than `limits`.
+    /// Contacts but those with a tail that had lost its power in a plan that was not tolerant of that.
+    fn promised(&self) -> impl Iterator<Item = &Near> {
+        self.contacts.iter().filter(|near| !near.powerless)
+    }
+
+    /// What must hold of a run and does not, in words: no contact (see [`Near::powerless`]), no guarantee broken, no tail or clock farther off than `limits`.
     #[must_use]
     pub fn broken_promises(&self, limits: &Limits) -> Vec<String> {
         let mut promises: Vec<String> = Vec::new();
-        promises.extend(self.contacts.iter().map(|near| format!("contact {near}")));
+        promises.extend(self.promised().map(|near| format!("contact {near}")));
         promises.extend(self.broken.iter().map(|near| format!("guarantee {near}")));
         for (phase, off) in Phase::ALL.into_iter().zip(&self.off) {
             if off.greatest_rad > limits.tracking_error_rad {
@@ -162,11 +169,13 @@ impl Report {
     pub fn table(&self, limits: &Limits) -> String {
         let mm = |m: f64| 1e3 * m;
         let mut table = format!(
-            "least clearance {:.3} mm, least above its guarantee {:.3} mm; {} contacts, {} guarantees broken\n\
+            "least clearance {:.3} mm, least above its guarantee {:.3} mm; {} contacts, {} more with tails that had lost their \
+             power in plans not tolerant of that; {} guarantees broken\n\
              phase        RMS rad   greatest rad   share of e = {} rad\n",
             mm(self.least_m),
             mm(self.spare_m),
-            self.contacts.len(),
+            self.promised().count(),
+            self.contacts.len() - self.promised().count(),
             self.broken.len(),
             limits.tracking_error_rad
         );
