@@ -25,9 +25,9 @@ use protocol::units::{MicrosSpan, Radians, RadiansPerSecond};
 
 use crate::reference::wrap;
 
-/// Poles p of the observer, 1/s. *Assumed*: four times the servo's own bandwidth; what the resolution of a
+/// Poles p of the observer, 1/s. *Assumed*: five times the servo's own bandwidth; what the resolution of a
 /// 12-bit encoder at 1 kHz turns into noise stays below 1 rad/s.
-pub const POLES_PER_S: f32 = 220.0;
+pub const POLES_PER_S: f32 = 300.0;
 
 /// Greatest p·Δt: beyond it the sampled observer differs from the continuous one.
 const POLES_INTERVAL_MAX: f32 = 0.5;

@@ -227,6 +227,7 @@ impl From<&ServoConstants> for ServoParameters {
             stall_current,
             current_max,
             following_error_max,
+            following_error_time,
             interval,
         } = constants;
         Self {
@@ -238,6 +239,7 @@ impl From<&ServoConstants> for ServoParameters {
             stall_current,
             current_max,
             following_error_max,
+            following_error_time,
             interval,
         }
     }

@@ -78,8 +78,10 @@ pub struct ServoParameters {
     pub stall_current: Amperes,
     /// Current limit I_max.
     pub current_max: Amperes,
-    /// Error from which on the tail counts as lagging.
+    /// Error from which on the tail counts as lagging: what plans keep free about planned angles.
     pub following_error_max: Radians,
+    /// How long it may lag before it has failed: for the watch over [`Command::lagging`].
+    pub following_error_time: MicrosSpan,
     /// Interval of the loop.
     pub interval: MicrosSpan,
 }
@@ -94,7 +96,8 @@ impl Default for ServoParameters {
             speed_max: RadiansPerSecond(15.0),
             stall_current: Amperes(1.8),
             current_max: Amperes(1.2),
-            following_error_max: Radians(0.5),
+            following_error_max: Radians(0.022),
+            following_error_time: MicrosSpan(50_000),
             interval: MicrosSpan(1000),
         }
     }
@@ -386,6 +389,7 @@ mod tests {
                 stall_current: Amperes(f),
                 current_max: Amperes(g),
                 following_error_max: Radians(h),
+                following_error_time: MicrosSpan(50_000),
                 interval: MicrosSpan(1000),
             };
             if let Ok(mut servo) = TailServo::new(&odd) {

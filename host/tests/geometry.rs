@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use host::modboat::distance::{DistanceToCollision, Outline};
 use host::modboat::parameters::Parameters;
 use host::modboat::region::{CollisionRegion, DEPTH_RAD};
+use host::modboat::tube::Tube;
 use host::modboat::tail::{CLEARANCE_TOLERANCE_M, Tail};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -364,4 +365,55 @@ fn a_motion_collides_exactly_when_its_distance_is_negative() {
         collisions += u32::from(hit);
     }
     assert!((300..2700).contains(&collisions), "{collisions} of 3000 collide");
+}
+
+/// The tube about a motion: its least clearance against poses sampled over every pair of errors, and what the search makes of it.
+#[test]
+fn the_clearance_of_a_tube_is_the_least_over_all_errors() {
+    let seed = 9;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let parameters = Parameters::default();
+    let doc = DistanceToCollision::new(&parameters);
+    let tail = doc.tail();
+    let (mut free, mut hit) = (0, 0);
+    for k in 0..400 {
+        let index = k % doc.offsets().len();
+        let offset = doc.offsets()[index];
+        let from = pose(&mut rng);
+        let span = [5.2, 1.0, 0.0][k % 3];
+        let to = from.map(|x| if span > 0.0 { x + rng.random_range(-span..span) } else { x });
+        for tube in Tube::ALL {
+            let error_rad = doc.errors().of(tube);
+            let least_m = tail.tube_clearance_m(offset, from, to, error_rad, f64::INFINITY);
+            // Densely along the motion, and over the box there.
+            let steps = 1 + (200.0 * span) as usize;
+            let mut sampled_m = f64::INFINITY;
+            for step in 0..=steps {
+                let share = step as f64 / steps as f64;
+                for (a, b) in (0..5).flat_map(|a| (0..5).map(move |b| (a, b))) {
+                    let off = [a, b].map(|n| error_rad * (f64::from(n) / 2.0 - 1.0));
+                    let at = [0, 1].map(|k| from[k] + share * (to[k] - from[k]) + off[k]);
+                    sampled_m = sampled_m.min(tail.clearance_m(offset, at[0], at[1]));
+                }
+            }
+            // Samples see a little less than the least, never more; far apart the least may lie within.
+            let far_m = tail.pitch_m - tail.length_m - tail.width_m;
+            let cap = |clearance_m: f64| clearance_m.min(far_m);
+            assert!(
+                cap(least_m) <= cap(sampled_m) + 2e-5 && cap(least_m) >= cap(sampled_m) - 2e-3,
+                "seed {seed}, {k}, {tube:?}: {least_m} m, {sampled_m} m sampled"
+            );
+            // What the search takes for free is; what it refuses is hardly so.
+            let clear = doc.tube_clear(tube, index, from, to);
+            assert!(!clear || least_m > 0.0, "seed {seed}, {k}, {tube:?}: {least_m} m");
+            let wider_m = tail.tube_clearance_m(offset, from, to, error_rad + 3.0 * DEPTH_RAD, f64::INFINITY);
+            assert!(clear || wider_m <= 0.0, "seed {seed}, {k}, {tube:?}: {wider_m} m");
+            *(if clear { &mut free } else { &mut hit }) += 1;
+        }
+    }
+    assert!(free > 200 && hit > 200, "{free} free, {hit} not");
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(tail.tube_clearance_m([1, 0], [bad, 0.0], [0.0; 2], 0.02, f64::INFINITY) < 0.0);
+        assert!(!doc.tube_clear(Tube::Both, 0, [0.0; 2], [bad, 0.0]));
+    }
 }

@@ -1,5 +1,5 @@
-//! One `flotilla module --rov` process over a real socket, in real time. Nothing here is tight: the machine may be slow
-//! and have much else to do.
+//! One `flotilla module --rov` process over a real socket, in real time. Nothing is asked that does not hold on a machine
+//! that is slow and has much else to do.
 
 mod common;
 mod keys;
@@ -14,7 +14,7 @@ use host::link::udp::UdpRadio;
 use host::sim::rov::remote::RemoteRov;
 use keys::{KEY, keygen};
 use protocol::units::{Micros, MicrosSpan, Newtons};
-use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, RovCycle};
+use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, Refusal, RovCycle};
 use tempfile::tempdir;
 
 const REVERSED: [bool; 3] = [false, false, true];
@@ -28,7 +28,7 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
     // Should this test be killed, it ends by itself.
     let arguments =
         ["module", "--rov", "--id", "1", "--host", &address, "--thrusters", "3", "--reversed", "3"];
-    let arguments = [&arguments[..], &["--battery", "15", "--duration", "170", "--key", KEY]].concat();
+    let arguments = [&arguments[..], &["--battery", "15", "--duration", "3600", "--key", KEY]].concat();
     let _process = Process::start(folder.path(), &arguments);
 
     let key = KeyFile::read(&folder.path().join(KEY)).expect("a key file");
@@ -46,8 +46,13 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
         let now = Micros(began.elapsed().as_micros() as u64);
         while let Some((length, from)) = radio.receive(now, &mut buffer).expect("a radio") {
             let event = dispatcher.handle_datagram(now, from, &buffer[..length]).expect("a datagram");
-            if event == Some(Event::Reported(0)) {
-                remote.report(dispatcher.modules()[0].rov_telemetry().expect("a report"), now);
+            match event {
+                Some(Event::Reported(0)) => {
+                    remote.report(dispatcher.modules()[0].rov_telemetry().expect("a report"), now);
+                }
+                // Its lease has ended on the way: that is the machine's doing.
+                Some(Event::Refused { reason, .. }) => assert_eq!(reason, Refusal::Late),
+                _ => {}
             }
         }
         remote.step(now);
@@ -77,10 +82,10 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
     assert_eq!(report.pulses.len(), 3);
     assert!((report.battery.0 - 15.0).abs() < 1e-6);
     let ledger = dispatcher.modules()[0].ledger();
-    assert!(ledger.acknowledged >= 1 && ledger.refused == 0, "{ledger:?}");
+    assert!(ledger.acknowledged >= 1, "{ledger:?}");
     let link = &dispatcher.modules()[0];
     assert!(link.incoming().is_exact() && link.outgoing().lost == 0, "{link:?}");
-    assert_eq!((link.boots(), link.sessions(), dispatcher.strays().received), (1, 1, 0));
+    assert_eq!((link.boots(), dispatcher.strays().received), (1, 0));
 }
 
 #[test]

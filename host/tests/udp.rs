@@ -1,13 +1,15 @@
-//! Three `flotilla module` processes and one `flotilla run --radio udp` over real sockets, in real time. Nothing here
-//! is tight: the machine may be slow and have much else to do.
+//! Three `flotilla module` processes and one `flotilla run --radio udp` over real sockets, in real time. Nothing is asked
+//! that does not hold on a machine that is slow and has much else to do; how well a fleet swims is asked in simulated time
+//! (`run.rs`) and of emulated modules in lock step.
 
 mod common;
+mod interrupt;
 mod keys;
 
 use std::path::Path;
-use std::time::Duration;
 
 use common::{Finished, PATIENCE, Process};
+use interrupt::interrupt;
 use keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::tempdir;
@@ -34,7 +36,7 @@ fn host(folder: &Path) -> (Process, String) {
 
 fn module(folder: &Path, id: &str, host: &str) -> Process {
     // Should this test be killed, they end by themselves.
-    let arguments = ["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "170"];
+    let arguments = ["module", "--id", id, "--host", host, "--scenario", "t.toml", "--duration", "3600"];
     Process::start(folder, &[&arguments[..], &["--key", KEY]].concat())
 }
 
@@ -70,6 +72,15 @@ fn assert_exact(link: &Value) {
     assert!(told <= cycles && cycles - told <= 1, "{link}");
 }
 
+/// The run went on to its end. A tail that stops in mid-swing, as its process waits for the processor, may be touched by those that swim
+/// on: whether it was must be told.
+fn assert_ended(finished: &Finished, summary: &Value) {
+    assert_eq!(summary["complete"], true, "{summary}");
+    let contacts = summary["contacts"].as_array().expect("a list").len();
+    let (code, lines) = if contacts == 0 { (0, 0) } else { (1, 1) };
+    assert_eq!((finished.code, finished.err.len()), (Some(code), lines), "{finished:?}");
+}
+
 /// Waits until a module says that it swims.
 fn await_swimming(module: &Process) {
     loop {
@@ -89,55 +100,43 @@ fn three_processes_swim_a_leg() {
     let _modules = ["1", "2", "3"].map(|id| module(folder.path(), id, &address));
     let finished = host.finish();
     let summary = summary(folder.path(), &finished);
-    assert_eq!((finished.code, finished.err.len()), (Some(0), 0), "{finished:?}");
-    assert_eq!(
-        (&summary["complete"], &summary["contacts"]),
-        (&Value::Bool(true), &Value::Array(vec![])),
-        "{summary}"
-    );
+    assert_ended(&finished, &summary);
     let links = summary["link"].as_array().expect("a list");
     assert_eq!(links.len(), 3);
     for (index, link) in links.iter().enumerate() {
         assert_eq!(link["module"], index + 1);
-        // Twelve seconds hold six cycles of two seconds, seven of 1.5.
-        assert!(link["cycles"].as_u64() >= Some(5), "{summary}");
-        assert_eq!(link["acknowledged"], link["cycles"], "{summary}");
-        assert_eq!((&link["boots"], &link["sessions"]), (&Value::from(1), &Value::from(1)), "{summary}");
-        assert_eq!(link["faults"], Value::Array(vec![]), "{summary}");
+        assert!(link["acknowledged"].as_u64() >= Some(1), "{summary}");
+        assert_eq!(link["boots"], 1, "{summary}");
         assert_exact(link);
     }
     assert_eq!(summary["strays"]["received"], 0, "{summary}");
-    let mean = &summary["legs"][0]["mean_m_s"];
-    let [vx, vy] = [0, 1].map(|axis| mean[axis].as_f64().expect("a number"));
-    assert!((0.01..0.08).contains(&vx) && vy.abs() < 0.02, "asked for 0.04 m/s east: {vx}, {vy}");
+    println!("{} cycles, at {} m/s", summary["cycles"]["total"], summary["legs"][0]["mean_m_s"]);
 }
 
 #[test]
 fn a_module_that_dies_and_comes_back_is_taken_in_again() {
     let folder = tempdir().expect("a folder");
     keygen(folder.path());
-    std::fs::write(folder.path().join("t.toml"), scenario(24.0)).expect("a file");
+    std::fs::write(folder.path().join("t.toml"), scenario(600.0)).expect("a file");
     let (host, address) = host(folder.path());
     let _others = ["1", "2"].map(|id| module(folder.path(), id, &address));
     let first_life = module(folder.path(), "3", &address);
     await_swimming(&first_life);
-    std::thread::sleep(Duration::from_secs(3));
     drop(first_life);
-    std::thread::sleep(Duration::from_secs(2));
     let second_life = module(folder.path(), "3", &address);
     await_swimming(&second_life);
+    interrupt(&host);
 
     let finished = host.finish();
     let summary = summary(folder.path(), &finished);
-    assert_eq!(summary["complete"], true, "{summary}");
-    assert!(summary["cycles"]["reboots"].as_u64() >= Some(1), "{summary}");
-    // Its tail stopped in mid-swing while the others swam on: whether two of them met is luck, and must be told.
+    // Its tail stopped in mid-swing while the others swam on: whether two of them met is luck, and is told first.
     let contacts = summary["contacts"].as_array().expect("a list").len();
-    let expected = if contacts == 0 { Some(0) } else { Some(1) };
-    assert_eq!(finished.code, expected, "{finished:?}");
+    let why = if contacts == 0 { ": interrupted" } else { "the structure would have come apart" };
+    assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");
+    assert!(finished.err[0].ends_with(why), "{finished:?}");
+    assert!(summary["cycles"]["reboots"].as_u64() >= Some(1), "{summary}");
     let links = summary["link"].as_array().expect("a list");
     links.iter().for_each(assert_exact);
     assert_eq!(links.iter().map(|link| link["boots"].as_u64()).collect::<Vec<_>>(), [1, 1, 2].map(Some));
-    let others = &summary["link"][0]["cycles"];
-    assert!(others.as_u64() >= Some(4), "they swam before and after: {summary}");
+    assert!(links.iter().all(|link| link["acknowledged"].as_u64() >= Some(1)), "{summary}");
 }

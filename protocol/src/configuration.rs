@@ -37,7 +37,7 @@ pub use network::{Host, Network, Own, PASSPHRASE_MAX, Passphrase, SSID_MAX};
 /// First bytes of the block.
 pub const MAGIC: [u8; 4] = *b"FLOT";
 /// The format that this build writes, and the only one it reads.
-pub const FORMAT: u16 = 2;
+pub const FORMAT: u16 = 3;
 /// Longest image, bytes.
 pub const IMAGE_MAX: usize = 1024;
 /// Modules of one fleet have numbers from 1 to this.

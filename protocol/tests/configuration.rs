@@ -28,7 +28,8 @@ fn tail() -> TailConstants {
             speed_max: RadiansPerSecond(15.0),
             stall_current: Amperes(1.8),
             current_max: Amperes(1.2),
-            following_error_max: Radians(0.5),
+            following_error_max: Radians(0.022),
+            following_error_time: MicrosSpan(50_000),
             interval: MicrosSpan(1_000),
         },
         encoder: EncoderConstants {

@@ -1,5 +1,5 @@
 use super::*;
-use protocol::units::{Radians, RadiansPerSecond};
+use protocol::units::RadiansPerSecond;
 
 fn encoder(counts_per_turn: u32) -> EncoderConstants {
     EncoderConstants {
@@ -32,7 +32,8 @@ fn the_servo_is_called_as_often_as_it_says() {
         speed_max: usual.speed_max,
         stall_current: usual.stall_current,
         current_max: usual.current_max,
-        following_error_max: Radians(0.5),
+        following_error_max: usual.following_error_max,
+        following_error_time: usual.following_error_time,
         interval: MicrosSpan(micros),
     };
     for micros in [500, 1_000, 10_000] {

@@ -43,7 +43,7 @@ pub struct Parameters {
     /// torque in hand at the speed of a transition.
     pub tail_acceleration_max_rad_s2: f64,
     /// Greatest error of a tail's servo about its reference, rad: what a module keeps, or stops at. *Measured* of the simulated
-    /// motor with 20 % of spread: 0.0125 (`sim::tracking`).
+    /// motor with 20 % of spread: 0.0165 (`sim::tracking`).
     pub tracking_error_rad: f64,
     /// Greatest error of a module's fleet time while it moves, s: one that is not sure within this starts no cycle
     /// (`firmware::link::SURE_WITHIN`).
@@ -70,8 +70,8 @@ impl Default for Parameters {
             drag_n_s2_m2: 4.5,
             yaw_drag_n_m_s2: 5e-4,
             tail_speed_max_rad_s: 13.0,
-            tail_acceleration_max_rad_s2: 100.0,
-            tracking_error_rad: 0.018,
+            tail_acceleration_max_rad_s2: 200.0,
+            tracking_error_rad: 0.022,
             clock_error_s: 0.002,
         }
     }

@@ -79,8 +79,8 @@ pub struct PlannerConfig {
     /// have a transition with 0.2 rad, 99.1 % with 0.1 rad, 99.5 % with 0.05 rad, 99.9 % with none. With the default
     /// geometry 0.05 rad keep tails 4 mm apart, and 25 modules in the tank do not touch.
     pub transition_margin_rad: f64,
-    /// Least distance to collision of two neighbours that swim a cycle of the exact planner together, rad, where transitions go at
-    /// constant speed. Tails that swim
+    /// Least distance to collision of two neighbours that swim a cycle of the exact planner together, rad. The tube about planned
+    /// angles wants 0.06 of it; the rest costs no accuracy. Tails that swim
     /// in step lag in step, along the very segment that is kept clear, so that less is needed than by a search that may
     /// turn any tail in between. Free rest poses leave 0.12 rad to have.
     pub swim_margin_rad: f64,

@@ -12,6 +12,7 @@ use super::pairs::{Pair, Pairs};
 use super::parameters::Parameters;
 use super::plan::{Outcome, Plan};
 use super::planner_config::{LawOfTime, PlannerConfig};
+use super::region::DEPTH_RAD;
 use super::structure::Structure;
 use super::transition::STILL_RAD;
 use super::tube::{SLOW_RAD_S, Tube};
@@ -251,12 +252,14 @@ impl Setting {
     /// Whether two neighbours of which these move keep free of each other in a swim cycle.
     #[must_use]
     pub fn may_swim(&self, offset: usize, moves: [bool; 2], [from_rad, to_rad]: [[f64; 2]; 2]) -> bool {
-        match self.config.law() {
-            LawOfTime::RestToRest => self.distance.tube_clear(Tube::of(moves), offset, from_rad, to_rad),
-            LawOfTime::ConstantSpeed => {
-                self.distance.clear(offset, from_rad, to_rad, self.config.swim_margin_rad)
-            }
-        }
+        let (distance, margin_rad) = (&self.distance, self.config.swim_margin_rad);
+        let tube = Tube::of(moves);
+        // A motion whose margin is more than the half diagonal of the tube's box has its tube free.
+        let beyond = |e_rad: f64| margin_rad >= std::f64::consts::SQRT_2 * (e_rad + DEPTH_RAD);
+        distance.clear(offset, from_rad, to_rad, margin_rad)
+            && (self.config.law() == LawOfTime::ConstantSpeed
+                || beyond(distance.errors().of(tube))
+                || distance.tube_clear(tube, offset, from_rad, to_rad))
     }
 
     /// Times of one step in which the longest rotation is `longest_rad`.

@@ -117,6 +117,13 @@ fn servo(file: &ModuleFile, table: &ServoTable) -> Result<ServoConstants, Provis
         stall_current: current("stall_current_a", table.stall_current_a, usual.stall_current)?,
         current_max: current("current_max_a", table.current_max_a, usual.current_max)?,
         following_error_max: positive(error.0, "rad", error.1, error.2).map(Radians)?,
+        following_error_time: file.span(
+            at,
+            "following_error_time_ms",
+            table.following_error_time_ms,
+            usual.following_error_time,
+            MS..=10_000 * MS,
+        )?,
         interval: file.span(at, "interval_ms", table.interval_ms, usual.interval, MS / 10..=100 * MS)?,
     })
 }

@@ -102,6 +102,7 @@ fn modboat(tail: &TailConstants) -> ModboatTable {
         stall_current,
         current_max,
         following_error_max,
+        following_error_time,
         interval,
     } = tail.servo;
     let EncoderConstants { counts_per_turn, mounting, homing_speed, homing_after } = tail.encoder;
@@ -125,6 +126,7 @@ fn modboat(tail: &TailConstants) -> ModboatTable {
             stall_current_a: number(stall_current.0),
             current_max_a: number(current_max.0),
             following_error_max_rad: number(following_error_max.0),
+            following_error_time_ms: ms(following_error_time),
             interval_ms: ms(interval),
         },
         encoder: EncoderTable {

@@ -87,6 +87,7 @@ pub(super) struct ServoTable {
     pub(super) stall_current_a: Option<f64>,
     pub(super) current_max_a: Option<f64>,
     pub(super) following_error_max_rad: Option<f64>,
+    pub(super) following_error_time_ms: Option<f64>,
     pub(super) interval_ms: Option<f64>,
 }
 

@@ -68,7 +68,7 @@ fn what_is_shown_makes_the_same_image() {
                    amplitude_max_rad = 2.1\ncenterline_max_rad = 900\nrotation_max_rad = 6.3\nspeed_max_rad_s = 11.1\n\
                    period_min_s = 0.7\nperiod_max_s = 5\ntransition_max_s = 3.3\n[modboat.servo]\nno_load_speed_rad_s = 17.3\n\
                    time_constant_s = 0.03\nposition_gain_per_s = 50.1\nrate_gain = 1.1\nspeed_max_rad_s = 14.3\n\
-                   stall_current_a = 2.1\ncurrent_max_a = 1.3\nfollowing_error_max_rad = 0.4\ninterval_ms = 0.5\n\
+                   stall_current_a = 2.1\ncurrent_max_a = 1.3\nfollowing_error_max_rad = 0.04\nfollowing_error_time_ms = 35\ninterval_ms = 0.5\n\
                    [modboat.encoder]\ncounts_per_turn = 1633\nzero_counts = 65535\nreversed = true\nhoming_speed_rad_s = 0.6\n\
                    homing_after_s = 5.5\n";
     let rov = "[rov]\nthrust_max_n = 50.3\nlease_max_s = 0.6\nframe_rate_hz = 200.5\narming_s = 4.5\nslew_n_s = 150.1\n\

@@ -28,7 +28,7 @@ use super::motor::{MotorParameters, SimMotor};
 use crate::modboat::parameters::Parameters;
 
 /// Turns that are tried, rad.
-const TURNS_RAD: [f64; 7] = [0.02, 0.1, 0.4, 1.0, 2.2, 4.0, 6.2831];
+const TURNS_RAD: [f64; 7] = [0.02, 0.1, 0.4, 1.0, 2.2, 4.0, std::f64::consts::TAU - 1e-3];
 /// How long a tail is watched at rest after each motion, s.
 const REST_S: f64 = 0.3;
 

@@ -7,8 +7,8 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Long enough for anything that ends at all, on a machine with much else to do.
-pub const PATIENCE: Duration = Duration::from_secs(180);
+/// Long enough for anything that ends at all, on a machine with much else to do: it only ends what hangs.
+pub const PATIENCE: Duration = Duration::from_secs(600);
 
 /// One running `flotilla`, or what else was spawned; killed when dropped.
 pub struct Process {

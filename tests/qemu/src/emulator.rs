@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use crate::report::Report;
 
-/// How long a module may take for a line that it is bound to print.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// How long anything may take that must come: it only ends what hangs, on whatever machine.
+pub const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The image with this name, where `firmware/boards/build` puts it.
 ///
@@ -32,33 +32,6 @@ pub fn image(name: &str) -> PathBuf {
 pub fn free_port() -> u16 {
     let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
     socket.local_addr().expect("bound").port()
-}
-
-/// Runs the calling thread in real time too, behind the emulators, where that is allowed.
-pub fn priority() {
-    let thread = std::fs::read_link("/proc/thread-self");
-    if let Some(id) = thread.ok().and_then(|path| path.file_name().map(ToOwned::to_owned)) {
-        let mut command = Command::new("chrt");
-        // Where it is not, what is measured says how long it was kept waiting.
-        let _ = command
-            .args(["--rr", "--pid", "10"])
-            .arg(id)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status();
-    }
-}
-
-/// A command that runs `program` in real time, ahead of whatever else this machine does, where that is allowed: an emulated
-/// processor that waits for a real one misses its ticks.
-fn ahead_of_others(program: &str) -> Command {
-    let chrt = |program: &str| {
-        let mut command = Command::new("chrt");
-        command.args(["--rr", "20", program]);
-        command
-    };
-    let allowed = chrt("true").stderr(Stdio::null()).status().is_ok_and(|status| status.success());
-    if allowed { chrt(program) } else { Command::new(program) }
 }
 
 /// The same for TCP.
@@ -84,8 +57,10 @@ pub struct Setup<'a> {
     pub serial: Option<&'a str>,
     /// Where its monitor listens.
     pub monitor: Option<&'a str>,
-    /// A word for the program.
-    pub word: &'a str,
+    /// Where its debugger finds it. It waits there for one, which serves the program's files then.
+    pub debugger: Option<&'a Path>,
+    /// Words for the program.
+    pub words: &'a [&'a str],
     /// More arguments.
     pub arguments: &'a [&'a str],
 }
@@ -111,17 +86,22 @@ impl Emulator {
         let folder = tempfile::tempdir().expect("a folder");
         let configuration = folder.path().join("configuration.bin");
         std::fs::write(&configuration, setup.configuration).expect("a file");
-        let mut command = ahead_of_others("qemu-system-arm");
+        let target = if setup.debugger.is_some() { "gdb" } else { "native" };
+        let words: String = setup.words.iter().map(|word| format!(",arg={word}")).collect();
+        let mut command = Command::new("qemu-system-arm");
         command
             .args(["-machine", "mps2-an386", "-nographic"])
             .args(["-serial", setup.serial.unwrap_or("stdio"), "-monitor", setup.monitor.unwrap_or("none")])
             .arg("-semihosting-config")
-            .arg(format!("enable=on,target=native,arg={}", setup.word))
+            .arg(format!("enable=on,target={target}{words}"))
             .arg("-kernel")
             .arg(image(setup.image));
         if !setup.configuration.is_empty() {
             let file = configuration.display();
             command.arg("-device").arg(format!("loader,file={file},addr=0x3ff000,force-raw=on"));
+        }
+        if let Some(socket) = setup.debugger {
+            command.arg("-S").arg("-gdb").arg(format!("unix:{},server=on,wait=off", socket.display()));
         }
         command.arg("-nic");
         match setup.forward {
@@ -153,7 +133,7 @@ impl Emulator {
         Self { process, lines, seen: Vec::new(), _folder: folder, address }
     }
 
-    /// The next line that `wanted` takes, within a minute.
+    /// The next line that `wanted` takes, in time.
     ///
     /// # Panics
     /// If none comes.
@@ -193,7 +173,7 @@ impl Emulator {
     /// Waits until it ends by itself: its status, and what it said.
     ///
     /// # Panics
-    /// If it does not within a minute.
+    /// If it does not in time.
     pub fn wait(mut self) -> (ExitStatus, Vec<String>) {
         let deadline = Instant::now() + PATIENCE;
         loop {

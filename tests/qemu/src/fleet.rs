@@ -1,4 +1,6 @@
 //! Emulated modules as the fleet of a run, and everything that they report written down.
+//!
+//! A run at [`Pace::Simulated`](host::run::experiment::Pace::Simulated) is in lock step with them: each of its ticks is a step.
 
 use std::net::SocketAddr;
 
@@ -11,18 +13,16 @@ use host::run::fleet::{Fleet, OverUdp};
 use host::run::scenario::Scenario;
 use host::sim::TailState;
 use protocol::units::Micros;
-use protocol::{ModuleId, ModuleState};
+use protocol::{ModuleId, ModuleState, Radio};
 
-use crate::bench::{self, Seen};
-use crate::emulator::{Emulator, priority};
+use crate::bench::Seen;
+use crate::modules::Modules;
 
 /// See the module's documentation.
 pub struct Emulated {
     inner: OverUdp,
-    host: HostIdentity,
-    port: u16,
-    /// The modules, in the order of their ids.
-    pub modules: Vec<Emulator>,
+    /// The modules.
+    pub modules: Modules,
     /// The reports of each, in the order in which they came.
     pub seen: Vec<Vec<Seen>>,
 }
@@ -34,41 +34,46 @@ impl Emulated {
     /// If one does not start.
     #[must_use]
     pub fn start(scenario: &Scenario, seed: u64) -> Self {
-        priority();
         let host = HostIdentity::simulated(seed, 0);
         let radio = UdpRadio::bind("127.0.0.1:0").expect("a free port");
         let port = radio.local_address().expect("bound").port();
         let roster: Vec<ModuleId> = (1..=scenario.structure.len() as u16).map(ModuleId).collect();
-        let inner = OverUdp::new(scenario, radio, host.clone(), roster.clone(), seed);
+        let modules = Modules::start(&host, port, roster.len(), seed);
         let seen = roster.iter().map(|_| Vec::new()).collect();
-        let mut fleet = Self { inner, host, port, modules: Vec::new(), seen };
-        fleet.modules = roster.iter().map(|&id| bench::boot(&fleet.host, id, port, &[])).collect();
-        fleet
+        Self { inner: OverUdp::new(scenario, radio, host, roster, seed), modules, seen }
+    }
+}
+
+impl Radio for Emulated {
+    type Address = SocketAddr;
+    type Error = std::io::Error;
+
+    fn send(&mut self, now: Micros, to: SocketAddr, datagram: &[u8]) -> std::io::Result<()> {
+        self.modules.send(self.inner.radio(), now, to, datagram)
     }
 
-    /// Takes the power of the module at `index` away, and gives it back: another life in another emulator.
-    pub fn restart(&mut self, index: usize) {
-        self.modules[index].kill();
-        self.modules[index] = bench::boot(&self.host, self.inner.roster()[index], self.port, &[]);
+    fn receive(&mut self, now: Micros, buffer: &mut [u8]) -> std::io::Result<Option<(usize, SocketAddr)>> {
+        self.modules.receive(self.inner.radio(), now, buffer)
     }
 }
 
 impl Fleet for Emulated {
-    type Radio = <OverUdp as Fleet>::Radio;
+    type Radio = Self;
 
     fn host(&self) -> &HostIdentity {
-        &self.host
+        self.inner.host()
     }
 
     fn roster(&self) -> &[ModuleId] {
         self.inner.roster()
     }
 
-    fn radio(&mut self) -> &mut Self::Radio {
-        self.inner.radio()
+    fn radio(&mut self) -> &mut Self {
+        self
     }
 
     fn advance(&mut self, now: Micros) -> Result<(), RunError> {
+        self.modules.step();
         self.inner.advance(now)
     }
 

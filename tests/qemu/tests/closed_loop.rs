@@ -1,4 +1,5 @@
-//! Whole runs with emulated modules: the host plans, dispatches and observes as in `flotilla run --radio udp`, while things go wrong.
+//! Whole runs with emulated modules: the host plans, dispatches and observes as in `flotilla run --radio udp`, over real sockets and in
+//! lock step with the modules, while things go wrong.
 
 use std::sync::atomic::AtomicBool;
 
@@ -8,14 +9,13 @@ use host::run::scenario::Scenario;
 use protocol::ModuleId;
 use protocol::units::Micros;
 use qemu::fleet::Emulated;
-use qemu::report::Report;
-use qemu::storm;
+use qemu::storm::Storm;
 
 const SEED: u64 = 1;
 
-/// Datagrams of the storm, and how many a second.
+/// Datagrams of the storm, and how many come in each step of a millisecond: 5,000 a second.
 const STORM: u32 = 100_000;
-const STORM_HZ: f64 = 5_000.0;
+const STORM_STEP: u32 = 5;
 
 /// Three modules in a row go sideways, as in experiment 1; one alone goes where it can.
 fn scenario(size: &str, duration_s: u32) -> Scenario {
@@ -35,14 +35,15 @@ fn swim(scenario: &Scenario, fleet: &mut Emulated, mut drill: impl FnMut(f64, &m
             drill((now.0 - origin.0) as f64 * 1e-6, fleet);
         }
     };
-    run(scenario, SEED, fleet, Pace::Real, &mut Quiet, &stop, &mut with_time).expect("a run")
+    run(scenario, SEED, fleet, Pace::Simulated, &mut Quiet, &stop, &mut with_time).expect("a run")
 }
 
 /// What every run here must come to.
 fn assert_well(result: &RunResult, duration_s: u32) {
     let summary = &result.summary;
     assert!(summary.complete, "{summary:?}");
-    assert!(summary.cycles.total as f64 >= 0.55 * f64::from(duration_s), "swam hardly: {summary:?}");
+    // With the longest transition a cycle takes 2 s; the last need not be over.
+    assert!(summary.cycles.total as f64 >= f64::from(duration_s) / 2.0 - 1.0, "swam hardly: {summary:?}");
     let ([vx, vy], [wx, wy]) = (summary.legs[0].mean_m_s, summary.legs[0].demand_m_s);
     assert!((vx - wx).hypot(vy - wy) < 0.01, "asked for {wx}, {wy} m/s: {vx}, {vy}");
     for link in &summary.link {
@@ -62,11 +63,11 @@ fn a_module_that_is_killed_and_started_again_swims_on() {
     let mut lives = 1;
     let result = swim(&scenario, &mut fleet, |t_s, fleet| {
         if lives == 1 && t_s > 5.0 {
-            fleet.modules[2].kill();
+            fleet.modules.kill(2);
             lives = 0;
         }
         if lives == 0 && t_s > 6.5 {
-            fleet.restart(2);
+            fleet.modules.boot(2);
             lives = 2;
         }
     });
@@ -91,74 +92,47 @@ fn a_module_that_is_killed_and_started_again_swims_on() {
     );
 }
 
-/// What the storm did to the module that it was for.
-struct Stormy {
-    sent: u32,
-    before: Report,
-    after: Report,
-    result: RunResult,
-}
-
-fn swim_through_a_storm() -> Stormy {
-    let duration_s = 4 + (f64::from(STORM) / STORM_HZ) as u32 + 4;
-    let scenario = scenario("1x1", duration_s);
-    let mut fleet = Emulated::start(&scenario, SEED);
-    let mut storm = None;
-    let result = swim(&scenario, &mut fleet, |t_s, fleet| {
-        if storm.is_none() && t_s > 4.0 {
-            let before = fleet.modules[0].reports().pop().expect("reports");
-            let to = fleet.modules[0].address.expect("it is forwarded");
-            let sender = storm::start(fleet.host(), ModuleId(1), to, STORM, STORM_HZ, SEED);
-            storm = Some((before, sender));
-        }
-    });
-    let (before, sender) = storm.expect("it swam");
-    let sent = sender.join().expect("it sent");
-    let after = fleet.modules[0].reports().pop().expect("reports");
-    Stormy { sent, before, after, result }
-}
-
-/// On a machine that gives the emulator no processor for a while, a turn of the control loop takes as long as that: such a run says
-/// nothing about ticks, and is repeated. (Where time goes on with instructions alone, `budgets.rs` has the ticks on time.)
 #[test]
 fn a_storm_at_a_swimming_module_changes_nothing() {
-    for attempt in 1..=5 {
-        let Stormy { sent, before, after, result } = swim_through_a_storm();
-        assert_well(&result, result.summary.planned_s as u32);
-        let summary = &result.summary;
-        assert!(summary.contacts.is_empty(), "{:?}", summary.contacts);
-        assert!(summary.cycles.reboots == 0 && summary.cycles.held == 0, "{summary:?}");
-        for link in &summary.link {
-            assert_eq!((link.boots, link.sessions, link.ledger.unanswered), (1, 1, 0), "{link:?}");
+    let duration_s = 4 + STORM / STORM_STEP / 1_000 + 4;
+    let scenario = scenario("1x1", duration_s);
+    let mut fleet = Emulated::start(&scenario, SEED);
+    let mut storm = Storm::new(fleet.host(), ModuleId(1), SEED).take(STORM as usize);
+    let result = swim(&scenario, &mut fleet, |t_s, fleet| {
+        if t_s > 4.0 {
+            storm.by_ref().take(STORM_STEP as usize).for_each(|datagram| fleet.modules.disturb(0, &datagram));
         }
-        let during = |name: &str| after.number(name) - before.number(name);
-        println!(
-            "{sent} datagrams in {:.0} s: {} reached the firmware, {} of them were damaged, {} accepted as from the host; {} ticks, {} \
-             missed, {} came late for want of a processor; longest turn of the loop {} µs in the last second",
-            f64::from(STORM) / STORM_HZ,
-            during("received"),
-            during("corrupt"),
-            during("accepted"),
-            during("tick"),
-            during("missed"),
-            during("stalled"),
-            after.number("turn_us"),
-        );
-        assert_eq!(sent, STORM);
-        // The controller's own buffer overflows now and then, when the emulator is kept from its processor.
-        assert!(during("corrupt") >= u64::from(STORM) * 95 / 100, "they came: {after:?}");
-        assert!(during("corrupt") <= u64::from(STORM), "{after:?}");
-        // What else came is the host's: the storm let nothing in.
-        let link = &summary.link[0];
-        let received = link.module_received.expect("its health");
-        assert!(u64::from(received.accepted) <= link.to_module.sent, "{link:?}");
-        for class in ["duplicate", "stale", "forged", "foreign", "faults"] {
-            assert_eq!(after.number(class), 0, "{class}: {after:?}");
-        }
-        if during("missed") == 0 {
-            return;
-        }
-        println!("attempt {attempt}: {} ticks missed", during("missed"));
+    });
+    assert_eq!(storm.count(), 0, "all of it was sent");
+
+    assert_well(&result, duration_s);
+    let summary = &result.summary;
+    assert!(summary.contacts.is_empty(), "{:?}", summary.contacts);
+    assert!(summary.cycles.reboots == 0 && summary.cycles.held == 0, "{summary:?}");
+    let link = &summary.link[0];
+    assert_eq!((link.boots, link.sessions, link.ledger.unanswered), (1, 1, 0), "{link:?}");
+
+    let module = fleet.modules.module(0);
+    let last = module.next_report();
+    let (put, received) = module.taken();
+    assert_eq!(put, received, "what was put into its network reached it");
+    let (reports, number) = (module.emulator.reports(), |name: &str| last.number(name));
+    let longest_us = reports.iter().map(|report| report.number("turn_us")).max();
+    println!(
+        "{STORM} datagrams in {} s: {} reached the firmware with the host's, {} of all were damaged, {} accepted as from the host; {} \
+         ticks, {} missed; longest turn of the loop {longest_us:?} µs",
+        STORM / STORM_STEP / 1_000,
+        number("received"),
+        number("corrupt"),
+        number("accepted"),
+        number("tick"),
+        number("missed") + number("stalled"),
+    );
+    // What else came is the host's: the storm let nothing in, and took nothing away.
+    assert_eq!(number("corrupt"), u64::from(STORM), "{last:?}");
+    assert_eq!(number("received"), u64::from(put), "{last:?}");
+    assert_eq!(number("accepted") + u64::from(STORM), u64::from(put), "{last:?}");
+    for name in ["missed", "stalled", "unheard", "duplicate", "stale", "forged", "foreign", "faults"] {
+        assert_eq!(number(name), 0, "{name}: {last:?}");
     }
-    panic!("ticks were missed in five runs of five");
 }

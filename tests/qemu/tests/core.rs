@@ -9,7 +9,7 @@ use host::link::dispatcher::Dispatcher;
 use host::link::identity::HostIdentity;
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{Delivery, MAX_DATAGRAM, ModboatCycle, ModuleId, ModuleState, Motion, Radio};
-use qemu::emulator::{Emulator, Setup, free_tcp_port, image};
+use qemu::emulator::{Emulator, PATIENCE, Setup, free_tcp_port, image};
 use qemu::{kept, provisioned};
 
 /// RAM of the core at most, bytes.
@@ -56,7 +56,7 @@ impl Radio for Line {
 
 /// Connects to what the emulator opens when it starts.
 fn connect(port: u16) -> TcpStream {
-    let deadline = Instant::now() + Duration::from_secs(30);
+    let deadline = Instant::now() + PATIENCE;
     loop {
         match TcpStream::connect(("127.0.0.1", port)) {
             Ok(stream) => {
@@ -75,7 +75,7 @@ fn memory(monitor: &mut TcpStream) -> Vec<u8> {
     let path = folder.path().join("ram");
     let (address, length) = RAM;
     writeln!(monitor, "pmemsave {address:#x} {length} \"{}\"", path.display()).expect("a monitor");
-    let deadline = Instant::now() + Duration::from_secs(30);
+    let deadline = Instant::now() + PATIENCE;
     loop {
         let bytes = std::fs::read(&path).unwrap_or_default();
         if bytes.len() as u64 == length {
@@ -111,7 +111,7 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
     let now = || Micros(began.elapsed().as_micros() as u64);
     let (mut number, mut next, mut swam) = (0, Micros(0), Vec::new());
     while swam.len() < 3 {
-        assert!(began.elapsed() < Duration::from_secs(60), "it ran {swam:?} only");
+        assert!(began.elapsed() < PATIENCE, "it ran {swam:?} only");
         std::thread::sleep(Duration::from_millis(1));
         let mut buffer = [0; MAX_DATAGRAM];
         while let Some((length, ())) = line.receive(now(), &mut buffer).expect("a line") {
@@ -139,7 +139,8 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
                 period: MicrosSpan(500_000),
                 law: protocol::TransitionLaw::ConstantSpeed,
             });
-            let start = now().after(MicrosSpan(300_000));
+            // In this machine's time, which may be short: one that comes too late is followed by another.
+            let start = now().after(MicrosSpan(1_000_000));
             next = start.after(MicrosSpan(700_000));
             dispatcher.dispatch(now(), number, start, &[Some(motion)], Delivery::Direct);
         }

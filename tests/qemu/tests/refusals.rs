@@ -6,7 +6,7 @@ use protocol::configuration::{FORMAT, IMAGE_MAX, MAGIC};
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{ModboatCycle, ModuleId, Motion, Refusal};
 use qemu::bench::Bench;
-use qemu::emulator::{Emulator, Setup, free_port};
+use qemu::emulator::{Emulator, PATIENCE, Setup, free_port};
 use qemu::provisioned;
 
 const SEED: u64 = 6;
@@ -41,6 +41,8 @@ fn without_a_valid_configuration_it_blinks_and_says_nothing() {
     let length = (content.len() as u16).to_le_bytes();
     let id = with_checksum([&good[..6], &length, &content].concat());
 
+    // By instructions, of which each takes 64 ns: its seconds are shorter than this machine's.
+    let arguments = &["-icount", "shift=6,sleep=off"][..];
     for (what, block, reason) in [
         ("erased", vec![0xff; IMAGE_MAX], "begins with [ff, ff, ff, ff]"),
         ("checksum", checksum, "checksum"),
@@ -49,8 +51,13 @@ fn without_a_valid_configuration_it_blinks_and_says_nothing() {
         ("cut short", good[..40].to_vec(), "checksum"),
     ] {
         let forward = Some((free_port(), port));
-        let mut emulator =
-            Emulator::start(&Setup { image: "qemu.elf", configuration: &block, forward, ..Setup::default() });
+        let mut emulator = Emulator::start(&Setup {
+            image: "qemu.elf",
+            configuration: &block,
+            forward,
+            arguments,
+            ..Setup::default()
+        });
         let said =
             emulator.await_line("reason", |line| line.contains("not provisioned").then(|| line.to_owned()));
         assert!(said.contains(reason), "{what}: {said}");
@@ -73,7 +80,7 @@ fn without_a_valid_configuration_it_blinks_and_says_nothing() {
     let _emulator =
         Emulator::start(&Setup { image: "qemu.elf", configuration: &good, forward, ..Setup::default() });
     socket.set_nonblocking(false).expect("a socket");
-    socket.set_read_timeout(Some(std::time::Duration::from_secs(60))).expect("a socket");
+    socket.set_read_timeout(Some(PATIENCE)).expect("a socket");
     assert!(socket.recv_from(&mut [0; 600]).is_ok(), "it announces itself");
 }
 
@@ -138,7 +145,7 @@ fn cycles_beyond_its_time_or_its_limits_are_refused_reported_and_not_executed() 
     let ran = bench.seen[0].iter().map(|seen| seen.telemetry.cycle).max();
     assert_eq!(ran, Some(2), "no other cycle ever ran");
     let ledger = bench.dispatcher.modules()[0].ledger();
-    // Nobody waits for an answer to one whose start has passed.
+    // No answer is awaited to one whose start has passed.
     assert_eq!(
         (ledger.acknowledged, ledger.late + ledger.unanswered, ledger.refused),
         (2, 1, 8),

@@ -12,6 +12,7 @@
 //! | [`configuration`] | the image that `flotilla provision` wrote |
 //! | [`semihosting`] | what only an emulator has: dice of the PC, a status to end with |
 //! | [`control`] | the loop that calls the firmware |
+//! | [`steps`] | lock step with a test |
 //! | [`stack`] | how deep the stack has been |
 #![no_std]
 
@@ -26,5 +27,6 @@ pub mod pins;
 mod registers;
 pub mod semihosting;
 pub mod stack;
+pub mod steps;
 pub mod uart;
 mod vectors;

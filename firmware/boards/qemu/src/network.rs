@@ -3,12 +3,15 @@
 use protocol::configuration::{Network as Settings, Own};
 use protocol::units::Micros;
 use protocol::{FleetId, MAX_DATAGRAM, ModuleId};
-use smoltcp::iface::{Config, Interface, SocketHandle, SocketSet, SocketStorage};
+use smoltcp::iface::{
+    Config, Interface, PollIngressSingleResult, PollResult, SocketHandle, SocketSet, SocketStorage,
+};
 use smoltcp::socket::{dhcpv4, udp};
 use smoltcp::time::Instant;
 use smoltcp::wire::{EthernetAddress, IpCidr, IpEndpoint, Ipv4Address, Ipv4Cidr};
 
 use crate::lan9118::Lan9118;
+use crate::steps;
 
 /// Datagrams that wait for the stack or for the firmware, each way.
 const WAITING: usize = 8;
@@ -57,6 +60,10 @@ pub struct Network {
     udp: SocketHandle,
     dhcp: Option<SocketHandle>,
     host: IpEndpoint,
+    /// Datagrams that the stack took to send.
+    sent: u32,
+    /// Datagrams that came.
+    received: u32,
 }
 
 impl Network {
@@ -83,7 +90,7 @@ impl Network {
         let udp = sockets.add(socket);
         let dhcp = matches!(settings.own, Own::Dhcp).then(|| sockets.add(dhcpv4::Socket::new()));
         let host = IpEndpoint::new(Ipv4Address::from(settings.host.address).into(), port);
-        let mut network = Self { device, interface, sockets, udp, dhcp, host };
+        let mut network = Self { device, interface, sockets, udp, dhcp, host, sent: 0, received: 0 };
         if let Own::Static { address, prefix, gateway } = settings.own {
             network.settle(Ipv4Cidr::new(address.into(), prefix), gateway.map(Into::into));
         }
@@ -103,11 +110,24 @@ impl Network {
         }
     }
 
-    /// Moves frames both ways, and hands every datagram that came to `hear`.
+    /// Moves frames both ways, and hands every datagram that came to `hear`: one frame after the other, as the controller has room for
+    /// more of them than the stack.
     pub fn poll(&mut self, now: Micros, mut hear: impl FnMut(&[u8])) {
         #[expect(clippy::cast_possible_wrap, reason = "292 000 years of microseconds")]
         let at = Instant::from_micros(now.0 as i64);
-        self.interface.poll(at, &mut self.device, &mut self.sockets);
+        self.interface.poll_maintenance(at);
+        loop {
+            let taken = self.interface.poll_ingress_single(at, &mut self.device, &mut self.sockets);
+            let socket = self.sockets.get_mut::<udp::Socket<'_>>(self.udp);
+            while let Ok((datagram, _)) = socket.recv() {
+                self.received = self.received.wrapping_add(1);
+                hear(datagram);
+            }
+            if matches!(taken, PollIngressSingleResult::None) {
+                break;
+            }
+        }
+        while self.interface.poll_egress(at, &mut self.device, &mut self.sockets) != PollResult::None {}
         if let Some(handle) = self.dhcp {
             let event = self.sockets.get_mut::<dhcpv4::Socket<'_>>(handle).poll();
             let leased = event.map(|event| match event {
@@ -123,16 +143,20 @@ impl Network {
                 None => {}
             }
         }
-        let socket = self.sockets.get_mut::<udp::Socket<'_>>(self.udp);
-        while let Ok((datagram, _)) = socket.recv() {
-            hear(datagram);
+        // What waits for the way to the host has not left.
+        if self.sockets.get_mut::<udp::Socket<'_>>(self.udp).send_queue() == 0 {
+            steps::count(self.sent, self.received);
         }
     }
 
-    /// Sends a datagram to the host. It is lost where nobody knows the way yet, or the stack is full.
+    /// Sends a datagram to the host. It is lost where the module has no address yet, or the stack is full.
     pub fn send(&mut self, datagram: &[u8]) {
+        if self.interface.ipv4_addr().is_none() {
+            return;
+        }
         let host = self.host;
-        let _ = self.sockets.get_mut::<udp::Socket<'_>>(self.udp).send_slice(datagram, host);
+        let sent = self.sockets.get_mut::<udp::Socket<'_>>(self.udp).send_slice(datagram, host);
+        self.sent = self.sent.wrapping_add(u32::from(sent.is_ok()));
     }
 
     /// Lets the controller wake the main loop.

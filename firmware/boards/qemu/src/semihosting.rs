@@ -2,6 +2,8 @@
 //!
 //! A real board draws its boot nonce from a generator of its own. This machine has none, so that of the PC serves.
 
+use core::ffi::CStr;
+
 use cortex_m_semihosting::{debug, hprintln, nr, syscall, syscall1};
 
 /// Different from life to life, from the PC's `/dev/urandom`.
@@ -21,15 +23,32 @@ pub fn boot_nonce() -> Option<[u8; 12]> {
     (unread == 0).then_some(nonce)
 }
 
-/// Whether the emulator's command line ends with `word` (`-semihosting-config …,arg=NAME,arg=WORD`).
+/// The number after `word` at the end of the emulator's command line (`-semihosting-config …,arg=WORD,arg=NUMBER`).
 #[must_use]
-pub fn is_asked(word: &str) -> bool {
+pub fn number_after(word: &str) -> Option<u32> {
     let mut line = [0_u8; 64];
     let mut block = [line.as_mut_ptr().expose_provenance(), line.len()];
     // SAFETY: the parameter block as the call wants it: address and length of the buffer, which comes back as that of the line. Both
     // outlive the call, and the emulator writes within them.
     let failed = unsafe { syscall1(nr::GET_CMDLINE, block.as_mut_ptr().expose_provenance()) };
-    failed == 0 && line.get(..block[1]).is_some_and(|line| line.ends_with(word.as_bytes()))
+    let line = line.get(..block[1]).filter(|_| failed == 0)?;
+    let mut words = core::str::from_utf8(line).ok()?.trim_end_matches('\0').rsplit(' ');
+    let number = words.next()?.parse().ok()?;
+    (words.next()? == word).then_some(number)
+}
+
+/// A file of the debugger's, or of the PC's where there is no debugger: its handle.
+#[must_use]
+pub fn open_to_write(path: &CStr) -> Option<usize> {
+    // SAFETY: the parameter block as the call wants it: address of the path, mode, length without the zero. All outlive the call.
+    let handle = unsafe { syscall(nr::OPEN, &[path.as_ptr().addr(), nr::open::W_TRUNC, path.count_bytes()]) };
+    (handle != usize::MAX).then_some(handle)
+}
+
+/// Writes bytes to a file that is open; returns when that is done.
+pub fn write(handle: usize, bytes: &[u8]) {
+    // SAFETY: the parameter block as the call wants it: handle, address and length of the bytes. They outlive the call.
+    unsafe { syscall(nr::WRITE, &[handle, bytes.as_ptr().expose_provenance(), bytes.len()]) };
 }
 
 /// Ends the emulator, with status 0 if all went `well`, else with 1.

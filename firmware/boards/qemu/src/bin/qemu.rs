@@ -14,8 +14,9 @@ use board_qemu::control::{self, Control, Mail};
 use board_qemu::lamp::Lamp;
 use board_qemu::lan9118::{self, Lan9118};
 use board_qemu::network::{self, Memory, Network};
+use board_qemu::stack::Stack;
 use board_qemu::uart::Uart;
-use board_qemu::{clock, configuration, motor, semihosting, stack};
+use board_qemu::{clock, configuration, motor, semihosting, steps};
 use cortex_m_rt::{entry, exception};
 use firmware::{indicator, provision};
 use heapless::Vec;
@@ -30,11 +31,13 @@ board_qemu::ends_with_its_faults!();
 
 #[entry]
 fn main() -> ! {
+    let boot = semihosting::boot_nonce().expect("random bytes from the PC");
+    steps::start(cortex_m::Peripherals::take().expect("taken once").SYST);
     clock::start();
     motor::connect();
     // SAFETY: the only ones.
     let (mut uart, mut lamp) = unsafe { (Uart::first(), Lamp::new()) };
-    match run(&mut uart, &mut lamp) {
+    match run(boot, &mut uart, &mut lamp) {
         Ok(never) => match never {},
         Err(why) => {
             let _ = writeln!(uart, "not provisioned: {why}");
@@ -48,9 +51,12 @@ fn main() -> ! {
     }
 }
 
-fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, provision::NotProvisioned> {
+fn run(
+    boot: [u8; 12],
+    uart: &mut Uart,
+    lamp: &mut Lamp,
+) -> Result<core::convert::Infallible, provision::NotProvisioned> {
     let configuration = Configuration::read(configuration::block())?;
-    let boot = semihosting::boot_nonce().expect("random bytes from the PC");
     let firmware = provision::modboat(&configuration, boot, motor::Sensors, motor::Sensors, motor::bridge())?;
     let Robot::Modboat(constants) = &configuration.robot else {
         return Err(provision::NotProvisioned::Kind(configuration.kind()));
@@ -70,9 +76,7 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
     Control::start(firmware, configuration.supply, interval, inbox, outbox);
 
     let _ = writeln!(uart, "module {} of fleet {}", configuration.module, configuration.fleet);
-    // Where the emulator counts instructions, its time is exact only while it never sleeps.
-    let stays_awake = semihosting::is_asked("awake");
-    let mut unheard = 0_u64;
+    let (mut unheard, mut stack) = (0_u64, Stack::new());
     let mut next_report = Micros(0);
     loop {
         while let Some(datagram) = from_control.dequeue() {
@@ -87,6 +91,7 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
             }
         });
         network.listen();
+        stack.look();
         let now = clock::now();
         if now >= next_report {
             let s = control::statistics();
@@ -105,7 +110,7 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
                 s.state.unwrap_or(ModuleState::Boot),
                 s.running,
                 s.faults.0,
-                stack::high_water(),
+                stack.high_water(),
                 i.received,
                 i.accepted,
                 i.duplicate,
@@ -118,9 +123,6 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
         }
         let (state, faults) = control::state();
         lamp.set(indicator::is_lit(now, state, faults));
-        if stays_awake {
-            continue;
-        }
         // Asleep until a tick or a frame, unless something came meanwhile: an interrupt that waits wakes it as well.
         cortex_m::interrupt::free(|_| {
             if !from_control.ready() {
@@ -135,9 +137,12 @@ fn run(uart: &mut Uart, lamp: &mut Lamp) -> Result<core::convert::Infallible, pr
 unsafe fn DefaultHandler(number: i16) {
     const TICK: i16 = clock::Interrupt::Tick as i16;
     const ETHERNET: i16 = clock::Interrupt::Ethernet as i16;
+    // Exception 15, SysTick, counted from the first interrupt.
+    const STEP: i16 = -1;
     match number {
         TICK => control::interrupted(),
         ETHERNET => lan9118::interrupted(),
+        STEP => steps::interrupted(),
         other => panic!("interrupt {other} is nobody's"),
     }
 }
