@@ -69,21 +69,27 @@ fn close(a: f64, b: f64, what: &str) {
 fn check(plan: &Value, cells: &str, demand: [f64; 3], tails: Option<&[f64]>) {
     let cells: Vec<[i32; 2]> = serde_json::from_str(cells).expect("cells");
     let modules = cells.len();
-    assert_eq!(
-        keys(plan),
-        [
-            "clearance_m",
-            "cycle",
-            "error",
-            "loss_tolerant",
-            "outcome",
-            "planner",
-            "solve_us",
-            "transition",
-            "travel_rad",
-            "wrench"
-        ]
-    );
+    let always = [
+        "clearance_m",
+        "cycle",
+        "error",
+        "loss_tolerant",
+        "outcome",
+        "planner",
+        "solve_us",
+        "transition",
+        "travel_rad",
+        "wrench",
+    ];
+    let (now_and_then, asked): (Vec<&str>, Vec<&str>) =
+        keys(plan).into_iter().partition(|key| ["guarantee_m", "reason"].contains(key));
+    assert_eq!(asked, always);
+    // What is guaranteed is no more than what is planned.
+    if now_and_then.contains(&"guarantee_m") {
+        assert!(plan["planner"] == "exact" && tails.is_some(), "{plan}");
+        assert!(plan["guarantee_m"].as_f64() <= plan["clearance_m"].as_f64(), "{plan}");
+        assert!(plan["outcome"] == "held" || plan["guarantee_m"].as_f64() > Some(0.0), "{plan}");
+    }
     let outcome = plan["outcome"].as_str().expect("a word");
     assert!(["planned", "repeated", "held"].contains(&outcome), "{outcome}");
     assert!(["exact", "potential-field"].contains(&plan["planner"].as_str().expect("a name")), "{plan}");

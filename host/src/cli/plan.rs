@@ -103,6 +103,9 @@ struct Reply<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     guarantee_m: Option<f64>,
     loss_tolerant: bool,
+    /// Why nothing moves, where nothing does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
     planner: &'static str,
     solve_us: u64,
 }
@@ -199,6 +202,7 @@ impl Stream {
             clearance_m,
             guarantee_m,
             loss_tolerant,
+            reason,
             ..
         } = &plan;
         let reply = Reply {
@@ -212,6 +216,7 @@ impl Stream {
             clearance_m: clearance_m.is_finite().then_some(*clearance_m),
             guarantee_m: guarantee_m.filter(|guarantee_m| guarantee_m.is_finite()),
             loss_tolerant: *loss_tolerant,
+            reason: reason.map(|reason| reason.to_string()),
             planner: self.config.kind.name(),
             solve_us,
         };

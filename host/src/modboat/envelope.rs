@@ -73,6 +73,16 @@ struct Sums {
     hessian: [f64; 3],
 }
 
+/// Where the problem of (e3) was solved.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    /// The least Σ‖Mᵢn‖.
+    sum: f64,
+    /// n, with torques divided by ρ, and the μ it was last smoothed by.
+    normal: [f64; 3],
+    mu: f64,
+}
+
 impl Envelope {
     /// Of modules at `positions_m` in S, from the centre of mass, as
     /// [`Structure::positions_m`](super::structure::Structure::positions_m) gives them.
@@ -117,9 +127,33 @@ impl Envelope {
             return 0.0;
         }
         // Two steps, so that no square can overflow or vanish.
-        let demand = demand.map(|v| v / size);
-        let rest = demand.iter().map(|v| v * v).sum::<f64>().sqrt();
-        size * rest / (self.thrust_n * self.reach(demand.map(|v| v / rest)))
+        let (d, rest) = unit(demand.map(|v| v / size));
+        size * rest / (self.thrust_n * self.reach(d).sum)
+    }
+
+    /// The thrusts that give `wrench` with the least greatest one: each module pushes along Mᵢn of the plane that holds the
+    /// wrench back, all by gauge(w)·F, those where Mᵢn = 0 by less. N in S by module, into `thrusts_n`; none where no multiple of
+    /// the wrench can be given.
+    pub fn thrusts(&self, wrench: Wrench, thrusts_n: &mut Vec<[f64; 2]>) {
+        thrusts_n.clear();
+        let gauge = self.gauge(wrench);
+        if !gauge.is_finite() {
+            return;
+        }
+        let Wrench { fx_n, fy_n, tau_nm } = wrench;
+        if self.gyration_m == 0.0 || gauge == 0.0 {
+            let modules = self.places.len() as f64;
+            thrusts_n.extend(self.places.iter().map(|_| [fx_n / modules, fy_n / modules]));
+            return;
+        }
+        let size = gauge * self.thrust_n;
+        let (d, _) = unit([fx_n, fy_n, tau_nm / self.gyration_m].map(|v| v / size));
+        let Reached { normal, mu, .. } = self.reach(d);
+        thrusts_n.extend(self.places.iter().map(|&place| {
+            let v = carry(place, normal);
+            let s = (dot(v, v) + mu * mu).sqrt();
+            v.map(|v| size * v / s)
+        }));
     }
 
     /// The farthest wrench of the envelope in the direction of `wrench`; zero where there is none.
@@ -133,7 +167,7 @@ impl Envelope {
     }
 
     /// The least Σ‖Mᵢn‖ over n·d = 1 for a unit vector d.
-    fn reach(&self, d: [f64; 3]) -> f64 {
+    fn reach(&self, d: [f64; 3]) -> Reached {
         let basis = complement(d);
         let (mut y, mut mu) = ([0.0; 2], 0.5);
         let mut here = self.sums(d, basis, y, mu);
@@ -166,12 +200,13 @@ impl Envelope {
             // Whatever n is, h(n) is an upper bound.
             least = least.min(here.value);
         }
-        least
+        Reached { sum: least, normal: normal(d, basis, y), mu }
     }
 
     /// Value, gradient and Hessian of the smoothed problem at n = d + B·y.
-    fn sums(&self, d: [f64; 3], [b, c]: [[f64; 3]; 2], y: [f64; 2], mu: f64) -> Sums {
-        let n = [0, 1, 2].map(|k| d[k] + b[k] * y[0] + c[k] * y[1]);
+    fn sums(&self, d: [f64; 3], basis: [[f64; 3]; 2], y: [f64; 2], mu: f64) -> Sums {
+        let n = normal(d, basis, y);
+        let [b, c] = basis;
         let mut sums = Sums::default();
         for &place in &self.places {
             let (v, g_b, g_c) = (carry(place, n), carry(place, b), carry(place, c));
@@ -194,6 +229,17 @@ impl Envelope {
         }
         sums
     }
+}
+
+/// n = d + B·y.
+fn normal(d: [f64; 3], [b, c]: [[f64; 3]; 2], y: [f64; 2]) -> [f64; 3] {
+    [0, 1, 2].map(|k| d[k] + b[k] * y[0] + c[k] * y[1])
+}
+
+/// A vector's direction and its length.
+fn unit(v: [f64; 3]) -> ([f64; 3], f64) {
+    let size = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    (v.map(|v| v / size), size)
 }
 
 /// Mᵢn.

@@ -16,6 +16,7 @@ pub mod plan;
 pub mod planner;
 pub mod planner_config;
 pub mod potential_field;
+pub mod reason;
 pub mod region;
 pub mod repulsion;
 pub mod setting;

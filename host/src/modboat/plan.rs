@@ -7,6 +7,7 @@
 //! Collisions are between two modules, so that it suffices to look at each pair with both moving, only i, only j.
 
 use super::motion::{Swing, Turn, Wrench};
+use super::reason::Reason;
 use super::setting::StepTime;
 
 /// What kind of decision a plan is.
@@ -66,4 +67,6 @@ pub struct Plan {
     pub loss_tolerant: bool,
     /// True if moreover any module may stop anywhere in its motion while the others go on, as one does that loses its power.
     pub power_tolerant: bool,
+    /// Why nothing moves, where the planner holds.
+    pub reason: Option<Reason>,
 }

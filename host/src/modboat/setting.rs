@@ -3,7 +3,6 @@
 //! The examination uses the exact tail geometry ([`Tail`]), which shares nothing with the collision
 //! regions that planners search by: a plan in which two tails touch is no plan.
 
-use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use super::distance::DistanceToCollision;
@@ -27,8 +26,15 @@ const REST_SHARE: f64 = 0.9;
 /// The slow tube is a box: its corner is this many times as far away as its side.
 const NARROW_SHARE: f64 = std::f64::consts::SQRT_2;
 
+use clearance::Clearance;
+
+pub use approach::{Approach, StepTime};
+pub use reach::Reach;
 pub use tolerance::Presence;
 
+mod approach;
+mod clearance;
+mod reach;
 mod tolerance;
 
 /// A structure of modules, its neighbours, and where their tails collide.
@@ -53,121 +59,6 @@ pub struct Setting {
     pub presence: Vec<Presence>,
     /// By module, from where to where its tail swings in the cycle that still runs, rad; empty where that is not to be minded.
     pub before_rad: Vec<[f64; 2]>,
-}
-
-/// Where a tail can touch a neighbour's at one lattice offset.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
-    /// Direction from i to j, rad from x_S.
-    pub towards_rad: f64,
-    /// Greatest planned angle off it of tail i, or off the opposite of tail j, at which they can touch: by geometry, and e_s beyond
-    /// it, rad.
-    pub within_rad: f64,
-}
-
-impl Reach {
-    /// Between two modules at that offset.
-    #[must_use]
-    pub fn new(distance: &DistanceToCollision, offset: [i32; 2]) -> Self {
-        let [col, row] = offset.map(f64::from);
-        let within_rad = distance.tail().reach_rad(offset) + distance.errors().tracking_rad();
-        Self { towards_rad: row.atan2(col), within_rad: within_rad.min(PI) }
-    }
-
-    /// Whether tail i is out of j's reach at this angle, wherever tail j is.
-    #[must_use]
-    pub fn clears_i(&self, phi_i_rad: f64) -> bool {
-        wrap_rad(phi_i_rad - self.towards_rad).abs() >= self.within_rad
-    }
-
-    /// Whether tail i is out of j's reach all the way from one angle to another.
-    #[must_use]
-    pub fn clears_i_along(&self, from_rad: f64, to_rad: f64) -> bool {
-        self.clears_along(self.towards_rad, from_rad, to_rad)
-    }
-
-    /// The same of tail j.
-    #[must_use]
-    pub fn clears_j_along(&self, from_rad: f64, to_rad: f64) -> bool {
-        self.clears_along(self.towards_rad + PI, from_rad, to_rad)
-    }
-
-    /// Whether the way from one angle to another lies in what `within_rad` about `towards_rad` leaves of the circle.
-    fn clears_along(&self, towards_rad: f64, from_rad: f64, to_rad: f64) -> bool {
-        let past_rad = (from_rad.min(to_rad) - towards_rad - self.within_rad).rem_euclid(TAU);
-        past_rad + (to_rad - from_rad).abs() <= TAU - 2.0 * self.within_rad
-    }
-
-    /// Whether tail j is out of i's reach at this angle, wherever tail i is.
-    #[must_use]
-    pub fn clears_j(&self, phi_j_rad: f64) -> bool {
-        wrap_rad(phi_j_rad - self.towards_rad - PI).abs() >= self.within_rad
-    }
-}
-
-/// How the tails get from where they are to the start of a cycle.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Approach {
-    /// Each module's rotation.
-    pub turns: Vec<Turn>,
-    /// Where the tails are between its two steps, if it has two.
-    pub via_rad: Option<Vec<f64>>,
-    /// How long each step takes, and each of its ramps; the second counts only if there are two.
-    pub times: [StepTime; 2],
-    /// It turns slowly, out of a place too narrow for the usual tube.
-    pub slow: bool,
-}
-
-/// The times of one step of a transition.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StepTime {
-    /// All of it, s.
-    pub duration_s: f64,
-    /// Each of the two ramps from and to rest, s; zero at constant speed.
-    pub ramp_s: f64,
-}
-
-impl Approach {
-    /// True if nothing moves.
-    #[must_use]
-    pub fn is_still(&self) -> bool {
-        self.via_rad.is_none() && self.turns.iter().all(|turn| turn.rotation_rad().abs() < STILL_RAD)
-    }
-
-    /// How long it takes, s: both steps of it where it has two, zero where nothing moves.
-    #[must_use]
-    pub fn transition_s(&self) -> f64 {
-        let [first, second] = self.times;
-        match &self.via_rad {
-            Some(_) => first.duration_s + second.duration_s,
-            None if self.is_still() => 0.0,
-            None => first.duration_s,
-        }
-    }
-
-    /// Σ |rotation|, over both steps where there are two, rad.
-    #[must_use]
-    pub fn travel_rad(&self) -> f64 {
-        let via = |module: usize, turn: &Turn| self.via_rad.as_ref().map_or(turn.from_rad, |via| via[module]);
-        self.turns
-            .iter()
-            .enumerate()
-            .map(|(module, turn)| {
-                let via_rad = via(module, turn);
-                (via_rad - turn.from_rad).abs() + (turn.to_rad - via_rad).abs()
-            })
-            .sum()
-    }
-
-    /// Its steps as segments: each module's pose before and after.
-    fn steps(&self) -> Vec<Vec<Turn>> {
-        let Some(via) = &self.via_rad else { return vec![self.turns.clone()] };
-        let first =
-            self.turns.iter().zip(via).map(|(turn, &via)| Turn { from_rad: turn.from_rad, to_rad: via });
-        let second =
-            self.turns.iter().zip(via).map(|(turn, &via)| Turn { from_rad: via, to_rad: turn.to_rad });
-        vec![first.collect(), second.collect()]
-    }
 }
 
 impl Setting {
@@ -312,23 +203,14 @@ impl Setting {
         demand: Wrench,
     ) -> Option<Plan> {
         let steps = approach.as_ref().filter(|a| !a.is_still()).map_or_else(Vec::new, Approach::steps);
-        // The ends of the swings first: the less is known to be left, the less is looked at after that.
-        let mut clearance_m = self.clearance_m(f64::INFINITY, |pair| {
-            let [start, _] = swim_ends(&cycle, pair);
-            [start, start]
-        });
-        clearance_m = self.clearance_m(clearance_m, |pair| swim_ends(&cycle, pair));
-        for turns in &steps {
-            clearance_m = self.clearance_m(clearance_m, |pair| turn_ends(turns, pair));
-        }
         if !self.minds_the_absent(&steps, &cycle) {
             return None;
         }
         let slow = approach.as_ref().is_some_and(|approach| approach.slow);
-        let guarantee_m = self.guarantee_m(&steps, slow, &cycle);
+        let Clearance { planned_m: clearance_m, kept_m } = self.clearance(&steps, slow, &cycle);
         // Out of a place too narrow for any tube the plan itself has to do. Not "≤ 0": a NaN is no clearance either.
-        let kept_m = guarantee_m.filter(|_| !slow).unwrap_or(clearance_m).min(clearance_m);
-        if kept_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+        let least_m = kept_m.filter(|_| !slow).unwrap_or(clearance_m).min(clearance_m);
+        if least_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
         let loss_tolerant = tails.is_some_and(|tails| self.loss_tolerant(&steps, &cycle, tails));
@@ -350,10 +232,11 @@ impl Setting {
             wrench,
             travel_rad,
             clearance_m,
-            guarantee_m,
+            guarantee_m: kept_m.filter(|_| tails.is_some()),
             outside_envelope: false,
             loss_tolerant,
             power_tolerant,
+            reason: None,
         })
     }
 
@@ -388,7 +271,8 @@ impl Setting {
         let cycle: Vec<Swing> = (0..self.cells.len())
             .map(|module| Swing { centerline_rad: rest_rad(module), amplitude_rad: 0.0 })
             .collect();
-        let clearance_m = self.clearance_m(f64::INFINITY, |pair| swim_ends(&cycle, pair));
+        let Clearance { planned_m: clearance_m, kept_m } = self.clearance(&[], false, &cycle);
+        let guarantee_m = kept_m.filter(|_| tails.is_some());
         Plan {
             outcome: Outcome::Held,
             transition: None,
@@ -399,84 +283,13 @@ impl Setting {
             error: if demand == Wrench::default() { 0.0 } else { 1.0 },
             travel_rad: 0.0,
             clearance_m,
-            guarantee_m: tails.and_then(|_| self.guarantee_m(&[], false, &cycle)),
+            guarantee_m,
             outside_envelope: false,
             loss_tolerant: tails.is_some() && clearance_m > 0.0,
             power_tolerant: tails.is_some() && clearance_m > 0.0,
+            reason: Some(self.why_held(demand, tails, guarantee_m)),
             cycle,
         }
-    }
-
-    /// The lesser of `known_m` and the least clearance of any pair along the motion that `ends` gives it, m.
-    fn clearance_m(&self, known_m: f64, ends: impl Fn(&Pair) -> [[f64; 2]; 2]) -> f64 {
-        let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
-        let known = self.pairs.all().iter().filter(|pair| !self.is_unknown(pair));
-        known.fold(known_m, |least_m, pair| {
-            let [from, to] = ends(pair);
-            tail.least_along_m(offsets[pair.offset], from, to, least_m)
-        })
-    }
-
-    /// Least distance between the surfaces of two tails that modules keep in these motions, whatever their errors, m; `None` where
-    /// transitions go at constant speed, which no motor follows.
-    fn guarantee_m(&self, steps: &[Vec<Turn>], slow: bool, cycle: &[Swing]) -> Option<f64> {
-        if self.config.law() == LawOfTime::ConstantSpeed {
-            return None;
-        }
-        let (distance, offsets) = (&self.distance, self.distance.offsets());
-        let error_rad = |tube: Tube| distance.errors().of(tube);
-        let mut least_m = f64::INFINITY;
-        for pair in self.pairs.all().iter().filter(|pair| !self.is_unknown(pair)) {
-            let mut keep = |tube: Tube, [from, to]: [[f64; 2]; 2]| {
-                let offset = offsets[pair.offset];
-                least_m = distance.tail().tube_clearance_m(offset, from, to, error_rad(tube), least_m);
-            };
-            for turns in steps {
-                let moves = [pair.i, pair.j].map(|m| turns[m].rotation_rad().abs() >= STILL_RAD);
-                let tube = match Tube::of(moves) {
-                    Tube::Both if slow => Tube::Slow,
-                    tube => tube,
-                };
-                keep(tube, turn_ends(turns, pair));
-            }
-            let moves = [pair.i, pair.j].map(|m| cycle[m].amplitude_rad != 0.0);
-            keep(Tube::of(moves), swim_ends(cycle, pair));
-        }
-        Some(least_m)
-    }
-
-    /// Whether each pair stays clear with only i moving, and with only j; both moving is known to be. Of two steps a module
-    /// may miss both, or the second: then it rests between them.
-    fn loss_tolerant(&self, steps: &[Vec<Turn>], cycle: &[Swing], tails: &[f64]) -> bool {
-        let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
-        let error_rad =
-            (self.config.law() == LawOfTime::RestToRest).then(|| self.distance.errors().of(Tube::One));
-        // Beside a tail that nobody knows nothing changes if a plan is missed.
-        self.pairs.all().iter().filter(|pair| !self.is_unknown(pair)).all(|pair| {
-            let offset = offsets[pair.offset];
-            let free = |from: [f64; 2], to: [f64; 2]| match error_rad {
-                Some(error_rad) => tail.tube_clearance_m(offset, from, to, error_rad, f64::INFINITY) > 0.0,
-                None => !tail.collides_along(offset, from, to),
-            };
-            let clear = |rest: [f64; 2], [from, to]: [[f64; 2]; 2]| {
-                free([from[0], rest[1]], [to[0], rest[1]]) && free([rest[0], from[1]], [rest[0], to[1]])
-            };
-            let rest = [tails[pair.i], tails[pair.j]];
-            let between = match steps {
-                [first, _] => Some([first[pair.i].to_rad, first[pair.j].to_rad]),
-                _ => None,
-            };
-            // Who rests out of reach is in nobody's way.
-            let reach = &self.reaches[pair.offset];
-            let away = |rest: [f64; 2]| reach.clears_i(rest[0]) && reach.clears_j(rest[1]);
-            if away(rest) && between.is_none_or(away) {
-                return true;
-            }
-            let motions = steps.iter().map(|turns| turn_ends(turns, pair)).chain([swim_ends(cycle, pair)]);
-            motions.enumerate().all(|(phase, ends)| {
-                clear(rest, ends) && between.filter(|_| phase > 0).is_none_or(|rest| clear(rest, ends))
-            })
-        })
     }
 }
 

@@ -299,15 +299,11 @@ impl Tail {
     ) -> f64 {
         let vector_m = self.vector_m(offset);
         let step = [to_rad[0] - from_rad[0], to_rad[1] - from_rad[1]];
-        let mut least_m = f64::INFINITY;
-        for end_rad in [from_rad, to_rad] {
-            least_m = least_m.min(self.pose(vector_m, end_rad.map(unit)).distance_m);
-        }
         // A NaN, an infinity or an absurd turn never clears.
-        if !(least_m.is_finite() && step[0].abs() <= TURN_MAX_RAD && step[1].abs() <= TURN_MAX_RAD) {
+        if !(step[0].abs() <= TURN_MAX_RAD && step[1].abs() <= TURN_MAX_RAD) {
             return f64::NEG_INFINITY;
         }
-        least_m = least_m.min(known_m + self.width_m);
+        let mut least_m = known_m + self.width_m;
         // An interval's half-length as a share of the whole, how often it was halved, and the directions in its middle. Halving
         // turns those by the same angles for all intervals of a depth: e(step·2^−(depth + 2)).
         let middle = [0, 1].map(|k| unit(from_rad[k] + 0.5 * step[k]));
@@ -327,6 +323,12 @@ impl Tail {
             // What is certainly above the least so far or the margin asked for needs no closer look.
             let above = bound_m >= least_m - CLEARANCE_TOLERANCE_M
                 || (enough_m.is_finite() && bound_m - self.width_m >= enough_m);
+            if !above && depth == 0 {
+                // What is certainly above as a whole needs no look at its ends.
+                for end_rad in [from_rad, to_rad] {
+                    least_m = least_m.min(self.pose(vector_m, end_rad.map(unit)).distance_m);
+                }
+            }
             if !above && held + 2 <= STACK && depth < STACK {
                 let quarter = 0.5 * half;
                 if depth == deepest {

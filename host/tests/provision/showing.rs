@@ -46,7 +46,7 @@ fn every_fault_of_an_image_is_named() {
     for (file, expected) in [
         (with(good.len() - 1, !good[good.len() - 1]), "a.bin: wrong checksum: checksum "),
         (with(40, !good[40]), "a.bin: wrong checksum: checksum "),
-        (with(4, 9), "a.bin: wrong version: format 9, this build reads 2"),
+        (with(4, 9), "a.bin: wrong version: format 9, this build reads 3"),
         // The first field is the module's number.
         (checked(with(8, 0)), "a.bin: id out of range: module 0: numbers go from 1 to 1024"),
         (checked([&good[..8], &[0xFF; 60], &[0; 4]].concat()), "a.bin: cut short: "),

@@ -9,8 +9,10 @@
 //! Tables are made one after the other, each on two threads, so that the one of times has the machine to itself. Times are
 //! printed and never asserted.
 
+mod border;
 mod errors;
 mod figure;
+mod leaving;
 mod outcomes;
 mod outside;
 mod power;

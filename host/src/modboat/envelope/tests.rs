@@ -259,3 +259,33 @@ fn one_module_has_no_torque_and_zero_takes_nothing() {
         }
     }
 }
+
+/// Shared out, a wrench is given back by the sum of the thrusts, and no thrust is greater than the gauge says.
+#[test]
+fn a_wrench_is_shared_out_by_least_greatest_thrusts() {
+    let seed = 9;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut thrusts_n = Vec::new();
+    for picture in [PAIR, LINE, CORNER, RING, HAMMER, &square(5)] {
+        let (positions_m, envelope) = (positions(picture), envelope(picture));
+        for _ in 0..100 {
+            let share = rng.random_range(0.05..1.0);
+            let asked =
+                Wrench::from_array(border(&positions_m, normal(&mut rng)).to_array().map(|f| share * f));
+            envelope.thrusts(asked, &mut thrusts_n);
+            let given = thrusts_n.iter().zip(&positions_m).fold(Wrench::default(), |sum, (u, at)| {
+                sum + wrench(u[0], u[1], at[0] * u[1] - at[1] * u[0])
+            });
+            let off = (given - asked).weighted_norm([1.0, 1.0, 10.0]);
+            let norm = asked.weighted_norm([1.0, 1.0, 10.0]);
+            assert!(off <= 1e-4 * norm, "seed {seed}, {picture}: {given:?} for {asked:?}");
+            let most_n = thrusts_n.iter().map(|u| u[0].hypot(u[1])).fold(0.0, f64::max);
+            assert!(most_n <= share * F * (1.0 + 1e-9), "seed {seed}, {picture}: {most_n} N at {share}");
+        }
+    }
+    let lone = envelope(LONE);
+    lone.thrusts(wrench(0.01, -0.02, 0.0), &mut thrusts_n);
+    assert_eq!(thrusts_n, [[0.01, -0.02]]);
+    lone.thrusts(wrench(0.0, 0.0, 0.01), &mut thrusts_n);
+    assert!(thrusts_n.is_empty(), "it has no torque to give");
+}

@@ -16,18 +16,24 @@
 //!
 //! Both run in time linear in the modules and allocate nothing.
 
-use super::law::{Law, turned};
+use super::law::Law;
 use super::neighbours::{Cycle, Rules};
 use super::rest::RestPoses;
 
 /// Relative weighted error that counts as none.
-pub const EXACT: f64 = 1e-9;
+const EXACT: f64 = 1e-9;
+/// Relative weighted error to aim at.
+pub const GOAL: f64 = 0.01 * EXACT;
 /// Weighted error that counts as none whatever the demand, N.
 const EXACT_N: f64 = 1e-13;
+/// Sweeps of coordinate descent.
+const SWEEPS: usize = 2;
 /// Newton steps at most.
 const STEPS: usize = 14;
 /// Steps in a row that do not halve the residual, after which no more are tried.
 const SLOW_STEPS: usize = 3;
+/// Rounds of taking back what neighbours do not allow.
+const ROUNDS: usize = 4;
 /// The longest Newton step, rad.
 const STEP_MAX_RAD: f64 = 0.5;
 /// μ as a share of the trace of J Jᵀ.
@@ -46,8 +52,17 @@ pub struct Aim {
     pub pull_n2_rad2: f64,
     /// Share of the way to it that a polish goes.
     pub recentre: f64,
-    /// Rounds of taking back what neighbours do not allow; with none, that is a failure.
-    pub rounds: usize,
+    /// Relative weighted error that a polish is done with.
+    pub goal: f64,
+    /// Whether a cycle that turns may leave its free arc.
+    pub roams: bool,
+}
+
+impl Aim {
+    /// How far a pose may turn, clockwise and counter-clockwise, rad.
+    fn room_rad(&self, rest: &RestPoses, module: usize, pose_rad: f64) -> [f64; 2] {
+        if self.roams { [-STEP_MAX_RAD, STEP_MAX_RAD] } else { rest.room_rad(module, pose_rad) }
+    }
 }
 
 /// Whether an aim is met to rounding.
@@ -64,16 +79,31 @@ pub enum Met {
 pub struct Allocation {
     /// Each module's cycle; always one that the rules allow.
     pub cycles: Vec<Cycle>,
-    /// r, N.
+    /// What each gives, Mᵢuᵢ, N, and what is left of the aim, r, N: while amplitudes are descended.
+    given_n: Vec<[f64; 3]>,
     residual_n: [f64; 3],
-    /// (w₁, w₂, w₃).
-    weights: [f64; 3],
-    positions_m: Vec<[f64; 2]>,
-    turns: Vec<(f64, f64)>,
+    places: Vec<Place>,
     trial: Vec<Cycle>,
-    slopes: Vec<[[f64; 3]; 2]>,
+    /// Rows of Jᵀ, by the amplitude and by the rest pose of each module of the trial.
+    by_amplitude: Vec<[f64; 3]>,
+    by_pose: Vec<[f64; 3]>,
     frozen: Vec<bool>,
     costs: Vec<f64>,
+}
+
+/// Mᵢ of one module: (w₁, w₂) and w₃·(x, y).
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    weights: [f64; 2],
+    lever_m: [f64; 2],
+}
+
+impl Place {
+    /// Mᵢ u.
+    fn give_n(&self, [x_n, y_n]: [f64; 2]) -> [f64; 3] {
+        let ([w1, w2], [x_m, y_m]) = (self.weights, self.lever_m);
+        [w1 * x_n, w2 * y_n, x_m * y_n - y_m * x_n]
+    }
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -102,16 +132,17 @@ fn solve(m: [[f64; 3]; 3], b: [f64; 3]) -> Option<[f64; 3]> {
 impl Allocation {
     /// For modules at `positions_m` (m, in S).
     #[must_use]
-    pub fn new(positions_m: &[[f64; 2]], weights: [f64; 3]) -> Self {
+    pub fn new(positions_m: &[[f64; 2]], [w1, w2, w3]: [f64; 3]) -> Self {
         let modules = positions_m.len();
+        let place = |at_m: &[f64; 2]| Place { weights: [w1, w2], lever_m: at_m.map(|lever_m| w3 * lever_m) };
         Self {
             cycles: vec![Cycle::default(); modules],
+            given_n: vec![[0.0; 3]; modules],
             residual_n: [0.0; 3],
-            weights,
-            positions_m: positions_m.to_vec(),
-            turns: vec![(0.0, 1.0); modules],
+            places: positions_m.iter().map(place).collect(),
             trial: vec![Cycle::default(); modules],
-            slopes: vec![[[0.0; 3]; 2]; modules],
+            by_amplitude: vec![[0.0; 3]; modules],
+            by_pose: vec![[0.0; 3]; modules],
             frozen: vec![false; modules],
             costs: Vec::new(),
         }
@@ -119,9 +150,8 @@ impl Allocation {
 
     /// Begins from these cycles, which must be allowed together.
     pub fn begin(&mut self, cycles: impl Iterator<Item = Cycle>) {
-        for ((own, turn), cycle) in self.cycles.iter_mut().zip(&mut self.turns).zip(cycles) {
+        for (own, cycle) in self.cycles.iter_mut().zip(cycles) {
             *own = cycle;
-            *turn = cycle.rest_rad.sin_cos();
         }
     }
 
@@ -147,53 +177,48 @@ impl Allocation {
         dot(self.residual_n, self.residual_n).sqrt()
     }
 
-    /// Mᵢ u.
-    fn wrench_n(&self, module: usize, [x_n, y_n]: [f64; 2]) -> [f64; 3] {
-        let ([w1, w2, w3], [x_m, y_m]) = (self.weights, self.positions_m[module]);
-        [w1 * x_n, w2 * y_n, w3 * (x_m * y_n - y_m * x_n)]
-    }
-
-    fn contribution_n(&self, law: &Law, module: usize) -> [f64; 3] {
-        let thrust_n = law.thrust_n(self.cycles[module].amplitude_rad);
-        self.wrench_n(module, turned(thrust_n, self.turns[module]))
-    }
-
     fn refresh(&mut self, law: &Law, target_n: [f64; 3]) {
-        let mut residual_n = target_n;
-        for module in 0..self.cycles.len() {
-            let own_n = self.contribution_n(law, module);
-            (0..3).for_each(|k| residual_n[k] -= own_n[k]);
+        self.residual_n = target_n;
+        for ((cycle, place), given_n) in self.cycles.iter().zip(&self.places).zip(&mut self.given_n) {
+            *given_n = if cycle.amplitude_rad == 0.0 {
+                [0.0; 3]
+            } else {
+                place.give_n(law.push(cycle.rest_rad, cycle.amplitude_rad).thrust_n)
+            };
+            (0..3).for_each(|k| self.residual_n[k] -= given_n[k]);
         }
-        self.residual_n = residual_n;
     }
 
-    /// One sweep of coordinate descent over the modules in `order`.
-    pub fn descend(&mut self, rules: &Rules<'_>, law: &Law, aim: &Aim, order: impl Iterator<Item = usize>) {
+    /// So many sweeps of coordinate descent over the modules, in `order` from the place `first` on and round.
+    pub fn descend(&mut self, rules: &Rules<'_>, law: &Law, aim: &Aim, order: &[usize], first: usize) {
         self.refresh(law, aim.target_n);
-        for module in order {
-            self.descend_one(rules, law, aim, module);
+        for _ in 0..SWEEPS {
+            for &module in order[first..].iter().chain(&order[..first]) {
+                self.descend_one(rules, law, aim, module);
+            }
         }
     }
 
     fn descend_one(&mut self, rules: &Rules<'_>, law: &Law, aim: &Aim, module: usize) {
-        let own_n = self.contribution_n(law, module);
+        let own_n = self.given_n[module];
         let without_n = [0, 1, 2].map(|k| self.residual_n[k] + own_n[k]);
-        let (sin, cos) = self.turns[module];
+        let present = self.cycles[module];
+        let (sin, cos) = present.rest_rad.sin_cos();
         // |t − M R u₀|² = |t|² − 2 (Rᵀ Mᵀ t)·u₀ + u₀ᵀ (Rᵀ Mᵀ M R) u₀
-        let columns = [turned([1.0, 0.0], (sin, cos)), turned([0.0, 1.0], (sin, cos))]
-            .map(|column| self.wrench_n(module, column));
+        let columns = [[cos, sin], [-sin, cos]].map(|column| self.places[module].give_n(column));
         let linear = [dot(columns[0], without_n), dot(columns[1], without_n)];
         let square = [dot(columns[0], columns[0]), dot(columns[0], columns[1]), dot(columns[1], columns[1])];
-        let cost = |[x, y]: [f64; 2], amplitude_rad: f64| {
+        let pull = |amplitude_rad: f64| {
             let off_rad = amplitude_rad.abs() - aim.amplitude_rad;
+            aim.pull_n2_rad2 * off_rad * off_rad
+        };
+        let present_cost = dot(own_n, own_n) - 2.0 * dot(own_n, without_n) + pull(present.amplitude_rad);
+        self.costs.clear();
+        self.costs.extend(law.thrusts_n.iter().zip(&law.amplitudes_rad).map(|(&[x, y], &amplitude_rad)| {
             x * (square[0] * x - 2.0 * linear[0])
                 + y * (2.0 * square[1] * x + square[2] * y - 2.0 * linear[1])
-                + aim.pull_n2_rad2 * off_rad * off_rad
-        };
-        let present = self.cycles[module];
-        let present_cost = cost(law.thrust_n(present.amplitude_rad), present.amplitude_rad);
-        self.costs.clear();
-        self.costs.extend(law.thrusts_n.iter().zip(&law.amplitudes_rad).map(|(&u, &a)| cost(u, a)));
+                + pull(amplitude_rad)
+        }));
         for _ in 0..TRIES {
             let mut best = (0, f64::INFINITY);
             for (index, &cost) in self.costs.iter().enumerate() {
@@ -207,9 +232,10 @@ impl Allocation {
             }
             let cycle = Cycle { amplitude_rad: law.amplitudes_rad[best.0], ..present };
             if rules.allow_among(module, cycle, |other| self.cycles[other]) {
-                let new_n = self.wrench_n(module, turned(law.thrusts_n[best.0], (sin, cos)));
+                let [x, y] = law.thrusts_n[best.0];
+                let new_n = [0, 1, 2].map(|k| columns[0][k] * x + columns[1][k] * y);
                 self.residual_n = [0, 1, 2].map(|k| without_n[k] - new_n[k]);
-                self.cycles[module] = cycle;
+                (self.given_n[module], self.cycles[module]) = (new_n, cycle);
                 return;
             }
             self.costs[best.0] = f64::INFINITY;
@@ -219,26 +245,15 @@ impl Allocation {
     /// Newton's method in continuous amplitudes.
     pub fn polish(&mut self, rules: &Rules<'_>, rest: &RestPoses, law: &Law, aim: &Aim) -> Met {
         let norm_n = dot(aim.target_n, aim.target_n).sqrt();
-        let goal_n = (0.01 * EXACT * norm_n).max(EXACT_N);
+        let goal_n = self.goal_n(aim);
         self.refresh(law, aim.target_n);
         self.frozen.iter_mut().for_each(|frozen| *frozen = false);
-        for round in 0..=aim.rounds {
+        for round in 0..=ROUNDS {
             let before_n = self.error_n();
             self.trial.copy_from_slice(&self.cycles);
             let met = self.newton(rest, law, aim, goal_n, if round == 0 { aim.recentre } else { 0.0 });
-            if aim.rounds == 0 {
-                // All or nothing.
-                if met && self.trial_allowed(rules) {
-                    std::mem::swap(&mut self.trial, &mut self.cycles);
-                    return Met::Yes;
-                }
-                return Met::No;
-            }
             let taken_back = self.take_back(rules);
             std::mem::swap(&mut self.trial, &mut self.cycles);
-            for (turn, cycle) in self.turns.iter_mut().zip(&self.cycles).filter(|(_, cycle)| cycle.turns) {
-                *turn = cycle.rest_rad.sin_cos();
-            }
             self.refresh(law, aim.target_n);
             if self.error_n() <= goal_n {
                 return Met::Yes;
@@ -251,40 +266,27 @@ impl Allocation {
         if self.error_n() <= EXACT * norm_n { Met::Yes } else { Met::No }
     }
 
+    /// Whether Newton's method alone, without turning, leads from the cycles to what meets the aim; they stay as they are.
+    pub fn reaches(&mut self, rules: &Rules<'_>, rest: &RestPoses, law: &Law, aim: &Aim) -> bool {
+        for (trial, cycle) in self.trial.iter_mut().zip(&self.cycles) {
+            *trial = Cycle { turns: false, ..*cycle };
+        }
+        self.frozen.iter_mut().for_each(|frozen| *frozen = false);
+        self.newton(rest, law, aim, self.goal_n(aim), 0.0) && self.trial_allowed(rules)
+    }
+
+    fn goal_n(&self, aim: &Aim) -> f64 {
+        (aim.goal * dot(aim.target_n, aim.target_n).sqrt()).max(EXACT_N)
+    }
+
     /// Newton steps on the trial, starting from the cycles; true if it meets the goal.
     fn newton(&mut self, rest: &RestPoses, law: &Law, aim: &Aim, goal_n: f64, recentre: f64) -> bool {
-        let [least_rad, most_rad] = law.range_rad;
         let modules = self.trial.len();
+        let turning = self.trial.iter().any(|cycle| cycle.turns);
         let mut pull = recentre;
         let (mut last_n, mut slow) = (f64::INFINITY, 0);
         for _ in 0..STEPS {
-            // Residual and slopes at the trial.
-            let mut residual_n = aim.target_n;
-            let mut normal = [[0.0; 3]; 3];
-            let mut drawn_n = [0.0; 3];
-            for module in 0..modules {
-                let cycle = self.trial[module];
-                let turn = if cycle.turns { cycle.rest_rad.sin_cos() } else { self.turns[module] };
-                let (thrust_n, slope) = law.thrust_and_slope(cycle.amplitude_rad);
-                let thrust_n = turned(thrust_n, turn);
-                let own_n = self.wrench_n(module, thrust_n);
-                (0..3).for_each(|k| residual_n[k] -= own_n[k]);
-                self.slopes[module] = [[0.0; 3]; 2];
-                if self.frozen[module] || cycle.amplitude_rad == 0.0 {
-                    continue;
-                }
-                let by_amplitude = self.wrench_n(module, turned(slope, turn));
-                self.slopes[module][0] = by_amplitude;
-                let drawn = pull * (aim.amplitude_rad - cycle.amplitude_rad.abs());
-                let drawn = if pull > 0.0 { drawn * cycle.amplitude_rad.signum() } else { 0.0 };
-                for k in 0..3 {
-                    drawn_n[k] += by_amplitude[k] * drawn;
-                }
-                if cycle.turns {
-                    // ∂u/∂p turns u by a right angle.
-                    self.slopes[module][1] = self.wrench_n(module, [-thrust_n[1], thrust_n[0]]);
-                }
-            }
+            let (residual_n, drawn_n) = self.slopes(law, aim, pull);
             let size_n = dot(residual_n, residual_n).sqrt();
             if size_n <= goal_n && pull == 0.0 {
                 return true;
@@ -294,74 +296,111 @@ impl Allocation {
                 return false;
             }
             last_n = size_n;
-            self.outward(rest, law, residual_n);
-            for slopes in &self.slopes {
-                for slope in slopes {
-                    for (row, &a) in normal.iter_mut().zip(slope) {
-                        for (entry, &b) in row.iter_mut().zip(slope) {
-                            *entry += a * b;
-                        }
-                    }
-                }
+            self.outward(rest, law, aim, residual_n);
+            // J Jᵀ, its upper triangle.
+            let mut normal = [0.0; 6];
+            let mut add = |a: &[f64; 3]| {
+                let products = [a[0] * a[0], a[0] * a[1], a[0] * a[2], a[1] * a[1], a[1] * a[2], a[2] * a[2]];
+                normal.iter_mut().zip(products).for_each(|(entry, product)| *entry += product);
+            };
+            self.by_amplitude.iter().for_each(&mut add);
+            if turning {
+                self.by_pose.iter().for_each(&mut add);
             }
-            let damping = DAMPING * (normal[0][0] + normal[1][1] + normal[2][2]) + f64::MIN_POSITIVE;
-            (0..3).for_each(|k| normal[k][k] += damping);
+            let [xx, xy, xz, yy, yz, zz] = normal;
+            let damping = DAMPING * (xx + yy + zz) + f64::MIN_POSITIVE;
+            let normal = [[xx + damping, xy, xz], [xy, yy + damping, yz], [xz, yz, zz + damping]];
             let wanted_n = [0, 1, 2].map(|k| residual_n[k] - drawn_n[k]);
             let Some(y) = solve(normal, wanted_n) else { return false };
             let mut longest_rad: f64 = 0.0;
             for module in 0..modules {
-                let [a, p] = self.slopes[module];
-                longest_rad = longest_rad.max(dot(a, y).abs()).max(dot(p, y).abs());
+                longest_rad = longest_rad.max(dot(self.by_amplitude[module], y).abs());
+                if turning {
+                    longest_rad = longest_rad.max(dot(self.by_pose[module], y).abs());
+                }
             }
             let share = if longest_rad > STEP_MAX_RAD { STEP_MAX_RAD / longest_rad } else { 1.0 };
-            let mut moved_rad: f64 = 0.0;
-            for module in 0..modules {
-                let [a, p] = self.slopes[module];
-                let cycle = &mut self.trial[module];
-                if cycle.amplitude_rad == 0.0 || self.frozen[module] {
-                    continue;
-                }
-                let sign = cycle.amplitude_rad.signum();
-                let drawn = if dot(a, a) == 0.0 {
-                    0.0
-                } else {
-                    pull * (aim.amplitude_rad - cycle.amplitude_rad.abs())
-                };
-                let step = share * (dot(a, y) + sign * drawn);
-                let magnitude = (sign * (cycle.amplitude_rad + step)).clamp(least_rad, most_rad);
-                moved_rad = moved_rad.max((sign * magnitude - cycle.amplitude_rad).abs());
-                cycle.amplitude_rad = sign * magnitude;
-                if cycle.turns {
-                    let [back, on] = rest.room_rad(module, cycle.rest_rad);
-                    let turn_rad = (share * dot(p, y)).clamp(back, on);
-                    moved_rad = moved_rad.max(turn_rad.abs());
-                    cycle.rest_rad += turn_rad;
-                }
-            }
-            pull = 0.0;
-            if moved_rad < 1e-13 {
+            if self.step(rest, law, aim, y, share, pull) < 1e-13 {
                 return false;
             }
+            pull = 0.0;
         }
         false
     }
 
-    /// Lets go of what stands at a bound and would be pushed beyond it: its slope counts as zero in this step.
-    fn outward(&mut self, rest: &RestPoses, law: &Law, residual_n: [f64; 3]) {
-        let [least_rad, most_rad] = law.range_rad;
-        // The direction of steepest descent stands for that of the step, which is not known yet.
-        for (module, slopes) in self.slopes.iter_mut().enumerate() {
-            let cycle = self.trial[module];
-            let grows = dot(slopes[0], residual_n) * cycle.amplitude_rad.signum();
-            let magnitude = cycle.amplitude_rad.abs();
-            if (magnitude <= least_rad && grows < 0.0) || (magnitude >= most_rad && grows > 0.0) {
-                slopes[0] = [0.0; 3];
+    /// Works out the slopes at the trial. What is left of the aim there, and what the draw towards the middle would change, N.
+    fn slopes(&mut self, law: &Law, aim: &Aim, pull: f64) -> ([f64; 3], [f64; 3]) {
+        let (mut residual_n, mut drawn_n) = (aim.target_n, [0.0; 3]);
+        for (module, cycle) in self.trial.iter().enumerate() {
+            (self.by_amplitude[module], self.by_pose[module]) = ([0.0; 3], [0.0; 3]);
+            if cycle.amplitude_rad == 0.0 {
+                continue;
+            }
+            let place = &self.places[module];
+            let push = law.push(cycle.rest_rad, cycle.amplitude_rad);
+            let given_n = place.give_n(push.thrust_n);
+            (0..3).for_each(|k| residual_n[k] -= given_n[k]);
+            if self.frozen[module] {
+                continue;
+            }
+            let by_amplitude = place.give_n(push.by_amplitude);
+            self.by_amplitude[module] = by_amplitude;
+            if pull > 0.0 {
+                let drawn = pull * (aim.amplitude_rad - cycle.amplitude_rad.abs());
+                let drawn = drawn * cycle.amplitude_rad.signum();
+                (0..3).for_each(|k| drawn_n[k] += by_amplitude[k] * drawn);
             }
             if cycle.turns {
-                let [back, on] = rest.room_rad(module, cycle.rest_rad);
-                let along = dot(slopes[1], residual_n);
+                // ∂u/∂p turns u by a right angle.
+                self.by_pose[module] = place.give_n([-push.thrust_n[1], push.thrust_n[0]]);
+            }
+        }
+        (residual_n, drawn_n)
+    }
+
+    /// One step of the trial, within bounds. The most that anything moved, rad.
+    fn step(&mut self, rest: &RestPoses, law: &Law, aim: &Aim, y: [f64; 3], share: f64, pull: f64) -> f64 {
+        let [least_rad, most_rad] = law.range_rad;
+        let mut moved_rad: f64 = 0.0;
+        for (module, cycle) in self.trial.iter_mut().enumerate() {
+            if cycle.amplitude_rad == 0.0 || self.frozen[module] {
+                continue;
+            }
+            let slope = self.by_amplitude[module];
+            let (sign, magnitude_rad) = (cycle.amplitude_rad.signum(), cycle.amplitude_rad.abs());
+            let held = pull == 0.0 || dot(slope, slope) == 0.0;
+            let drawn = if held { 0.0 } else { pull * (aim.amplitude_rad - magnitude_rad) };
+            let to_rad = magnitude_rad + share * (sign * dot(slope, y) + drawn);
+            let to_rad = to_rad.clamp(least_rad, most_rad);
+            moved_rad = moved_rad.max((to_rad - magnitude_rad).abs());
+            cycle.amplitude_rad = sign * to_rad;
+            if cycle.turns {
+                let [back, on] = aim.room_rad(rest, module, cycle.rest_rad);
+                let turn_rad = (share * dot(self.by_pose[module], y)).clamp(back, on);
+                moved_rad = moved_rad.max(turn_rad.abs());
+                cycle.rest_rad += turn_rad;
+            }
+        }
+        moved_rad
+    }
+
+    /// Lets go of what stands at a bound and would be pushed beyond it: its slope counts as zero in this step.
+    fn outward(&mut self, rest: &RestPoses, law: &Law, aim: &Aim, residual_n: [f64; 3]) {
+        let [least_rad, most_rad] = law.range_rad;
+        // The direction of steepest descent stands for that of the step, which is not known yet.
+        for (module, cycle) in self.trial.iter().enumerate() {
+            let magnitude_rad = cycle.amplitude_rad.abs();
+            if magnitude_rad <= least_rad || magnitude_rad >= most_rad {
+                let grows = dot(self.by_amplitude[module], residual_n) * cycle.amplitude_rad.signum();
+                if (magnitude_rad <= least_rad && grows < 0.0) || (magnitude_rad >= most_rad && grows > 0.0) {
+                    self.by_amplitude[module] = [0.0; 3];
+                }
+            }
+            if cycle.turns {
+                let [back, on] = aim.room_rad(rest, module, cycle.rest_rad);
+                let along = dot(self.by_pose[module], residual_n);
                 if (along > 0.0 && on < 1e-12) || (along < 0.0 && back > -1e-12) {
-                    slopes[1] = [0.0; 3];
+                    self.by_pose[module] = [0.0; 3];
                 }
             }
         }

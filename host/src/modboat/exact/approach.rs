@@ -9,9 +9,9 @@ use crate::modboat::transition::solver::{Clearance, Least, Problem, Signs, Solve
 use super::rest::RestPoses;
 
 /// What two neighbours may do in a transition.
-struct Turning<'a> {
-    setting: &'a Setting,
-    slow: bool,
+pub(super) struct Turning<'a> {
+    pub(super) setting: &'a Setting,
+    pub(super) slow: bool,
 }
 
 impl Clearance for Turning<'_> {
@@ -41,6 +41,12 @@ impl Clearance for Turning<'_> {
     }
 }
 
+/// The signs that may be chosen for the way to free rest poses: the other end of a swing from one is hardly free; where there are
+/// none, it is as good.
+pub fn signs(rest: &RestPoses, modules: usize) -> Signs {
+    if (0..modules).all(|module| rest.has_free(module)) { Signs::Given } else { Signs::PerModule }
+}
+
 /// Finds the least transition from `tails` into `cycle`, slowly if there is none at the usual speed. Where amplitudes are negated
 /// for it, `cycle` is changed: the same forces, from the other end. `loss_tolerant`: no module that misses it is hit.
 pub fn find(
@@ -49,11 +55,12 @@ pub fn find(
     rest: &RestPoses,
     tails: &[f64],
     cycle: &mut [Swing],
+    signs: Signs,
     loss_tolerant: bool,
 ) -> Option<Approach> {
     [false, true].into_iter().find_map(|slow| {
         let clear = Turning { setting, slow };
-        find_by(solver, &clear, rest, tails, cycle, loss_tolerant)
+        find_by(solver, &clear, rest, tails, cycle, signs, loss_tolerant)
     })
 }
 
@@ -63,6 +70,7 @@ fn find_by(
     rest: &RestPoses,
     tails: &[f64],
     cycle: &mut [Swing],
+    signs: Signs,
     loss_tolerant: bool,
 ) -> Option<Approach> {
     let &Turning { setting, slow } = clear;
@@ -76,9 +84,6 @@ fn find_by(
         limit_rad: setting.rotation_max_rad(),
         stranded,
     };
-    // The other end of a swing from a free pose is hardly free; where there are none, it is as good.
-    let signs =
-        if (0..tails.len()).all(|module| rest.has_free(module)) { Signs::Given } else { Signs::PerModule };
     let longest = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
         pairs.map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
     };

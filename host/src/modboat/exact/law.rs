@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! u(p, A) = −F(|A|)·(cos(p − A), sin(p − A)) = R(p)·u₀(A),   u₀(A) = −F(|A|)·(cos A, −sin A)
-//! ∂u₀/∂A  = −F'·sgn A·(cos A, −sin A) + F·(sin A, cos A)
+//! ∂u/∂A   = −F'·sgn A·(cos φ₀, sin φ₀) + F·(−sin φ₀, cos φ₀)
 //! ```
 //!
 //! two spirals, one for either sign, that R(p) turns to any pose. A resting module (A = 0) pushes nothing.
@@ -24,6 +24,11 @@ use crate::modboat::parameters::Parameters;
 const STEPS: usize = 12;
 /// Directions in which the support function is tabulated: a power of two.
 const DIRECTIONS: usize = 256;
+/// So many directions, beyond what any angle has.
+const POSITIVE: f64 = (1_u64 << 36) as f64;
+/// What the tabulated support may be too small by, as a share of the greatest thrust: half a step of the direction costs 0.0123 at
+/// most, half a step of the amplitude 0.003.
+pub const SUPPORT_ERROR: f64 = 0.016;
 
 /// The coarse set of amplitudes with their thrusts, and what they reach.
 #[derive(Clone, Debug)]
@@ -32,8 +37,8 @@ pub struct Law {
     pub amplitudes_rad: Vec<f64>,
     /// Their thrusts u₀, N.
     pub thrusts_n: Vec<[f64; 2]>,
-    /// Greatest thrust in each of evenly spaced directions, N.
-    support_n: Vec<f64>,
+    /// Greatest thrust in each of evenly spaced directions, by the signs allowed, N.
+    support_n: [Vec<f64>; 3],
     slope_n_rad: f64,
     offset_n: f64,
     /// Range of |A|, rad.
@@ -51,18 +56,21 @@ impl Law {
         let mut law = Self {
             amplitudes_rad,
             thrusts_n: Vec::new(),
-            support_n: Vec::new(),
+            support_n: Default::default(),
             slope_n_rad: parameters.force_slope_n_rad,
             offset_n: parameters.force_offset_n,
             range_rad,
         };
         law.thrusts_n = law.amplitudes_rad.iter().map(|&a| law.thrust_n(a)).collect();
-        law.support_n = (0..DIRECTIONS)
-            .map(|k| {
-                let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
-                law.thrusts_n.iter().map(|u| u[0] * cos + u[1] * sin).fold(0.0, f64::max)
-            })
-            .collect();
+        let towards = |[x, y]: [f64; 2], k: usize| {
+            let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
+            x * cos + y * sin
+        };
+        law.support_n = [Sign::Minus, Sign::Plus, Sign::Any].map(|sign| {
+            let pushes = || law.amplitudes_rad.iter().zip(&law.thrusts_n).filter(|(a, _)| sign.allows(**a));
+            let most = |k: usize| pushes().map(|(_, &u)| towards(u, k)).fold(f64::NEG_INFINITY, f64::max);
+            (0..DIRECTIONS).map(most).collect()
+        });
         law
     }
 
@@ -78,30 +86,68 @@ impl Law {
         [-thrust_n * cos, thrust_n * sin]
     }
 
-    /// u₀(A) and ∂u₀/∂A, N and N/rad; the latter zero at rest.
+    /// The |A| that thrusts by so much (2), within its range, rad.
     #[must_use]
-    pub fn thrust_and_slope(&self, amplitude_rad: f64) -> ([f64; 2], [f64; 2]) {
-        if amplitude_rad == 0.0 {
-            return ([0.0; 2], [0.0; 2]);
-        }
-        let thrust_n = self.slope_n_rad * amplitude_rad.abs() - self.offset_n;
-        let grows = self.slope_n_rad * amplitude_rad.signum();
-        let (sin, cos) = amplitude_rad.sin_cos();
-        // ∂u₀/∂A = −F'·sgn A·(cos A, −sin A) + F·(sin A, cos A)
-        ([-thrust_n * cos, thrust_n * sin], [-grows * cos + thrust_n * sin, grows * sin + thrust_n * cos])
+    pub fn amplitude_rad(&self, thrust_n: f64) -> f64 {
+        ((thrust_n + self.offset_n) / self.slope_n_rad).clamp(self.range_rad[0], self.range_rad[1])
     }
 
-    /// The most that any amplitude pushes in a direction off the rest pose, N; zero, by resting, where all push away.
+    /// What a cycle from this pose pushes, and how that changes with its amplitude, which must not be zero.
     #[must_use]
-    pub fn support_n(&self, off_rad: f64) -> f64 {
-        // The nearest direction; the low bits take off whole turns.
-        let nearest = (off_rad * (DIRECTIONS as f64 / TAU) + 0.5).floor() as i64;
-        self.support_n[(nearest & (DIRECTIONS as i64 - 1)) as usize]
+    pub fn push(&self, rest_rad: f64, amplitude_rad: f64) -> Push {
+        let thrust_n = self.slope_n_rad * amplitude_rad.abs() - self.offset_n;
+        let grows = self.slope_n_rad * amplitude_rad.signum();
+        let (sin, cos) = (rest_rad - amplitude_rad).sin_cos();
+        // ∂u/∂A = −F'·sgn A·(cos φ₀, sin φ₀) + F·(−sin φ₀, cos φ₀)
+        Push {
+            thrust_n: [-thrust_n * cos, -thrust_n * sin],
+            by_amplitude: [-grows * cos - thrust_n * sin, -grows * sin + thrust_n * cos],
+        }
+    }
+
+    /// The most that an amplitude of this sign pushes in a direction off the rest pose, N, to [`SUPPORT_ERROR`]. Where any sign
+    /// will do, zero, by resting, where all push away.
+    #[must_use]
+    pub fn support_n(&self, sign: Sign, off_rad: f64) -> f64 {
+        // The nearest direction; the low bits take off whole turns. What is added makes it positive, where a cast rounds down, and is
+        // a whole number of turns.
+        let nearest = (off_rad * (DIRECTIONS as f64 / TAU) + 0.5 + POSITIVE) as i64;
+        self.support_n[sign as usize][(nearest & (DIRECTIONS as i64 - 1)) as usize]
     }
 }
 
-/// `vector` turned by the angle with this (sin, cos).
-#[must_use]
-pub fn turned([x, y]: [f64; 2], (sin, cos): (f64, f64)) -> [f64; 2] {
-    [cos * x - sin * y, sin * x + cos * y]
+/// u(p, A) in S, N, and ∂u/∂A, N/rad.
+#[derive(Clone, Copy, Debug)]
+pub struct Push {
+    /// u.
+    pub thrust_n: [f64; 2],
+    /// ∂u/∂A.
+    pub by_amplitude: [f64; 2],
+}
+
+/// Which amplitudes a module may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sign {
+    /// Negative ones.
+    Minus,
+    /// Positive ones.
+    Plus,
+    /// Either, or rest.
+    Any,
+}
+
+impl Sign {
+    /// That of an amplitude; `None` for rest, which pushes nothing.
+    #[must_use]
+    pub fn of(amplitude_rad: f64) -> Option<Self> {
+        match amplitude_rad {
+            0.0 => None,
+            _ if amplitude_rad < 0.0 => Some(Self::Minus),
+            _ => Some(Self::Plus),
+        }
+    }
+
+    fn allows(self, amplitude_rad: f64) -> bool {
+        self == Self::Any || Self::of(amplitude_rad) == Some(self)
+    }
 }

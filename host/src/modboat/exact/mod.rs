@@ -9,8 +9,10 @@
 //! - where tails must turn after all ([`orientation`] says whereto), there is always a way ([`approach`]), in two steps if not
 //!   in one.
 //!
-//! In the order of a decision: stay where the tails rest; else turn to other rest poses; else the cycle before once more;
-//! else hold. With `travel_weight` a small error is taken for not turning. Outside the envelope, the farthest wrench in the
+//! In the order of a decision: stay where the tails rest; else turn to other rest poses; near the border of the envelope swing in
+//! step, wherever that starts ([`together`]), or as Algorithm 1 does, so that the error is never greater than its; where a tail rests
+//! in a neighbour's reach and any module must be able to miss the plan, out of there first ([`leaving`]); else the cycle before once
+//! more; else hold. With `travel_weight` a small error is taken for not turning. Outside the envelope, the farthest wrench in the
 //! direction of the demand is looked for.
 //!
 //! Modules without any free pose (long tails, neighbours on all sides) rest on the diagonals, and every pair is looked at with
@@ -26,23 +28,28 @@
 //! | [`approach`] | the way from here to there |
 //! | [`merit`] | what rest poses are worth for what may come next |
 //! | [`search`] | staying where the tails rest |
-//! | [`turning`] | turning to other rest poses |
+//! | [`turning`] | turning to other rest poses, or to the cycles of Algorithm 1 |
+//! | [`together`] | swinging in step, near the border of the envelope |
+//! | [`leaving`] | out of the neighbours' reach, so that any module may miss it |
 
 pub mod allocation;
 pub mod approach;
 pub mod law;
+pub mod leaving;
 pub mod merit;
 pub mod neighbours;
 pub mod orientation;
 pub mod rest;
 pub mod search;
+pub mod together;
 pub mod turning;
 
-use crate::modboat::envelope::Envelope;
+use crate::modboat::envelope::{Envelope, ON_BORDER};
 use crate::modboat::motion::{Swing, Wrench};
 use crate::modboat::plan::{Outcome, Plan};
 use crate::modboat::planner_config::LossTolerance;
 use crate::modboat::setting::{Approach, Presence, Setting};
+use leaving::Leaving;
 use search::{Found, Search};
 
 /// Halvings of the interval in which the farthest wrench in a direction is looked for.
@@ -51,7 +58,7 @@ const HALVINGS: usize = 6;
 /// With no more relative error than this a cycle that any module may stop in is taken before one without error. *Assumed.*
 const GOOD_ERROR: f64 = 0.05;
 
-/// Algorithm 1 is asked for help for so many modules at most: beyond, it takes too long.
+/// Beyond so many modules Algorithm 1 is not asked for the farthest wrench of a direction, which takes it several times.
 const FIELD_MODULES: usize = 100;
 
 /// Plans for one structure.
@@ -60,6 +67,7 @@ pub struct ExactPlanner {
     setting: Setting,
     envelope: Envelope,
     search: Search,
+    leaving: Leaving,
     /// Whether every module has a free pose: then a plan that meets the demand is loss tolerant too.
     all_free: bool,
 }
@@ -72,15 +80,15 @@ impl ExactPlanner {
         let takes = takes.filter(|(_, presence)| **presence == Presence::Takes).map(|(at, _)| *at);
         let envelope = Envelope::new(&takes.collect::<Vec<_>>(), &setting.parameters);
         let search = Search::new(&setting);
-        Self { all_free: search.all_free(), setting, envelope, search }
+        Self { all_free: search.all_free(), setting, envelope, search, leaving: Leaving::default() }
     }
 
     /// See [`Planner::plan`](crate::modboat::planner::Planner::plan).
     pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
         let asked = self.setting.config.loss_tolerant;
         // Power tolerance is had where it can be: rather a cycle that everybody may miss than the wrong way. And where a tail rests in
-        // a neighbour's reach (at the start, or after its module lost its power there) there may be no way out that everybody may
-        // miss: then one that nobody may.
+        // a neighbour's reach (at the start, or after its module lost its power there) and cannot leave it by a plan
+        // that any module may miss, then by one that none may.
         let in_reach = tails.is_some_and(|tails| !self.search.may_stay(tails));
         let power = asked == LossTolerance::Power;
         let less = [
@@ -92,7 +100,7 @@ impl ExactPlanner {
         self.setting.mind(previous);
         let mut plan = self.plan_as_asked(demand, tails, previous);
         for tolerance in less.into_iter().flatten() {
-            if is_good(&plan) {
+            if is_good(&plan) || is_leaving(&plan) {
                 break;
             }
             self.setting.mind(None);
@@ -100,7 +108,7 @@ impl ExactPlanner {
             let mut other = self.plan_as_asked(demand, tails, previous);
             self.setting.mind(previous);
             other.power_tolerant = other.loss_tolerant && self.setting.is_power_tolerant(&other);
-            if is_good(&other) || other.error < plan.error {
+            if is_good(&other) || is_leaving(&other) || other.error < plan.error {
                 plan = other;
             }
         }
@@ -114,7 +122,7 @@ impl ExactPlanner {
         if !(known && demand.weighted_norm(self.setting.config.weights).is_finite()) {
             return self.setting.hold(demand, tails, previous);
         }
-        let mut found = self.solve(demand, tails, previous);
+        let mut found = self.solve(demand, tails, previous, usize::MAX);
         let mut outside_envelope = false;
         if !found.as_ref().is_some_and(|found| found.met) {
             let gauge = self.envelope.gauge(demand);
@@ -125,6 +133,7 @@ impl ExactPlanner {
         }
         found
             .and_then(|found| self.examine(found, tails, demand))
+            .or_else(|| self.leave(tails?, demand))
             .or_else(|| self.setting.repeat(demand, tails?, previous?))
             .map(|plan| Plan { outside_envelope, ..plan })
             .unwrap_or_else(|| Plan { outside_envelope, ..self.setting.hold(demand, tails, previous) })
@@ -139,8 +148,28 @@ impl ExactPlanner {
         (kept || !required).then_some(plan)
     }
 
-    /// The best found for one demand: met if it can be, else the nearest.
-    fn solve(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Option<Found> {
+    /// Where a plan that any module may miss is required and a tail rests in a neighbour's reach: out of it first.
+    fn leave(&mut self, tails: &[f64], demand: Wrench) -> Option<Plan> {
+        if !self.setting.config.loss_tolerant.is_required() {
+            return None;
+        }
+        let Self { setting, search, leaving, .. } = self;
+        let ways = [false, true].map(|slow| leaving.find(setting, &search.rest, tails, slow));
+        ways.into_iter().flatten().find_map(|(cycle, approach)| {
+            let found = Found { cycle, approach: Some(approach), error: 1.0, met: false };
+            self.examine(found, Some(tails), demand)
+        })
+    }
+
+    /// The best found for one demand: met if it can be, else the nearest. Of more than `field_modules` modules Algorithm 1 is
+    /// not asked.
+    fn solve(
+        &mut self,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+        field_modules: usize,
+    ) -> Option<Found> {
         // Between free poses whatever is clear is loss tolerant.
         let free = self.all_free && tails.is_none_or(|tails| self.search.may_stay(tails));
         let tolerances: &[bool] = match self.setting.config.loss_tolerant {
@@ -149,7 +178,7 @@ impl ExactPlanner {
             LossTolerance::Prefer if free => &[true],
             LossTolerance::Prefer => &[true, false],
         };
-        let Self { setting, search, .. } = self;
+        let Self { setting, search, envelope, .. } = self;
         let mut best = Cheapest { setting, found: None, price: f64::INFINITY };
         let mut done = false;
         for &loss_tolerant in tolerances {
@@ -163,7 +192,13 @@ impl ExactPlanner {
         }
         let met = best.found.as_ref().is_some_and(|found| found.met);
         let required = setting.config.loss_tolerant.is_required();
-        if !(done || met || required) && setting.all_take_part() && setting.cells.len() <= FIELD_MODULES {
+        // What the envelope does not hold cannot be met: see `farthest`.
+        if !(done || met || required)
+            && setting.all_take_part()
+            && envelope.gauge(demand) <= ON_BORDER
+            && !best.offer(search.turn_together(setting, envelope, demand, tails))
+            && setting.cells.len() <= field_modules
+        {
             best.offer(search.turn_by_field(setting, demand, tails, previous));
         }
         best.found
@@ -181,7 +216,7 @@ impl ExactPlanner {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             let wanted = Wrench::from_array(demand.to_array().map(|component| middle * component));
-            match self.solve(wanted, tails, previous).filter(|found| found.met) {
+            match self.solve(wanted, tails, previous, FIELD_MODULES).filter(|found| found.met) {
                 Some(found) => (low, best) = (middle, Some(found)),
                 None => high = middle,
             }
@@ -193,6 +228,12 @@ impl ExactPlanner {
 /// Whether a plan does what was demanded, or as much of it as can be.
 fn is_good(plan: &Plan) -> bool {
     plan.outcome == Outcome::Planned && (plan.error <= GOOD_ERROR || plan.outside_envelope)
+}
+
+/// Whether a plan does nothing but turn tails out of their neighbours' reach, and any module may miss it.
+fn is_leaving(plan: &Plan) -> bool {
+    let rests = |swing: &Swing| swing.amplitude_rad == 0.0;
+    plan.loss_tolerant && plan.transition.is_some() && plan.cycle.iter().all(rests)
 }
 
 /// The cheapest of what is offered: relative error, and the time of the transition by `travel_weight`.

@@ -13,7 +13,7 @@
 //!
 //! Linear in the modules; allocates nothing once made.
 
-use super::law::Law;
+use super::law::{Law, SUPPORT_ERROR, Sign};
 use super::rest::RestPoses;
 
 /// Sharpness of the weights: a margin smaller by 0.1 counts e² as much.
@@ -22,6 +22,12 @@ const SHARPNESS: f64 = 20.0;
 const SWEEPS: usize = 2;
 /// Weights are worked out anew so many times a sweep.
 const REFRESHES: usize = 8;
+
+/// Whether a demand with these slacks may be within what can be pushed.
+#[must_use]
+pub fn may_hold(slacks: &[f64]) -> bool {
+    slacks.iter().all(|&slack| slack >= -SUPPORT_ERROR)
+}
 
 /// Margins of a structure's rest poses.
 #[derive(Clone, Debug)]
@@ -70,7 +76,9 @@ impl Orientation {
             for &pose_rad in rest.stations_rad(module) {
                 let levers = &levers[module * count..(module + 1) * count];
                 gains.extend(
-                    levers.iter().map(|&(size, angle_rad)| size * law.support_n(angle_rad - pose_rad)),
+                    levers
+                        .iter()
+                        .map(|&(size, angle_rad)| size * law.support_n(Sign::Any, angle_rad - pose_rad)),
                 );
             }
         }
@@ -81,24 +89,43 @@ impl Orientation {
         self.directions.len()
     }
 
-    fn gain(&self, law: &Law, module: usize, pose_rad: f64, direction: usize) -> f64 {
+    /// Directions n, scaled to h(n) = 1.
+    #[must_use]
+    pub fn directions(&self) -> &[[f64; 3]] {
+        &self.directions
+    }
+
+    fn gain(&self, law: &Law, sign: Sign, module: usize, pose_rad: f64, direction: usize) -> f64 {
         let (size, angle_rad) = self.levers[module * self.count() + direction];
-        size * law.support_n(angle_rad - pose_rad)
+        size * law.support_n(sign, angle_rad - pose_rad)
     }
 
     /// m(p) of these poses, beyond 1 − gauge at most.
     pub fn margin(&mut self, law: &Law, poses_rad: impl Iterator<Item = f64>, demand: [f64; 3]) -> f64 {
-        self.sum(law, poses_rad, demand);
+        self.sum(law, poses_rad.map(|pose_rad| (pose_rad, Some(Sign::Any))), demand);
         self.sums.iter().fold(f64::INFINITY, |least, &m| least.min(m))
     }
 
-    fn sum(&mut self, law: &Law, poses_rad: impl Iterator<Item = f64>, demand: [f64; 3]) {
+    /// By direction, how far the demand is inside what modules of these poses and signs can push; one without a sign rests. What is
+    /// below −[`SUPPORT_ERROR`] is certainly out.
+    pub fn slacks(
+        &mut self,
+        law: &Law,
+        modules: impl Iterator<Item = (f64, Option<Sign>)>,
+        demand: [f64; 3],
+    ) -> &[f64] {
+        self.sum(law, modules, demand);
+        &self.sums
+    }
+
+    fn sum(&mut self, law: &Law, modules: impl Iterator<Item = (f64, Option<Sign>)>, demand: [f64; 3]) {
         for (sum, n) in self.sums.iter_mut().zip(&self.directions) {
             *sum = -(n[0] * demand[0] + n[1] * demand[1] + n[2] * demand[2]);
         }
-        for (module, pose_rad) in poses_rad.enumerate() {
+        for (module, (pose_rad, sign)) in modules.enumerate() {
+            let Some(sign) = sign else { continue };
             for direction in 0..self.count() {
-                let gain = self.gain(law, module, pose_rad, direction);
+                let gain = self.gain(law, sign, module, pose_rad, direction);
                 self.sums[direction] += gain;
             }
         }
@@ -114,9 +141,9 @@ impl Orientation {
         order: &[usize],
     ) {
         let count = self.count();
-        self.sum(law, poses_rad.iter().copied(), demand);
+        self.sum(law, poses_rad.iter().map(|&pose_rad| (pose_rad, Some(Sign::Any))), demand);
         for _ in 0..SWEEPS {
-            let chunk = order.len().div_ceil(REFRESHES);
+            let chunk = order.len().div_ceil(REFRESHES).max(2);
             for modules in order.chunks(chunk) {
                 let least = self.sums.iter().fold(f64::INFINITY, |least, &m| least.min(m));
                 for (weight, &sum) in self.weights.iter_mut().zip(&self.sums) {
@@ -134,7 +161,7 @@ impl Orientation {
                     }
                     let Some((station, index)) = best.0 else { continue };
                     for direction in 0..count {
-                        let old = self.gain(law, module, poses_rad[module], direction);
+                        let old = self.gain(law, Sign::Any, module, poses_rad[module], direction);
                         self.sums[direction] += self.gains[index * count + direction] - old;
                     }
                     poses_rad[module] = rest.stations_rad(module)[station];

@@ -12,12 +12,13 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::allocation::{Aim, Allocation, Met};
-use super::law::Law;
+use super::allocation::{Aim, Allocation, GOAL, Met};
+use super::law::{Law, Sign};
 use super::merit::Merit;
 use super::neighbours::{Cycle, Rules};
-use super::orientation::Orientation;
+use super::orientation::{Orientation, may_hold};
 use super::rest::RestPoses;
+use super::turning::Choice;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::potential_field::PotentialField;
 use crate::modboat::setting::{Approach, Setting};
@@ -28,17 +29,15 @@ use crate::quantity::wrap_rad;
 pub(super) const SMALL: usize = 4;
 /// Structures of so few modules have little to spare: more is tried.
 pub(super) const FEW: usize = 8;
-/// Sweeps of coordinate descent.
-pub(super) const SWEEPS: usize = 3;
 /// Starts of coordinate descent from given rest poses: of modules that can spare them, and of fewer.
 const STARTS: usize = 3;
-const STARTS_FEW: usize = 8;
+const STARTS_FEW: usize = 4;
 /// Below this margin one start has to do.
 const SMALL_MARGIN: f64 = 0.05;
-/// Rounds of taking back what neighbours do not allow.
-const ROUNDS: usize = 4;
 /// Amplitudes to start Newton's method from, rad.
-const STARTS_RAD: [f64; 5] = [1.75, 1.2, 2.3, 1.5, 2.0];
+const STARTS_RAD: [f64; 3] = [1.75, 1.2, 2.3];
+/// Patterns of signs that meet the demand among which one is chosen.
+const COMPARED: usize = 4;
 /// The amplitude that leaves most room either way, rad.
 const MIDDLE_RAD: f64 = 1.75;
 /// A cycle belongs to where a tail is if it starts no further from it, rad.
@@ -71,8 +70,14 @@ pub struct Search {
     /// Modules in the order in which they are visited.
     pub(super) order: Vec<usize>,
     pub(super) poses_rad: Vec<f64>,
+    /// What each module is to push, N in S.
+    pub(super) thrusts_n: Vec<[f64; 2]>,
     /// The best of several.
     pub(super) best: Vec<Cycle>,
+    /// Patterns of signs with the most that their merit can be, best first.
+    patterns: Vec<(f64, u32)>,
+    /// Choices of rest poses.
+    pub(super) choices: Vec<Choice>,
 }
 
 impl Search {
@@ -87,7 +92,7 @@ impl Search {
         let modules = setting.cells.len();
         let mut order: Vec<usize> = (0..modules).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(setting.config.seed));
-        let merit = Merit::new(&setting.positions_m, thrust_max_n, weights);
+        let merit = Merit::new(&setting.positions_m, thrust_max_n, weights, &orientation);
         Self {
             rest,
             law,
@@ -98,7 +103,10 @@ impl Search {
             merit,
             field: None,
             poses_rad: vec![0.0; modules],
+            thrusts_n: Vec::with_capacity(modules),
             best: Vec::with_capacity(modules),
+            patterns: Vec::new(),
+            choices: Vec::new(),
         }
     }
 
@@ -123,7 +131,8 @@ impl Search {
             amplitude_rad: MIDDLE_RAD.clamp(least_rad, most_rad),
             pull_n2_rad2: (0.02 * thrust_max_n).powi(2),
             recentre: 0.3,
-            rounds: ROUNDS,
+            goal: GOAL,
+            roams: false,
         }
     }
 
@@ -158,7 +167,7 @@ impl Search {
             && margin >= 0.0
         {
             met = if tails.len() <= SMALL {
-                self.all_signs(setting, &aim, tails, loss_tolerant)
+                self.all_signs(setting, &aim, demand, tails, loss_tolerant)
             } else {
                 self.descend(setting, &aim, tails, loss_tolerant, continued.is_some(), margin)
             };
@@ -219,10 +228,7 @@ impl Search {
                 allocation.begin(tails.iter().enumerate().map(at_rest));
             }
             let shift = start * order.len() / starts;
-            for _ in 0..SWEEPS {
-                let order = order[shift..].iter().chain(&order[..shift]).copied();
-                allocation.descend(&rules, law, aim, order);
-            }
+            allocation.descend(&rules, law, aim, order, shift);
             if allocation.polish(&rules, rest, law, aim) == Met::Yes {
                 return Met::Yes;
             }
@@ -230,27 +236,46 @@ impl Search {
         Met::No
     }
 
-    /// By Newton's method from every pattern of signs, resting modules included; of those that meet the aim the one with
-    /// most room about it.
-    fn all_signs(&mut self, setting: &Setting, aim: &Aim, tails: &[f64], loss_tolerant: bool) -> Met {
-        let Self { rest, law, allocation, best, merit, .. } = self;
+    /// By Newton's method from every pattern of signs, resting modules included, that may meet the demand; of those that meet the
+    /// aim the one with most room about it.
+    fn all_signs(
+        &mut self,
+        setting: &Setting,
+        aim: &Aim,
+        demand: Wrench,
+        tails: &[f64],
+        loss_tolerant: bool,
+    ) -> Met {
+        let Self { rest, law, allocation, orientation, best, merit, patterns, .. } = self;
         let rules = Rules { setting, loss_tolerant };
-        let mut score = f64::NEG_INFINITY;
+        let sign = |pattern: u32, module: usize| f64::from(pattern / 3_u32.pow(module as u32) % 3) - 1.0;
+        patterns.clear();
         for pattern in 0..3_u32.pow(tails.len() as u32) {
-            let sign = |module: usize| f64::from(pattern / 3_u32.pow(module as u32) % 3) - 1.0;
+            let modules = tails.iter().enumerate().map(|(m, &tail)| (tail, Sign::of(sign(pattern, m))));
+            let slacks = orientation.slacks(law, modules, demand.to_array());
+            if may_hold(slacks) {
+                patterns.push((merit.at_most(slacks), pattern));
+            }
+        }
+        patterns.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let (mut score, mut compared) = (f64::NEG_INFINITY, 0);
+        for &(at_most, pattern) in patterns.iter() {
+            if at_most <= score || compared >= COMPARED {
+                break;
+            }
             let met = STARTS_RAD.iter().any(|&start_rad| {
                 allocation.begin(tails.iter().enumerate().map(|(module, &rest_rad)| {
-                    let amplitude_rad = sign(module) * start_rad.clamp(law.range_rad[0], law.range_rad[1]);
+                    let amplitude_rad =
+                        sign(pattern, module) * start_rad.clamp(law.range_rad[0], law.range_rad[1]);
                     rest.cycle(module, rest_rad, amplitude_rad)
                 }));
                 allocation.allowed(&rules, law) && allocation.polish(&rules, rest, law, aim) == Met::Yes
             });
-            if met {
-                let own = merit.of(allocation, &rules, rest, law, aim);
-                if own > score {
-                    score = own;
-                    best.clone_from(&allocation.cycles);
-                }
+            compared += usize::from(met);
+            let about = (aim, demand.to_array());
+            if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, score) {
+                score = own;
+                best.clone_from(&allocation.cycles);
             }
         }
         if score == f64::NEG_INFINITY {

@@ -12,8 +12,9 @@ use super::*;
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::parameters::Parameters;
 use crate::modboat::planner_config::PlannerConfig;
+use crate::modboat::reason::Reason;
 use crate::modboat::structure::Structure;
-use crate::modboat::transition::solver::Solver;
+use crate::modboat::transition::solver::{Signs, Solver};
 use crate::quantity::wrap_rad;
 
 fn setting(word: &str, parameters: &Parameters, config: &PlannerConfig) -> Setting {
@@ -114,18 +115,20 @@ fn the_spirals_are_law_seven_turned_to_the_rest_pose() {
         let cycle = neighbours::Cycle { rest_rad, amplitude_rad, ..Default::default() };
         assert!((cycle.swing().start_rad() - rest_rad).abs() < 1e-12);
         let wrench = cycle.swing().wrench(&parameters, [0.0, 0.0]);
-        let [fx_n, fy_n] = law::turned(law.thrust_n(amplitude_rad), rest_rad.sin_cos());
+        let law::Push { thrust_n: [fx_n, fy_n], by_amplitude } = law.push(rest_rad, amplitude_rad);
         assert!((fx_n - wrench.fx_n).hypot(fy_n - wrench.fy_n) < 1e-15);
         let step = 1e-6;
-        let (after, before) = (law.thrust_n(amplitude_rad + step), law.thrust_n(amplitude_rad - step));
-        let (_, slope) = law.thrust_and_slope(amplitude_rad);
+        let [after, before] = [step, -step].map(|step| law.push(rest_rad, amplitude_rad + step).thrust_n);
         for k in 0..2 {
-            assert!(((after[k] - before[k]) / (2.0 * step) - slope[k]).abs() < 1e-9);
+            assert!(((after[k] - before[k]) / (2.0 * step) - by_amplitude[k]).abs() < 1e-9);
         }
+        // In the frame of the rest pose it is u₀.
+        let ([x, y], (sin, cos)) = (law.thrust_n(amplitude_rad), rest_rad.sin_cos());
+        assert!((cos * x - sin * y - fx_n).hypot(sin * x + cos * y - fy_n) < 1e-15);
         // Nothing pushes further than the support function says, but for its steps of a degree and a half.
         let off_rad: f64 = rng.random_range(-9.0..9.0);
         let [x, y] = law.thrust_n(amplitude_rad);
-        assert!(x * off_rad.cos() + y * off_rad.sin() <= law.support_n(off_rad) + 1e-3);
+        assert!(x * off_rad.cos() + y * off_rad.sin() <= law.support_n(law::Sign::Any, off_rad) + 1e-3);
     }
 }
 
@@ -147,9 +150,7 @@ fn an_allocation_meets_the_demand_by_law_seven_within_its_limits() {
             let Search { rest, law, allocation, order, .. } = &mut search;
             allocation
                 .begin((0..order.len()).map(|module| rest.cycle(module, rest.stations_rad(module)[0], 0.0)));
-            for _ in 0..3 {
-                allocation.descend(&rules, law, &aim, order.iter().copied());
-            }
+            allocation.descend(&rules, law, &aim, order, 0);
             let polished = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
             met += u32::from(polished);
             assert!(allocation.allowed(&rules, law), "{word}, seed {seed}");
@@ -207,7 +208,7 @@ fn between_free_poses_there_is_always_a_way() {
             let (tails, ends) = (poses(), poses());
             let rests = |&centerline_rad: &f64| Swing { centerline_rad, amplitude_rad: 0.0 };
             let mut cycle: Vec<Swing> = ends.iter().map(rests).collect();
-            let way = approach::find(&mut solver, &setting, &rest, &tails, &mut cycle, true)
+            let way = approach::find(&mut solver, &setting, &rest, &tails, &mut cycle, Signs::Given, true)
                 .unwrap_or_else(|| panic!("{word}, seed {seed}: no way"));
             assert!(way.transition_s() > 0.0 || way.is_still());
             let plan = setting
@@ -287,11 +288,18 @@ fn odd_input_is_answered() {
     let mut planner = planner("3x1", &PlannerConfig::default());
     let small = Wrench { fx_n: 0.02, ..Default::default() };
     let plan = planner.plan(Wrench { fx_n: f64::NAN, ..small }, Some(&[1.5; 3]), None);
-    assert_eq!(plan.outcome, Outcome::Held);
-    assert_eq!(planner.plan(small, Some(&[f64::NAN; 3]), None).outcome, Outcome::Held);
+    assert!(plan.outcome == Outcome::Held && plan.reason == Some(Reason::Demand), "{:?}", plan.reason);
+    let plan = planner.plan(small, Some(&[1.5, f64::NAN, 1.5]), None);
+    assert!(
+        plan.outcome == Outcome::Held && plan.reason == Some(Reason::Tail { module: 1 }),
+        "{:?}",
+        plan.reason
+    );
     // Tails that touch already cannot be freed.
     let plan = planner.plan(small, Some(&[0.0, PI, 0.0]), None);
     assert!(plan.outcome == Outcome::Held && plan.clearance_m < 0.0 && !plan.loss_tolerant);
+    let reason = plan.reason.expect("held").to_string();
+    assert_eq!(reason, "tails of modules 0 and 1 touch at -15.0 mm");
     // Nothing asked: everybody rests, at once if the tails may stay.
     let plan = planner.plan(Wrench::default(), Some(&[PI / 2.0; 3]), None);
     assert!(plan.outcome == Outcome::Planned && plan.transition.is_none() && plan.error < 1e-9, "{plan:?}");

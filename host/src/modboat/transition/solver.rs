@@ -102,7 +102,7 @@ pub struct Solver {
 }
 
 /// Rotations within `limit_rad` from one pose to another, the short way first, rad.
-fn rotations(from_rad: f64, to_rad: f64, limit_rad: f64) -> impl Iterator<Item = f64> {
+pub(in crate::modboat) fn rotations(from_rad: f64, to_rad: f64, limit_rad: f64) -> impl Iterator<Item = f64> {
     let short = wrap_rad(to_rad - from_rad);
     let still = short.abs() < STILL_RAD;
     let long = if short > 0.0 { short - TAU } else { short + TAU };
