@@ -94,6 +94,7 @@ fn random_runs(title: &str, seeds: Range<u64>, with_reboots: bool) {
     for (seed, run) in &runs {
         broken.extend(run.report.contacts.iter().map(|near| format!("seed {seed}: contact {near}")));
     }
+    broken.sort();
     broken.dedup();
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
