@@ -45,7 +45,7 @@ pub mod together;
 pub mod turning;
 
 use crate::modboat::envelope::{Envelope, ON_BORDER};
-use crate::modboat::motion::{Swing, Wrench};
+use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::plan::{Outcome, Plan};
 use crate::modboat::planner_config::LossTolerance;
 use crate::modboat::setting::{Approach, Presence, Setting};
@@ -57,9 +57,6 @@ const HALVINGS: usize = 6;
 
 /// With no more relative error than this a cycle that any module may stop in is not improved on. *Assumed.*
 const GOOD_ERROR: f64 = 0.05;
-
-/// With more relative error than this it may be better that nothing moves for a cycle. *Assumed.*
-const POOR_ERROR: f64 = 0.5;
 
 /// Beyond so many modules Algorithm 1 is not asked for the farthest wrench of a direction, which takes it several times.
 const FIELD_MODULES: usize = 100;
@@ -118,12 +115,14 @@ impl ExactPlanner {
             plan = part;
         }
         let moved = previous.is_some_and(|cycle| cycle.iter().any(|swing| swing.amplitude_rad != 0.0));
-        if moved && (!is_tolerant(&plan) || plan.error > POOR_ERROR) {
+        if moved && (!is_tolerant(&plan) || plan.error > GOOD_ERROR) {
             self.setting.mind(None);
             let free = self.plan_as_asked(demand, tails, previous);
             self.setting.mind(previous);
             if !is_tolerant(&plan) || is_tolerant(&free) && free.error < 0.5 * plan.error {
-                return self.setting.hold(demand, tails, previous);
+                return self
+                    .pause(demand, tails)
+                    .unwrap_or_else(|| self.setting.hold(demand, tails, previous));
             }
         }
         if is_tolerant(&plan) || !in_reach {
@@ -138,6 +137,15 @@ impl ExactPlanner {
             }
         }
         plan
+    }
+
+    /// A cycle in which nothing moves.
+    fn pause(&self, demand: Wrench, tails: Option<&[f64]>) -> Option<Plan> {
+        let rest = |&tail_rad: &f64| Swing { centerline_rad: tail_rad, amplitude_rad: 0.0 };
+        let stay = |&tail_rad: &f64| Turn { from_rad: tail_rad, to_rad: tail_rad };
+        let approach = self.setting.one_step(tails?.iter().map(stay).collect());
+        let cycle = tails?.iter().map(rest).collect();
+        self.examine(Found { cycle, approach: Some(approach), error: 1.0, met: false }, tails, demand)
     }
 
     fn plan_as_asked(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
