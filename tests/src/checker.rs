@@ -132,13 +132,19 @@ impl Course {
 }
 
 /// Two modules whose tails can meet: the second at `apart_m` from the first.
-struct Pair {
-    i: usize,
-    j: usize,
-    apart_m: [f64; 2],
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    /// The first, from 0.
+    pub i: usize,
+    /// The second.
+    pub j: usize,
+    /// Where it is from the first, m.
+    pub apart_m: [f64; 2],
 }
 
-fn pairs(modboat: &Modboat, cells: &[[i32; 2]]) -> Vec<Pair> {
+/// All modules up to three cells apart whose tails' circles meet.
+#[must_use]
+pub fn pairs(modboat: &Modboat, cells: &[[i32; 2]]) -> Vec<Pair> {
     let reach_m = 2.0 * modboat.tail_length_m + modboat.tail_width_m;
     let mut pairs = Vec::new();
     for (j, b) in cells.iter().enumerate() {

@@ -1,10 +1,53 @@
 //! From the host's types to the checker's numbers, so that the checker need not know the host.
 
 use host::modboat::motion::{Swing, Turn};
+use host::modboat::parameters::Parameters;
 use host::modboat::plan::Plan;
+use host::run::pilot::Decision;
 use host::run::record::{CycleRecord, RunRecord};
 
-use crate::checker::{Answer, Request};
+use crate::checker::{Answer, Modboat, Request};
+use crate::execution::{Course, Step};
+
+/// The checker's module with the numbers of a scenario's.
+#[must_use]
+pub fn of_parameters(parameters: &Parameters) -> Modboat {
+    Modboat {
+        pitch_m: parameters.pitch_m,
+        tail_length_m: parameters.tail_length_m,
+        tail_width_m: parameters.tail_width_m,
+        ..Modboat::default()
+    }
+}
+
+/// What modules are to do by a decision.
+#[must_use]
+pub fn of_decision(decision: &Decision) -> Course {
+    let seconds = |us: u32| f64::from(us) * 1e-6;
+    let to_rad: Vec<f64> = decision.turns.iter().map(|turn| turn.to_rad).collect();
+    let ramps_s = decision.plan.step_times.map(|step| step.ramp_s);
+    let all_s = seconds(decision.transition.0);
+    let steps = match &decision.via {
+        None => vec![Step { to_rad, turning_s: all_s, ramp_s: ramps_s[0], rest_s: 0.0 }],
+        Some(via) => {
+            let (turning_s, rest_s) = (seconds(via.turning.0), seconds(via.rest.0));
+            vec![
+                Step { to_rad: via.rad.clone(), turning_s, ramp_s: ramps_s[0], rest_s },
+                Step { to_rad, turning_s: all_s - turning_s - rest_s, ramp_s: ramps_s[1], rest_s: 0.0 },
+            ]
+        }
+    };
+    Course {
+        number: decision.number,
+        start_s: decision.start.as_secs_f64(),
+        from_rad: decision.turns.iter().map(|turn| turn.from_rad).collect(),
+        steps,
+        swings: swings(&decision.plan.cycle),
+        period_s: seconds(decision.period.0),
+        guarantee_m: decision.plan.guarantee_m,
+        power_tolerant: decision.plan.power_tolerant,
+    }
+}
 
 /// (φ₀, A) by module.
 #[must_use]

@@ -6,9 +6,11 @@
 //! | [`checker`] | whether a plan keeps its word, by code of its own |
 //! | [`convert`] | from the host's types to the checker's numbers |
 //! | [`demands`] | seeded demands inside a share of the envelope, alone or in a walk |
+//! | [`execution`] | whether the tails of a run did what was planned, and kept clear |
 //! | [`random`] | seeded shapes and demands |
 //! | [`reconfigure`] | seeded reconfigurations of ROVs |
 //! | [`rules`] | import rules and bans, read off the source text |
+//! | [`seeds`] | many seeds on all cores, and numbers from the environment |
 //! | [`spoil`] | ways to spoil a plan of ROVs |
 //! | [`storm`] | whole fleets in bad weather, with reboots, and who watches them |
 //! | [`stream`] | planners asked demand after demand, and what came of it |
@@ -17,10 +19,12 @@
 pub mod checker;
 pub mod convert;
 pub mod demands;
+pub mod execution;
 pub mod figures;
 pub mod random;
 pub mod reconfigure;
 pub mod rules;
+pub mod seeds;
 pub mod spoil;
 pub mod storm;
 pub mod stream;

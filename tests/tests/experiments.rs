@@ -1,14 +1,12 @@
 //! The paper's four experiments, twenty seeds each: host, loopback radio, firmware and tank in a closed loop.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use host::run::experiment::{RunResult, simulate};
 use host::run::scenario::Scenario;
 use host::run::summary::Summary;
 use tests::checker::{Modboat, check};
 use tests::convert::of_cycle;
 use tests::figures::mean;
+use tests::seeds::on_all_cores;
 
 const EXPERIMENTS: [&str; 4] = ["holonomic-1", "holonomic-2", "holonomic-3", "holonomic-4"];
 const SEEDS: usize = 20;
@@ -52,20 +50,11 @@ fn broken(RunResult { summary, record, .. }: &RunResult) -> Vec<String> {
 #[test]
 fn table_four_experiments_hold_for_twenty_seeds() {
     let scenarios = EXPERIMENTS.map(|name| Scenario::open(name).expect(name));
-    let (next, results) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    let work = || {
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let (Some(scenario), seed) = (scenarios.get(index / SEEDS), 1 + index % SEEDS) else { break };
-            let run = simulate(scenario, seed as u64).map_err(|e| format!("{}, {seed}: {e}", scenario.name));
-            results.lock().expect("nobody panics with it").push((index, run));
-        }
-    };
-    std::thread::scope(|scope| (0..2).for_each(|_| drop(scope.spawn(work))));
-    let mut results = results.into_inner().expect("nobody panicked with it");
-    results.sort_by_key(|(index, _)| *index);
-    let runs: Vec<RunResult> =
-        results.into_iter().map(|(_, run)| run.unwrap_or_else(|e| panic!("{e}"))).collect();
+    let results = on_all_cores(0..(EXPERIMENTS.len() * SEEDS) as u64, |index| {
+        let (scenario, seed) = (&scenarios[index as usize / SEEDS], 1 + index % SEEDS as u64);
+        simulate(scenario, seed).map_err(|e| format!("{}, {seed}: {e}", scenario.name))
+    });
+    let runs: Vec<RunResult> = results.into_iter().map(|run| run.unwrap_or_else(|e| panic!("{e}"))).collect();
     assert_eq!(runs.len(), EXPERIMENTS.len() * SEEDS);
     let summaries: Vec<&Summary> = runs.iter().map(|run| &run.summary).collect();
 

@@ -1,10 +1,8 @@
 //! Fleets of 3, 9 and 25 modules in storms. 200 seeds as they are; `FLOTILLA_SEEDS=10000` runs a night's worth, `FLOTILLA_SEED=N`
 //! one storm alone. A seed and a commit reproduce everything.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use host::link::faults::FaultCount;
+use tests::seeds::{number, on_all_cores};
 use tests::storm::{Outcome, Storm, THREE_CYCLES_S};
 
 /// Of each ten storms seven are of three modules, two of nine, one of twenty-five.
@@ -16,46 +14,26 @@ fn modules(seed: u64) -> usize {
     }
 }
 
-fn number(name: &str) -> Option<u64> {
-    let text = std::env::var(name).ok()?;
-    Some(text.parse().unwrap_or_else(|_| panic!("{name} = {text:?}: must be a whole number")))
-}
-
 #[test]
 fn fleets_survive_storms() {
     let (first, count) = match number("FLOTILLA_SEED") {
         Some(seed) => (seed, 1),
         None => (number("FLOTILLA_FIRST").unwrap_or(0), number("FLOTILLA_SEEDS").unwrap_or(200)),
     };
-    let next = AtomicU64::new(first);
-    let all: Mutex<Vec<(Storm, Outcome)>> = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        let workers = std::thread::available_parallelism().map_or(1, usize::from);
-        for _ in 0..workers {
-            scope.spawn(|| {
-                loop {
-                    let seed = next.fetch_add(1, Ordering::Relaxed);
-                    if seed >= first + count {
-                        break;
-                    }
-                    let storm = Storm::new(modules(seed), seed);
-                    let outcome = storm.run();
-                    if !outcome.violations.is_empty() {
-                        eprintln!("seed {seed} ({} modules): {:#?}", storm.modules, outcome.violations);
-                    }
-                    all.lock().expect("no panic").push((storm, outcome));
-                }
-            });
+    let all = on_all_cores(first..first + count, |seed| {
+        let storm = Storm::new(modules(seed), seed);
+        let outcome = storm.run();
+        if !outcome.violations.is_empty() {
+            eprintln!("seed {seed} ({} modules): {:#?}", storm.modules, outcome.violations);
         }
+        (storm, outcome)
     });
-    let all = all.into_inner().expect("no panic");
     report(&all);
-    let mut bad: Vec<u64> = all
+    let bad: Vec<u64> = all
         .iter()
         .filter(|(_, outcome)| !outcome.violations.is_empty())
         .map(|(storm, _)| storm.seed)
         .collect();
-    bad.sort_unstable();
     assert!(bad.is_empty(), "{} of {} storms: seeds {bad:?}", bad.len(), all.len());
 }
 

@@ -25,8 +25,7 @@ pub enum LossTolerance {
     Prefer,
     /// Loss tolerant, whatever the wrench error.
     Require,
-    /// The same, and where that costs little accuracy any module may stop anywhere in its motion, as one does that loses its
-    /// power.
+    /// The same, and any module may stop anywhere in its motion, as one does that loses its power.
     Power,
     /// Nothing is asked.
     Off,

@@ -67,6 +67,9 @@ pub struct RunResult {
 /// A fault that is planned into a run, for tests and drills.
 pub type Drill<'a, F> = &'a mut dyn FnMut(Micros, Option<Micros>, &mut F);
 
+/// The same, and what watches a run: it sees the pilot too.
+pub type Watch<'a, F> = &'a mut dyn FnMut(Micros, &Pilot<<<F as Fleet>::Radio as Radio>::Address>, &mut F);
+
 /// Runs `scenario` with modules in this process, from `seed`, as fast as the machine can.
 ///
 /// # Errors
@@ -91,6 +94,23 @@ pub fn run<F: Fleet>(
     stop: &AtomicBool,
     drill: Drill<'_, F>,
 ) -> Result<RunResult, RunError> {
+    let mut watch = |tick: Micros, pilot: &Pilot<_>, fleet: &mut F| drill(tick, pilot.origin(), fleet);
+    run_watched(scenario, seed, fleet, pace, progress, stop, &mut watch)
+}
+
+/// The same; `watch` is called at every tick, before the fleet advances to it.
+///
+/// # Errors
+/// [`RunError`].
+pub fn run_watched<F: Fleet>(
+    scenario: &Scenario,
+    seed: u64,
+    fleet: &mut F,
+    pace: Pace,
+    progress: &mut dyn Progress,
+    stop: &AtomicBool,
+    watch: Watch<'_, F>,
+) -> Result<RunResult, RunError> {
     let table = distances::table(&scenario.modboat, &scenario.planner, progress);
     let mut pilot = Pilot::new(scenario, fleet.host(), fleet.roster(), table, stopwatch)?;
     let start = PoseSample {
@@ -111,7 +131,7 @@ pub fn run<F: Fleet>(
 
     loop {
         let tick = clock.next_tick();
-        drill(tick, pilot.origin(), fleet);
+        watch(tick, &pilot, fleet);
         fleet.advance(tick)?;
 
         let mut now = clock.now(tick);

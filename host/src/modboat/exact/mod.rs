@@ -45,7 +45,7 @@ pub mod together;
 pub mod turning;
 
 use crate::modboat::envelope::{Envelope, ON_BORDER};
-use crate::modboat::motion::{Swing, Wrench};
+use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::plan::{Outcome, Plan};
 use crate::modboat::planner_config::LossTolerance;
 use crate::modboat::setting::{Approach, Presence, Setting};
@@ -55,7 +55,7 @@ use search::{Found, Search};
 /// Halvings of the interval in which the farthest wrench in a direction is looked for.
 const HALVINGS: usize = 6;
 
-/// With no more relative error than this a cycle that any module may stop in is taken before one without error. *Assumed.*
+/// With no more relative error than this a cycle that any module may stop in is not improved on. *Assumed.*
 const GOOD_ERROR: f64 = 0.05;
 
 /// Beyond so many modules Algorithm 1 is not asked for the farthest wrench of a direction, which takes it several times.
@@ -85,35 +85,67 @@ impl ExactPlanner {
 
     /// See [`Planner::plan`](crate::modboat::planner::Planner::plan).
     pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
-        let asked = self.setting.config.loss_tolerant;
-        // Power tolerance is had where it can be: rather a cycle that everybody may miss than the wrong way. And where a tail rests in
-        // a neighbour's reach (at the start, or after its module lost its power there) and cannot leave it by a plan
-        // that any module may miss, then by one that none may.
-        let in_reach = tails.is_some_and(|tails| !self.search.may_stay(tails));
-        let power = asked == LossTolerance::Power;
-        let less = [
-            // Safe in itself, if not beside who may have stopped in the cycle before.
-            power.then_some(LossTolerance::Power),
-            power.then_some(LossTolerance::Require),
-            (power && in_reach).then_some(LossTolerance::Prefer),
-        ];
         self.setting.mind(previous);
-        let mut plan = self.plan_as_asked(demand, tails, previous);
-        for tolerance in less.into_iter().flatten() {
-            if is_good(&plan) || is_leaving(&plan) {
-                break;
-            }
+        let plan = self.plan_as_asked(demand, tails, previous);
+        let power = self.setting.config.loss_tolerant == LossTolerance::Power;
+        if !power || is_tolerant(&plan) && (is_good(&plan) || is_leaving(&plan)) {
+            return plan;
+        }
+        self.power_tolerant_plan(plan, demand, tails, previous)
+    }
+
+    /// Where what any module may stop in does not do what was demanded: the most of it that can be done all the same.
+    ///
+    /// A side changes hands only over a cycle in which one of the two does not use it. Where that keeps most of a demand from being
+    /// met, nothing moves for a cycle. Only where a tail rests in a neighbour's reach and there is no way out that any module may
+    /// stop in, one is taken that any may miss, or none.
+    fn power_tolerant_plan(
+        &mut self,
+        first: Plan,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+    ) -> Plan {
+        let in_reach = tails.is_some_and(|tails| !self.search.may_stay(tails));
+        let mut plan = first;
+        let share = self.farthest(demand, 1.0, tails, previous);
+        if let Some(part) = share.and_then(|found| self.examine(found, tails, demand))
+            && (!is_tolerant(&plan) || part.error < plan.error)
+        {
+            plan = part;
+        }
+        let moved = previous.is_some_and(|cycle| cycle.iter().any(|swing| swing.amplitude_rad != 0.0));
+        if moved && (!is_tolerant(&plan) || plan.error > GOOD_ERROR) {
             self.setting.mind(None);
-            self.setting.config.loss_tolerant = tolerance;
-            let mut other = self.plan_as_asked(demand, tails, previous);
+            let free = self.plan_as_asked(demand, tails, previous);
             self.setting.mind(previous);
-            other.power_tolerant = other.loss_tolerant && self.setting.is_power_tolerant(&other);
-            if is_good(&other) || is_leaving(&other) || other.error < plan.error {
-                plan = other;
+            if !is_tolerant(&plan) || is_tolerant(&free) && free.error < 0.5 * plan.error {
+                return self
+                    .pause(demand, tails)
+                    .unwrap_or_else(|| self.setting.hold(demand, tails, previous));
             }
         }
-        self.setting.config.loss_tolerant = asked;
+        if is_tolerant(&plan) || !in_reach {
+            return plan;
+        }
+        for tolerance in [LossTolerance::Require, LossTolerance::Prefer] {
+            self.setting.config.loss_tolerant = tolerance;
+            plan = self.plan_as_asked(demand, tails, previous);
+            self.setting.config.loss_tolerant = LossTolerance::Power;
+            if plan.outcome == Outcome::Planned {
+                break;
+            }
+        }
         plan
+    }
+
+    /// A cycle in which nothing moves.
+    fn pause(&self, demand: Wrench, tails: Option<&[f64]>) -> Option<Plan> {
+        let rest = |&tail_rad: &f64| Swing { centerline_rad: tail_rad, amplitude_rad: 0.0 };
+        let stay = |&tail_rad: &f64| Turn { from_rad: tail_rad, to_rad: tail_rad };
+        let approach = self.setting.one_step(tails?.iter().map(stay).collect());
+        let cycle = tails?.iter().map(rest).collect();
+        self.examine(Found { cycle, approach: Some(approach), error: 1.0, met: false }, tails, demand)
     }
 
     fn plan_as_asked(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
@@ -140,12 +172,7 @@ impl ExactPlanner {
     }
 
     fn examine(&self, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
-        let plan = self.setting.examine(Outcome::Planned, found.cycle, found.approach, tails, demand)?;
-        // With unknown angles there is nobody who could have stayed anywhere.
-        let asked = self.setting.config.loss_tolerant;
-        let required = asked.is_required() && tails.is_some();
-        let kept = plan.loss_tolerant && (plan.power_tolerant || asked != LossTolerance::Power);
-        (kept || !required).then_some(plan)
+        examined(&self.setting, found, tails, demand)
     }
 
     /// Where a plan that any module may miss is required and a tail rests in a neighbour's reach: out of it first.
@@ -181,14 +208,17 @@ impl ExactPlanner {
         let Self { setting, search, envelope, .. } = self;
         let mut best = Cheapest { setting, found: None, price: f64::INFINITY };
         let mut done = false;
+        // What the search asks of each motion holds of each: a tail that stops in the transition stands there in the swim too.
+        let power = setting.config.loss_tolerant == LossTolerance::Power;
+        let is_kept = |found: &Found| !power || examined(setting, found.clone(), tails, demand).is_some();
         for &loss_tolerant in tolerances {
             if done {
                 break;
             }
             done = tails.is_some_and(|tails| {
-                best.offer(search.stay(setting, demand, tails, previous, loss_tolerant))
+                best.offer(search.stay(setting, demand, tails, previous, loss_tolerant).filter(is_kept))
             });
-            done = done || best.offer(search.turn(setting, demand, tails, loss_tolerant));
+            done = done || best.offer(search.turn(setting, demand, tails, loss_tolerant).filter(is_kept));
         }
         let met = best.found.as_ref().is_some_and(|found| found.met);
         let required = setting.config.loss_tolerant.is_required();
@@ -223,6 +253,21 @@ impl ExactPlanner {
         }
         best
     }
+}
+
+/// The plan that comes of what was found, if no two tails touch in it and it is as tolerant as it must be.
+fn examined(setting: &Setting, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
+    let plan = setting.examine(Outcome::Planned, found.cycle, found.approach, tails, demand)?;
+    // With unknown angles there is nobody who could have stayed anywhere.
+    let asked = setting.config.loss_tolerant;
+    let required = asked.is_required() && tails.is_some();
+    let kept = plan.loss_tolerant && (plan.power_tolerant || asked != LossTolerance::Power);
+    (kept || !required).then_some(plan)
+}
+
+/// Whether a plan moves something, and any module may stop in it.
+fn is_tolerant(plan: &Plan) -> bool {
+    plan.outcome == Outcome::Planned && plan.power_tolerant
 }
 
 /// Whether a plan does what was demanded, or as much of it as can be.
