@@ -1,13 +1,6 @@
 //! Plans of reconfigurations, executed: planner, link, firmware and water together, with faults in them.
 
-use std::f64::consts::FRAC_PI_2;
-use std::net::SocketAddr;
-use std::sync::atomic::AtomicBool;
-
-use host::link::dispatcher::Dispatcher;
-use host::link::faults::{FaultCount, FaultParameters};
-use host::link::identity::HostIdentity;
-use host::link::udp::UdpRadio;
+use host::link::faults::FaultParameters;
 use host::rov::plan::{Action, ActionKind, Criterion, Manner, Move, Placed, Plan};
 use host::rov::planner::{OrderRule, Request, plan};
 use host::rov::pose::Pose;
@@ -18,15 +11,16 @@ use host::rov::vehicle::Vehicle;
 use host::run::experiment::{Pace, Quiet};
 use host::run::reconfigure::ExecutionError;
 use host::run::reconfigure::execution::{Executed, Options, execute, run};
-use host::run::reconfigure::fleet::{Fleet, InProcess, OverUdp};
+use host::run::reconfigure::fleet::InProcess;
 use host::run::reconfigure::scenario::ReconfigureScenario;
-use host::sim::module::ClockParameters;
-use host::sim::rov::{RovSetup, SimRov};
-use protocol::ModuleId;
 use protocol::units::{Micros, MicrosSpan};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::atomic::AtomicBool;
 use tests::reconfigure::{self as random, Kind};
+
+mod udp;
 
 fn law() -> PowerLaw {
     PowerLaw::fitted(16.0).expect("in the table")
@@ -425,85 +419,4 @@ fn plans_of_something_else_are_refused() {
         plan.moves[0].actions.remove(0);
     });
     assert!(docked.contains("begin with undocking"), "{docked}");
-}
-
-/// ROVs with sockets of their own in lock step with their host: they take their turn at each of its ticks.
-struct OnSockets {
-    host: OverUdp,
-    rovs: Vec<SimRov<UdpRadio>>,
-}
-
-impl Fleet for OnSockets {
-    type Radio = <OverUdp as Fleet>::Radio;
-
-    fn radio(&mut self) -> &mut Self::Radio {
-        self.host.radio()
-    }
-
-    fn host(&self) -> &HostIdentity {
-        self.host.host()
-    }
-
-    fn advance(&mut self, now: Micros, dispatcher: &Dispatcher<SocketAddr>) -> Result<(), ExecutionError> {
-        for rov in &mut self.rovs {
-            rov.tick(now)?;
-        }
-        self.host.advance(now, dispatcher)
-    }
-
-    fn thrusts_n(&self) -> Vec<&[f64]> {
-        self.host.thrusts_n()
-    }
-
-    fn pulses_us(&self, robot: usize, dispatcher: &Dispatcher<SocketAddr>) -> Vec<f64> {
-        self.host.pulses_us(robot, dispatcher)
-    }
-
-    fn faults(&self) -> Option<FaultCount> {
-        self.host.faults()
-    }
-}
-
-/// The same over UDP: every ROV with a socket of its own.
-#[test]
-fn robots_on_udp_follow_the_plan() {
-    let (problem, plan) = pair(&[
-        (ActionKind::Leg, [-0.483, 0.6, 0.0, 0.0], 0.25),
-        (ActionKind::Leg, [-0.483, 0.0, 0.0, 0.0], 0.25),
-    ]);
-    let radio = UdpRadio::bind("127.0.0.1:0").expect("a socket");
-    let address = radio.local_address().expect("an address");
-    let identity = HostIdentity::simulated(1, 0);
-    let clock = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
-    let rovs = (1..=problem.robots.len() as u16).map(|id| {
-        let setup = RovSetup {
-            id: ModuleId(id),
-            fleet: identity.key.fleet(),
-            key: identity.key.module(ModuleId(id)),
-            reversed: &[false; 6],
-            battery_v: 16.0,
-            report_every: MicrosSpan(20_000),
-            clock: &clock,
-            seed: u64::from(id),
-        };
-        let radio = UdpRadio::bind("127.0.0.1:0").expect("a socket");
-        SimRov::new(&setup, radio, address).expect("an ROV")
-    });
-    let rovs = rovs.collect();
-    let host = OverUdp::new(&problem, radio, identity.clone(), FaultParameters::default(), 1);
-    let mut fleet = OnSockets { host, rovs };
-    let stop = AtomicBool::new(false);
-    let executed = run(
-        &problem,
-        &plan,
-        &options(1),
-        &mut fleet,
-        Pace::Simulated,
-        &mut Quiet,
-        &stop,
-        &mut |_, _, _: &mut OnSockets| {},
-    )
-    .expect("begun");
-    show("over UDP", &executed);
-    all_arrived(&executed, 0.04);
 }
