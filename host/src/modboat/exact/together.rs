@@ -47,7 +47,8 @@ impl Search {
     ) -> Option<Found> {
         let mut thrusts_n = std::mem::take(&mut self.thrusts_n);
         envelope.thrusts(demand, &mut thrusts_n);
-        let asked = Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule };
+        let asked =
+            Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
         let mut best = Best::default();
         for pattern in 0..if thrusts_n.is_empty() { 0 } else { PATTERNS } {
             let met = self.swing_in_step(setting, demand, pattern, &thrusts_n);

@@ -44,6 +44,8 @@ const STAYS: f64 = 0.4;
 /// must turn now and then whatever they do: little.
 const TRAVEL_1_RAD: f64 = 0.3;
 const TRAVEL_OF_THREE_1_RAD: f64 = 1.2;
+/// The same of up to three modules from where they happen to rest at the start.
+const TRAVEL_AT_FIRST_1_RAD: f64 = 2.0;
 
 /// Below what any price leaves of a merit: the demand is out of what such rest poses can push. So many of these are tried.
 const OUT: f64 = -1e3;
@@ -58,6 +60,8 @@ pub(super) struct Asked<'a> {
     pub(super) loss_tolerant: bool,
     /// Which amplitudes may be negated for the way.
     pub(super) signs: Signs,
+    /// Where the tails are not known, or rest in a neighbour's reach as at the start: all is open, and it happens once.
+    pub(super) once: bool,
 }
 
 impl<'a> Asked<'a> {
@@ -68,7 +72,11 @@ impl<'a> Asked<'a> {
     /// What is taken off a score for the tails' travel by the shortest way.
     fn price(&self, poses_rad: impl Iterator<Item = f64>) -> f64 {
         let Some(tails) = self.tails else { return 0.0 };
-        let price_1_rad = if tails.len() < SMALL { TRAVEL_OF_THREE_1_RAD } else { TRAVEL_1_RAD };
+        let price_1_rad = match tails.len() {
+            ..SMALL if self.once => TRAVEL_AT_FIRST_1_RAD,
+            ..SMALL => TRAVEL_OF_THREE_1_RAD,
+            _ => TRAVEL_1_RAD,
+        };
         let travel_rad: f64 = poses_rad.zip(tails).map(|(pose, tail)| wrap_rad(pose - tail).abs()).sum();
         price_1_rad * travel_rad / tails.len() as f64
     }
@@ -110,12 +118,18 @@ impl Search {
         loss_tolerant: bool,
     ) -> Option<Found> {
         let modules = self.order.len();
-        let asked =
-            Asked { setting, demand, tails, loss_tolerant, signs: approach::signs(&self.rest, modules) };
+        let once = !tails.is_some_and(|tails| self.may_stay(tails));
+        let asked = Asked {
+            setting,
+            demand,
+            tails,
+            loss_tolerant,
+            signs: approach::signs(&self.rest, modules),
+            once,
+        };
         let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
         let count = if modules <= SMALL {
-            // Where the tails are not known all is open, and it happens once.
-            if tails.is_none() { CHOICES_FIRST } else { CHOICES_SMALL }
+            if once { CHOICES_FIRST } else { CHOICES_SMALL }
         } else if modules <= FEW {
             CHOICES_FEW
         } else {
@@ -132,7 +146,11 @@ impl Search {
             }
             return best.found;
         }
-        let compared = if modules <= SMALL { COMPARED_SMALL } else { COMPARED_FEW };
+        let (compared, tried) = match modules {
+            _ if once => (CHOICES_FIRST, CHOICES_FIRST),
+            ..=SMALL => (COMPARED_SMALL, TRIED),
+            _ => (COMPARED_FEW, TRIED),
+        };
         if tails.is_some_and(|tails| self.may_stay(tails)) {
             self.turn_a_little(&asked, &mut best);
         }
@@ -144,7 +162,7 @@ impl Search {
             self.collect(&asked, numbers, &mut rng);
             for place in 0..self.choices.len() {
                 let Choice { number, at_most, .. } = self.choices[place];
-                let enough = best.compared >= compared || place >= TRIED;
+                let enough = best.compared >= compared || place >= tried;
                 if best.met() && (at_most <= best.score || enough) || at_most < OUT && place >= NEAREST {
                     break;
                 }
@@ -252,7 +270,8 @@ impl Search {
         };
         let aim = self.aim(setting, demand);
         let aim = Aim { recentre: 0.0, ..aim };
-        let asked = Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule };
+        let asked =
+            Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
         let rules = asked.rules();
         let mut best = Best::default();
         for candidate in field.solve(demand, previous, &swim) {
@@ -311,7 +330,7 @@ impl Search {
 
     /// Keeps the cycles of the allocation if they are better than the best so far and there is a way to them.
     pub(super) fn consider(&mut self, asked: &Asked<'_>, met: bool, score: f64, best: &mut Best) {
-        let Asked { setting, demand, tails, loss_tolerant, signs } = *asked;
+        let Asked { setting, demand, tails, loss_tolerant, signs, .. } = *asked;
         let mut cycle: Vec<Swing> = self.allocation.cycles.iter().map(|cycle| cycle.swing()).collect();
         let error = setting.error(demand, setting.wrench(&cycle));
         let better = best.found.as_ref().is_none_or(|found| match (met, found.met) {
