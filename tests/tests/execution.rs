@@ -104,7 +104,7 @@ fn random_runs_keep_clear() {
     random_runs("random runs", seeds(1), false);
 }
 
-/// Plans are asked to be tolerant of a loss of power: nobody meets a tail that was left in mid-motion.
+/// Plans are asked to be tolerant of a loss of power: no tail meets one that was left in mid-motion.
 #[test]
 fn random_runs_with_reboots_keep_clear() {
     random_runs("random runs with reboots", seeds(3), true);

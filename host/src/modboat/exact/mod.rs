@@ -258,7 +258,7 @@ impl ExactPlanner {
 /// The plan that comes of what was found, if no two tails touch in it and it is as tolerant as it must be.
 fn examined(setting: &Setting, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
     let plan = setting.examine(Outcome::Planned, found.cycle, found.approach, tails, demand)?;
-    // With unknown angles there is nobody who could have stayed anywhere.
+    // With unknown angles no module could have stayed anywhere.
     let asked = setting.config.loss_tolerant;
     let required = asked.is_required() && tails.is_some();
     let kept = plan.loss_tolerant && (plan.power_tolerant || asked != LossTolerance::Power);

@@ -63,7 +63,7 @@ impl Setting {
         let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
         let error_rad =
             (self.config.law() == LawOfTime::RestToRest).then(|| self.distance.errors().of(Tube::One));
-        // Beside a tail that nobody knows nothing changes if a plan is missed.
+        // Beside a tail whose angle is unknown nothing changes if a plan is missed.
         self.pairs.all().iter().filter(|pair| !self.is_unknown(pair)).all(|pair| {
             let offset = offsets[pair.offset];
             let free = |from: [f64; 2], to: [f64; 2]| match error_rad {
@@ -78,7 +78,7 @@ impl Setting {
                 [first, _] => Some([first[pair.i].to_rad, first[pair.j].to_rad]),
                 _ => None,
             };
-            // Who rests out of reach is in nobody's way.
+            // A tail that rests out of reach is in no other's way.
             let reach = &self.reaches[pair.offset];
             let away = |rest: [f64; 2]| reach.clears_i(rest[0]) && reach.clears_j(rest[1]);
             if away(rest) && between.is_none_or(away) {
