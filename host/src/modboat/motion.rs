@@ -88,7 +88,7 @@ impl Swing {
     }
 }
 
-/// One module's rotation between two cycles, at constant speed: from `from_rad` to `to_rad`, both unwrapped, so
+/// One module's rotation between two cycles, by the fleet's common law of time: from `from_rad` to `to_rad`, both unwrapped, so
 /// that the sign of `to_rad − from_rad` is the direction (positive: counter-clockwise).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Turn {

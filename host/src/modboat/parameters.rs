@@ -19,7 +19,8 @@ pub struct Parameters {
     pub tail_width_m: f64,
     /// Period T of the waveform (1), s. Paper, footnote 1.
     pub period_s: f64,
-    /// Duration t_trans of a transition, s. *Assumed*: the paper asks for a small one.
+    /// Duration t_trans of a transition at constant speed, s; at the tail's greatest speed it also bounds a rotation. *Assumed*: the
+    /// paper asks for a small one.
     pub transition_s: f64,
     /// Least amplitude |A| of law (2), rad. Paper.
     pub amplitude_min_rad: f64,

@@ -6,7 +6,7 @@
 //! rotation = 0             if the tail is there already
 //! ```
 //!
-//! Turns take all of t_trans at constant speed, so the motion of a pair is a straight segment in its phase
+//! Turns take all of t_trans by one law of time, so the motion of a pair is a straight segment in its phase
 //! space (φᵢ, φⱼ).
 //!
 //! The paper (Fig. 5) prunes rows and columns and enumerates what is left, exponential in the number of modules. Here the

@@ -5,7 +5,7 @@
 //! two steps   φ_from → φ_via → φ_to        φ_via = φ_to (turns first), φ_from (turns second), or a pose of the caller's
 //! ```
 //!
-//! In each step all tails turn for the same time at constant speed, so a pair moves along a segment of (φᵢ, φⱼ). Every turn goes
+//! In each step all tails turn for the same time by one law of time, so a pair moves along a segment of (φᵢ, φⱼ). Every turn goes
 //! the short way round or the long way, δ or δ ∓ 2π, within the speed limit. Each combination of two neighbours' ways collides
 //! or does not, which makes it a problem for [`super::choice`]; with the signs as given, every module has at most two ways, and
 //! whether there is a transition is 2-SAT.
@@ -32,7 +32,7 @@ use crate::quantity::wrap_rad;
 
 /// Which motions of two neighbours are free of collisions.
 pub trait Clearance {
-    /// Both turn at constant speed from (φᵢ, φⱼ) to (φᵢ, φⱼ).
+    /// Both turn by one law of time from (φᵢ, φⱼ) to (φᵢ, φⱼ).
     fn turn(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool;
 
     /// Both swim.
