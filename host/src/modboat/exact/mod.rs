@@ -154,6 +154,13 @@ impl ExactPlanner {
         if !(known && demand.weighted_norm(self.setting.config.weights).is_finite()) {
             return self.setting.hold(demand, tails, previous);
         }
+        // No way leads out of a contact: nothing is looked for.
+        if tails.is_some_and(|tails| !self.search.may_stay(tails)) {
+            let held = self.setting.hold(demand, tails, previous);
+            if held.clearance_m <= 0.0 {
+                return held;
+            }
+        }
         let mut found = self.solve(demand, tails, previous, usize::MAX);
         let mut outside_envelope = false;
         if !found.as_ref().is_some_and(|found| found.met) {
