@@ -98,8 +98,10 @@ impl DisturbanceObserver {
         let limit_rad_s = self.disturbance_max_rad_s;
         let next = Known {
             rate_rad_s: rate_rad_s + to_rate * off_rad,
+            // Not `clamp`, which panics where its bounds are none.
             disturbance_rad_s: (known.disturbance_rad_s + to_disturbance * off_rad)
-                .clamp(-limit_rad_s, limit_rad_s),
+                .max(-limit_rad_s)
+                .min(limit_rad_s),
         };
         let angle_rad = wrap(angle_rad + moved_rad + to_angle * off_rad);
         let sound =
