@@ -1,6 +1,6 @@
 //! What every planner knows of one structure, and the examination that every plan passes before it is given out.
 //!
-//! The examination uses the exact tail geometry ([`Tail`]), which shares nothing with the collision
+//! The examination uses the exact tail geometry ([`Tail`](super::tail::Tail)), which shares nothing with the collision
 //! regions that planners search by: a plan in which two tails touch is no plan.
 
 use std::sync::Arc;

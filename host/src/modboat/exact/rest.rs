@@ -1,7 +1,7 @@
 //! Free rest poses: angles at which a module's tail is out of every present neighbour's reach, whatever they do.
 //!
 //! A tail touches a neighbour at lattice offset o only within ±reach(o) of the direction β(o) towards it
-//! ([`Tail::reach_rad`]), so that the free poses of a module are what its neighbours leave of the circle:
+//! ([`Tail::reach_rad`](crate::modboat::tail::Tail::reach_rad)), so that the free poses of a module are what its neighbours leave of the circle:
 //!
 //! free = { φ : |wrap(φ − β(o))| ≥ reach(o) for every occupied o }
 //!
