@@ -18,7 +18,7 @@
 //! - wrench, error, travel and clearance are what the motion makes them;
 //! - a plan called loss tolerant stays clear when either module of a pair rests where it was, or between the two steps.
 //!
-//! Pairs are all modules up to three cells apart whose tails' circles meet. Limits: an overlap of less than [`STEP_M`] that
+//! Pairs are all modules up to three cells apart whose circles of tails meet. Limits: an overlap of less than [`STEP_M`] that
 //! comes and goes between two samples is not seen.
 
 use std::f64::consts::TAU;
@@ -142,7 +142,7 @@ pub struct Pair {
     pub apart_m: [f64; 2],
 }
 
-/// All modules up to three cells apart whose tails' circles meet.
+/// All modules up to three cells apart whose circles of tails meet.
 #[must_use]
 pub fn pairs(modboat: &Modboat, cells: &[[i32; 2]]) -> Vec<Pair> {
     let reach_m = 2.0 * modboat.tail_length_m + modboat.tail_width_m;

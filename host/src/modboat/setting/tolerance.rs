@@ -13,10 +13,9 @@
 //! A module that stops is braked, and does not leave what it was to sweep: the firmware's board shorts the motor in reset.
 //! Of the cycle before, its swing is minded and not its transition.
 
-use super::{Approach, Setting, swim_ends, turn_ends};
+use super::{Setting, swim_ends, turn_ends};
 use crate::modboat::motion::{Swing, Turn};
 use crate::modboat::pairs::Pair;
-use crate::modboat::plan::Plan;
 use crate::modboat::planner_config::LossTolerance;
 use crate::modboat::transition::STILL_RAD;
 
@@ -92,19 +91,7 @@ impl Setting {
             })
     }
 
-    /// Whether in a plan any module may stop anywhere, in it or in the cycle before if that is to be minded.
-    #[must_use]
-    pub fn is_power_tolerant(&self, plan: &Plan) -> bool {
-        let approach = plan.transition.as_ref().map(|turns| Approach {
-            turns: turns.clone(),
-            via_rad: plan.via_rad.clone(),
-            times: plan.step_times,
-            slow: false,
-        });
-        self.all_stop_clear(&approach.map_or_else(Vec::new, |approach| approach.steps()), &plan.cycle)
-    }
-
-    /// The same over all of a plan: who stops in the transition stands there in the swim.
+    /// Whether in all of a plan any module may stop anywhere: one that stops in the transition stands there in the swim.
     pub(super) fn all_stop_clear(&self, steps: &[Vec<Turn>], cycle: &[Swing]) -> bool {
         // Everything a tail passes, unwrapped: the swim goes on from where the transition ends.
         let passed = |module: usize| {
