@@ -14,8 +14,8 @@
 //! e_v = v_des − v_obs                                                              (16)
 //! a   = K_p,v e_v + K_d,v de_v/dt                                                  (17)
 //! s   ← γ s + a,   v_c = v_des + s·T             printed: γⁿ⁻¹ Σ a + a              (18)
-//! F   = N C_L v_S |v_S| + M a_S                  printed: C_L Rᵀ (v_c ⊙ v_c)        (19)
-//! v_S = (v_c·x_S, v_c·y_S), a_S likewise
+//! F   = N C_L v_S |v_S| + M (a − d)_S            printed: C_L Rᵀ (v_c ⊙ v_c)        (19)
+//! v_S = (v_c·x_S, v_c·y_S), (a − d)_S likewise; d of the observer, (o6)
 //! x_S = (sin Θ, −cos Θ),  y_S = (cos Θ, sin Θ)
 //! ```
 //!
@@ -33,7 +33,8 @@
 //! - (19): the printed matrix is the transpose of the rotation that fits Fig. 1 and (7), and v ⊙ v loses the
 //!   sign; C_L is that of one module here, hence N. Quadratic drag alone answers an error about a standstill with
 //!   next to no force, so that a structure told to stop drifts on for a minute: M·a, the force that gives the
-//!   mass its acceleration (17), is added.
+//!   mass its acceleration (17), is added. For the same reason the leaky sum has no hold on a slow drift: the acceleration d that
+//!   nothing known explains is taken off.
 //! - A cycle pushes during T of every interval; the demand is raised by interval / T so that the mean is right.
 //!
 //! Gains, for an interval h = 2 s. With the drag compensated by (15), yaw is a double integrator,
@@ -155,6 +156,8 @@ pub struct Observation {
     pub heading_rad: f64,
     /// Angular velocity Ω, rad/s.
     pub yaw_rate_rad_s: f64,
+    /// Acceleration in the world that neither wrench nor drag explains, m/s².
+    pub unknown_m_s2: [f64; 2],
 }
 
 /// PID control of velocity and heading, one call a decision.
@@ -226,8 +229,8 @@ impl Controller {
         // s ← γ s + a,  v_c = v_des + s·T                                                (18)
         let full = [0, 1].map(|k| held[k] + acceleration[k]);
         let commanded = [0, 1].map(|k| v_des[k] + full[k] * interval_s);
-        let (drag_n, inertia_n) =
-            (self.drag_force(commanded, theta), self.inertia_force(acceleration, theta));
+        let wanted = [0, 1].map(|k| acceleration[k] - observed.unknown_m_s2[k]);
+        let (drag_n, inertia_n) = (self.drag_force(commanded, theta), self.inertia_force(wanted, theta));
         let [fx_n, fy_n] = [0, 1].map(|k| duty * (drag_n[k] + inertia_n[k]));
         let scale = self.force_scale([fx_n, fy_n], tau_nm);
         // Where the thrusters are at their limit, the sum may shrink and not grow.
@@ -286,7 +289,7 @@ impl Controller {
     /// The force in S that accelerates the structure by `a` (world).
     fn inertia_force(&self, [ax, ay]: [f64; 2], heading_rad: f64) -> [f64; 2] {
         let (sin, cos) = heading_rad.sin_cos();
-        // … + M a_S
+        // … + M (a − d)_S
         [ax * sin - ay * cos, ax * cos + ay * sin].map(|a| self.mass_kg * a)
     }
 

@@ -11,6 +11,7 @@
 //! (s + ω)²·(s + p) = s³ + l₁s² + l₂s + l₃                                                        (o3)
 //! v_out = v − c + mean of c over the last T,        c = ∫ l₂·e dt                                 (o4)
 //! x_out = s + mean of (fix − s) over the last T,    s = ∫ v_out dt                                 (o5)
+//! d_out = mean of d over the last T                                                                (o6)
 //! ```
 //!
 //! | symbol | unit | meaning |
@@ -23,9 +24,9 @@
 //!
 //! By (o4) what the model predicts passes without lag, and what only the fixes know passes T/2 later, rid of every
 //! harmonic of the period. The unknown acceleration takes away the lasting error that a current
-//! would leave. By (o5) the same holds for position and heading: three modules whose tails swing in phase yaw by
-//! J/(I + I_a)·|ΣA| = 0.007 rad either way, and the decision always falls at one phase of that. Angular momentum says so,
-//! Θ(t) = Θ₀ − J/(I + I_a)·Σφᵢ(t), and experiment 2 shows it.
+//! would leave; the controller takes (o6) off what it demands. By (o5) the same holds for position and heading: three modules
+//! whose tails swing in phase yaw by J/(I + I_a)·|ΣA| = 0.007 rad either way, and the decision always falls at one phase of
+//! that. Angular momentum says so, Θ(t) = Θ₀ − J/(I + I_a)·Σφᵢ(t), and experiment 2 shows it.
 //!
 //! Assumptions and limits: mass, added mass and drag as in [`ObserverParameters`] and [`Parameters`]; no Coriolis
 //! terms. A transition breaks the periodicity, so for one period after it (o4) averages imperfectly.
@@ -72,6 +73,8 @@ pub struct Estimate {
     pub heading_rad: f64,
     /// Angular velocity Ω, rad/s, averaged over the wobble.
     pub yaw_rate_rad_s: f64,
+    /// Acceleration in the world that neither the planned wrench nor the drag explains, averaged over the wobble, m/s².
+    pub unknown_m_s2: [f64; 2],
 }
 
 /// What the observer believes of the structure, and how fast it corrects itself.
@@ -140,8 +143,20 @@ pub struct Observer {
     smoothing: Axes,
     /// s of (o5).
     reckoned: Axes,
-    /// The last period's fixes: when, c, and fix − s.
-    last_period: VecDeque<(f64, Axes, Axes)>,
+    /// Of the last period's fixes.
+    last_period: VecDeque<Sample>,
+}
+
+/// What (o4) to (o6) average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sample {
+    t_s: f64,
+    /// c.
+    correction: Axes,
+    /// fix − s.
+    beyond: Axes,
+    /// d.
+    unknown: Axes,
 }
 
 impl Observer {
@@ -209,7 +224,7 @@ impl Observer {
         let Some(now_s) = self.t_s else {
             self.pose = measured;
             (self.t_s, self.last_fix_s) = (Some(fix.t_s), fix.t_s);
-            self.last_period.push_back((fix.t_s, self.correction, measured));
+            self.remember(fix.t_s, measured);
             return;
         };
         if fix.t_s < now_s {
@@ -239,19 +254,24 @@ impl Observer {
         self.remember(fix.t_s, unwrapped);
     }
 
-    /// Keeps what (o4) and (o5) need of a fix, for a period.
+    /// Keeps what (o4) to (o6) need of a fix, for a period.
     fn remember(&mut self, t_s: f64, fix: Axes) {
         let beyond = [0, 1, 2].map(|axis| fix[axis] - self.reckoned[axis]);
-        self.last_period.push_back((t_s, self.correction, beyond));
+        self.last_period.push_back(Sample {
+            t_s,
+            correction: self.correction,
+            beyond,
+            unknown: self.unknown,
+        });
         // Exactly one period: the oldest sample is the first after t − T (a microsecond of slack for rounding).
-        while self.last_period.front().is_some_and(|&(then_s, ..)| then_s <= t_s - self.period_s + 1e-6) {
+        while self.last_period.front().is_some_and(|sample| sample.t_s <= t_s - self.period_s + 1e-6) {
             self.last_period.pop_front();
         }
-        self.smoothing = self.mean_of(|(_, c, _), axis| c[axis] - self.correction[axis]);
+        self.smoothing = self.mean_of(|sample, axis| sample.correction[axis] - self.correction[axis]);
     }
 
     /// The mean over the last period's fixes, axis by axis.
-    fn mean_of(&self, what: impl Fn(&(f64, Axes, Axes), usize) -> f64) -> Axes {
+    fn mean_of(&self, what: impl Fn(&Sample, usize) -> f64) -> Axes {
         let count = self.last_period.len().max(1) as f64;
         [0, 1, 2].map(|axis| self.last_period.iter().map(|at| what(at, axis)).sum::<f64>() / count)
     }
@@ -263,7 +283,9 @@ impl Observer {
         // v_out = v − c + mean of c over the last T                                                (o4)
         let rate = [0, 1, 2].map(|axis| self.rate[axis] + self.smoothing[axis]);
         // x_out = s + mean of (fix − s) over the last T                                            (o5)
-        let beyond = self.mean_of(|(.., beyond), axis| beyond[axis]);
+        let beyond = self.mean_of(|sample, axis| sample.beyond[axis]);
+        // d_out = mean of d over the last T                                                        (o6)
+        let unknown = self.mean_of(|sample, axis| sample.unknown[axis]);
         let pose = [0, 1, 2].map(|axis| self.reckoned[axis] + beyond[axis]);
         Some(Estimate {
             t_s,
@@ -271,6 +293,7 @@ impl Observer {
             velocity_m_s: [rate[0], rate[1]],
             heading_rad: pose[2],
             yaw_rate_rad_s: rate[2],
+            unknown_m_s2: [unknown[0], unknown[1]],
         })
     }
 
@@ -305,7 +328,7 @@ impl Observer {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
     use super::*;
 
@@ -392,6 +415,23 @@ mod tests {
         // The true rates are 5e-3·2π/1.5 = 0.021 m/s and 0.21 rad/s.
         println!("leak {leak_m_s:.6} m/s, {leak_rad_s:.6} rad/s");
         assert!(leak_m_s < 0.02 * 0.021 && leak_rad_s < 0.02 * 0.21, "{leak_m_s} m/s {leak_rad_s} rad/s");
+    }
+
+    #[test]
+    fn an_unknown_force_is_found_and_no_wobble_of_it() {
+        // A drift of 0.03 m/s east that no wrench drives, with a wobble as above: d = D·v²/M = 13.5·9e-4/4.5 m/s² holds it.
+        let mut observer = observer();
+        let mut worst = 0.0_f64;
+        for frame in 0..120 * 90 {
+            let t_s = f64::from(frame) / 120.0;
+            let phase = TAU * t_s / 1.5;
+            observer.update(&fix(t_s, [0.03 * t_s + 1e-3 * (2.0 * phase).sin(), 1e-3 * phase.cos()], FRAC_PI_2));
+            if t_s > 60.0 {
+                let [d_x, d_y] = observer.estimate().expect("has fixes").unknown_m_s2;
+                worst = worst.max((d_x - 2.7e-3).abs()).max(d_y.abs());
+            }
+        }
+        assert!(worst < 2e-5, "{worst} m/s²");
     }
 
     #[test]

@@ -301,6 +301,7 @@ impl<A: Copy> Pilot<A> {
             velocity_m_s: estimate.velocity_m_s,
             heading_rad: estimate.heading_rad,
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,
+            unknown_m_s2: estimate.unknown_m_s2,
         };
         let velocity_m_s = match demand {
             Demand::Velocity(velocity_m_s) => velocity_m_s,

@@ -15,7 +15,8 @@ fn feed_forward() -> Controller {
     controller(&ControlConfig { velocity_proportional_1_s: 0.0, ..Default::default() })
 }
 
-const REST: Observation = Observation { velocity_m_s: [0.0; 2], heading_rad: 0.0, yaw_rate_rad_s: 0.0 };
+const REST: Observation =
+    Observation { velocity_m_s: [0.0; 2], heading_rad: 0.0, yaw_rate_rad_s: 0.0, unknown_m_s2: [0.0; 2] };
 
 #[test]
 fn defaults_pass_and_nonsense_is_named() {
@@ -47,6 +48,15 @@ fn forces_by_hand() {
         assert!((demand.fy_n - expected[1]).abs() < 1e-12, "Θ {theta}, v {velocity:?}: {demand:?}");
         assert!(demand.tau_nm.abs() < 1e-12);
     }
+}
+
+#[test]
+fn an_unknown_acceleration_is_taken_off() {
+    // Θ = π/2: surge north. 3 kg · 1.5 · 1e-3 m/s² = 4.5e-3 N against a drift to the east and north.
+    let observed = Observation { heading_rad: FRAC_PI_2, unknown_m_s2: [1e-3, 2e-3], ..REST };
+    let target = Target { velocity_m_s: [0.0; 2], heading_rad: FRAC_PI_2 };
+    let demand = feed_forward().demand(&target, &observed, 1.5, 2.0);
+    assert!((demand.fx_n + 4.5e-3).abs() < 1e-12 && (demand.fy_n + 9e-3).abs() < 1e-12, "{demand:?}");
 }
 
 #[test]
@@ -138,7 +148,7 @@ fn surge_response(drag: f64, n: usize) -> f64 {
     let (mass, c) = (3.0 * 1.3 * parameters.module_mass_kg, 3.0 * drag * parameters.drag_n_s2_m2);
     let mut v: f64 = 0.0;
     for _ in 0..n {
-        let observed = Observation { velocity_m_s: [0.0, v], heading_rad: FRAC_PI_2, yaw_rate_rad_s: 0.0 };
+        let observed = Observation { velocity_m_s: [0.0, v], heading_rad: FRAC_PI_2, ..REST };
         let push = controller.demand(&target, &observed, 2.0, 2.0).fy_n;
         for step in 0..200 {
             let force = if step < 50 { 0.0 } else { push };

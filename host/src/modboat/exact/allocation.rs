@@ -1,5 +1,5 @@
 //! From a demanded wrench to the amplitudes of all modules between given rest poses: coordinate descent over a coarse set
-//! of amplitudes, then Newton's method in continuous ones.
+//! of amplitudes, of one rest pose or of all on offer, then Newton's method in continuous ones.
 //!
 //! ```text
 //! W∘F = Σ Mᵢ uᵢ(pᵢ, Aᵢ),   Mᵢ = ( w₁      0     )            weighted wrench, from (7)
@@ -72,6 +72,15 @@ pub enum Met {
     Yes,
     /// The cycles are the nearest found.
     No,
+}
+
+/// From which rest poses a descent takes cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Poses {
+    /// Each module keeps the one that it has.
+    Kept,
+    /// From all that are on offer ([`RestPoses::stations_rad`]).
+    Offered,
 }
 
 /// The state of a search.
@@ -189,36 +198,68 @@ impl Allocation {
         }
     }
 
-    /// So many sweeps of coordinate descent over the modules, in `order` from the place `first` on and round.
-    pub fn descend(&mut self, rules: &Rules<'_>, law: &Law, aim: &Aim, order: &[usize], first: usize) {
+    /// [`SWEEPS`] of coordinate descent over the modules, in `order` from the place `first` on and round.
+    #[expect(clippy::too_many_arguments, reason = "the parts of a search, which it borrows one by one")]
+    pub fn descend(
+        &mut self,
+        rules: &Rules<'_>,
+        rest: &RestPoses,
+        law: &Law,
+        aim: &Aim,
+        poses: Poses,
+        order: &[usize],
+        first: usize,
+    ) {
         self.refresh(law, aim.target_n);
         for _ in 0..SWEEPS {
             for &module in order[first..].iter().chain(&order[..first]) {
-                self.descend_one(rules, law, aim, module);
+                let own_rad = self.cycles[module].rest_rad;
+                let poses_rad = match poses {
+                    Poses::Kept => std::slice::from_ref(&own_rad),
+                    Poses::Offered => rest.stations_rad(module),
+                };
+                self.descend_one(rules, rest, law, aim, module, poses_rad);
             }
         }
     }
 
-    fn descend_one(&mut self, rules: &Rules<'_>, law: &Law, aim: &Aim, module: usize) {
+    fn descend_one(
+        &mut self,
+        rules: &Rules<'_>,
+        rest: &RestPoses,
+        law: &Law,
+        aim: &Aim,
+        module: usize,
+        poses_rad: &[f64],
+    ) {
         let own_n = self.given_n[module];
         let without_n = [0, 1, 2].map(|k| self.residual_n[k] + own_n[k]);
         let present = self.cycles[module];
-        let (sin, cos) = present.rest_rad.sin_cos();
-        // |t − M R u₀|² = |t|² − 2 (Rᵀ Mᵀ t)·u₀ + u₀ᵀ (Rᵀ Mᵀ M R) u₀
-        let columns = [[cos, sin], [-sin, cos]].map(|column| self.places[module].give_n(column));
-        let linear = [dot(columns[0], without_n), dot(columns[1], without_n)];
-        let square = [dot(columns[0], columns[0]), dot(columns[0], columns[1]), dot(columns[1], columns[1])];
         let pull = |amplitude_rad: f64| {
             let off_rad = amplitude_rad.abs() - aim.amplitude_rad;
             aim.pull_n2_rad2 * off_rad * off_rad
         };
         let present_cost = dot(own_n, own_n) - 2.0 * dot(own_n, without_n) + pull(present.amplitude_rad);
+        // M R of a rest pose.
+        let place = self.places[module];
+        let columns = |pose_rad: f64| {
+            let (sin, cos) = pose_rad.sin_cos();
+            [[cos, sin], [-sin, cos]].map(|column| place.give_n(column))
+        };
         self.costs.clear();
-        self.costs.extend(law.thrusts_n.iter().zip(&law.amplitudes_rad).map(|(&[x, y], &amplitude_rad)| {
-            x * (square[0] * x - 2.0 * linear[0])
-                + y * (2.0 * square[1] * x + square[2] * y - 2.0 * linear[1])
-                + pull(amplitude_rad)
-        }));
+        for &pose_rad in poses_rad {
+            // |t − M R u₀|² = |t|² − 2 (Rᵀ Mᵀ t)·u₀ + u₀ᵀ (Rᵀ Mᵀ M R) u₀
+            let [a, b] = columns(pose_rad);
+            let linear = [dot(a, without_n), dot(b, without_n)];
+            let square = [dot(a, a), dot(a, b), dot(b, b)];
+            self.costs.extend(law.thrusts_n.iter().zip(&law.amplitudes_rad).map(
+                |(&[x, y], &amplitude_rad)| {
+                    x * (square[0] * x - 2.0 * linear[0])
+                        + y * (2.0 * square[1] * x + square[2] * y - 2.0 * linear[1])
+                        + pull(amplitude_rad)
+                },
+            ));
+        }
         for _ in 0..TRIES {
             let mut best = (0, f64::INFINITY);
             for (index, &cost) in self.costs.iter().enumerate() {
@@ -230,10 +271,13 @@ impl Allocation {
             if best.1 >= present_cost - 1e-12 * present_cost.abs() {
                 return;
             }
-            let cycle = Cycle { amplitude_rad: law.amplitudes_rad[best.0], ..present };
+            let amplitudes = law.amplitudes_rad.len();
+            let (pose_rad, amplitude) = (poses_rad[best.0 / amplitudes], best.0 % amplitudes);
+            let cycle = rest.cycle(module, pose_rad, law.amplitudes_rad[amplitude]);
+            let cycle = Cycle { turns: present.turns, ..cycle };
             if rules.allow_among(module, cycle, |other| self.cycles[other]) {
-                let [x, y] = law.thrusts_n[best.0];
-                let new_n = [0, 1, 2].map(|k| columns[0][k] * x + columns[1][k] * y);
+                let ([a, b], [x, y]) = (columns(pose_rad), law.thrusts_n[amplitude]);
+                let new_n = [0, 1, 2].map(|k| a[k] * x + b[k] * y);
                 self.residual_n = [0, 1, 2].map(|k| without_n[k] - new_n[k]);
                 (self.given_n[module], self.cycles[module]) = (new_n, cycle);
                 return;

@@ -22,6 +22,8 @@ use crate::quantity::wrap_rad;
 const STATION_RAD: f64 = PI / 8.0;
 /// Arcs narrower than this are left out, rad.
 const NARROW_RAD: f64 = 1e-6;
+/// What is turned to the end of an arc stays so far inside: more than the rounding of an angle of a thousand turns, rad.
+const INSIDE_RAD: f64 = 1e-9;
 
 /// An arc of free poses: from its start counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,7 +147,7 @@ impl RestPoses {
     }
 
     /// How far a pose may turn, clockwise (≤ 0) and counter-clockwise (≥ 0), without leaving its arc, rad; not at all
-    /// outside.
+    /// outside. It stays [`INSIDE_RAD`] off the ends, so that it is still in the arc after many turns.
     #[must_use]
     pub fn room_rad(&self, module: usize, pose_rad: f64) -> [f64; 2] {
         let Some(arc) = self.arcs(module).iter().find(|arc| arc.holds(pose_rad)) else { return [0.0; 2] };
@@ -153,7 +155,7 @@ impl RestPoses {
             return [-PI, PI];
         }
         let past_rad = arc.past_rad(pose_rad);
-        [-past_rad, arc.length_rad - past_rad]
+        [(INSIDE_RAD - past_rad).min(0.0), (arc.length_rad - INSIDE_RAD - past_rad).max(0.0)]
     }
 }
 

@@ -12,7 +12,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-use super::allocation::{Aim, Allocation, GOAL, Met};
+use super::allocation::{Aim, Allocation, GOAL, Met, Poses};
 use super::law::{Law, Sign};
 use super::merit::Merit;
 use super::neighbours::{Cycle, Rules};
@@ -217,8 +217,8 @@ impl Search {
         let Self { rest, law, allocation, order, .. } = self;
         let rules = Rules { setting, loss_tolerant };
         let starts = match tails.len() {
-            ..=FEW => STARTS_FEW,
             _ if margin < SMALL_MARGIN => 1,
+            ..=FEW => STARTS_FEW,
             _ => STARTS,
         };
         for start in 0..starts {
@@ -228,7 +228,7 @@ impl Search {
                 allocation.begin(tails.iter().enumerate().map(at_rest));
             }
             let shift = start * order.len() / starts;
-            allocation.descend(&rules, law, aim, order, shift);
+            allocation.descend(&rules, rest, law, aim, Poses::Kept, order, shift);
             if allocation.polish(&rules, rest, law, aim) == Met::Yes {
                 return Met::Yes;
             }

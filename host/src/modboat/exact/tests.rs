@@ -1,4 +1,4 @@
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
@@ -86,8 +86,13 @@ fn free_poses_are_out_of_reach_and_no_others() {
                     assert!(clear_m >= -1e-9, "{word} {module} at {pose_rad}: {clear_m} m");
                     let [back, on] = rest.room_rad(module, pose_rad);
                     assert!(back <= 0.0 && on >= 0.0);
-                    assert!(rest.is_free(module, pose_rad + 0.999 * back), "{word} {module} at {pose_rad}");
-                    assert!(rest.is_free(module, pose_rad + 0.999 * on), "{word} {module} at {pose_rad}");
+                    // At the end of its arc it is still there after a thousand turns either way.
+                    for turned_rad in [pose_rad + back, pose_rad + on] {
+                        for turns in [-1000.0, -1.0, 0.0, 1.0, 1000.0] {
+                            let end_rad = turned_rad + turns * TAU;
+                            assert!(rest.may_stay(module, end_rad), "{word} {module} at {pose_rad}: {end_rad}");
+                        }
+                    }
                 } else {
                     assert!(clear_m < 4e-4, "{word} {module} at {pose_rad}: {clear_m} m");
                 }

@@ -12,7 +12,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::allocation::{Aim, Met};
+use super::allocation::{Aim, Met, Poses};
 use super::approach;
 use super::law::Sign;
 use super::neighbours::{Cycle, Rules};
@@ -24,20 +24,45 @@ use crate::modboat::setting::{Setting, ends};
 use crate::modboat::transition::solver::Signs;
 use crate::quantity::wrap_rad;
 
-/// Choices made for up to [`SMALL`] modules, where the tails are not known yet and otherwise, and for up to [`FEW`].
-const CHOICES_FIRST: usize = 120;
-const CHOICES_SMALL: usize = 64;
-const CHOICES_FEW: usize = 24;
-/// Of these so many at most are tried, best first, and so many that meet the demand compared.
-const TRIED: usize = 24;
-const COMPARED_SMALL: usize = 10;
-const COMPARED_FEW: usize = 3;
+/// How long few modules are looked for.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// Choices of rest poses made.
+    choices: usize,
+    /// Of these so many at most are tried, best first.
+    tried: usize,
+    /// So many that meet the demand are compared.
+    compared: usize,
+}
+
+/// Where the tails are not known yet, or rest in a neighbour's reach as at the start.
+const FIRST: Effort = Effort { choices: 120, tried: 120, compared: 120 };
+/// Of fewer than [`SMALL`] modules, of as many, of up to [`FEW`].
+const FEWER: Effort = Effort { choices: 64, tried: 24, compared: 10 };
+const AS_SMALL: Effort = Effort { choices: 48, tried: 16, compared: 6 };
+const MORE: Effort = Effort { choices: 10, tried: 10, compared: 1 };
+
+impl Effort {
+    fn of(modules: usize, once: bool) -> Self {
+        match modules {
+            ..=SMALL if once => FIRST,
+            ..SMALL => FEWER,
+            SMALL => AS_SMALL,
+            _ => MORE,
+        }
+    }
+}
+
 /// Choices tried for larger ones: so many modules altogether, between two bounds.
 const CHOICES_MODULES: usize = 800;
 const CHOICES_LEAST: usize = 8;
 const CHOICES_MOST: usize = 48;
-/// So many times more where none of them meets the demand.
-const LONGER: usize = 3;
+/// In so many choices no tail turns that may stay where it is.
+const STAYING: usize = 2;
+/// Starts of a descent over all rest poses where no choice meets the demand: so many modules altogether, between two bounds.
+const STARTS_MODULES: usize = 200;
+const STARTS_LEAST: usize = 2;
+const STARTS_MOST: usize = 24;
 /// Chance that one of few modules is not turned in a choice of rest poses.
 const STAYS: f64 = 0.4;
 /// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad. Three modules
@@ -128,50 +153,50 @@ impl Search {
             once,
         };
         let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
-        let count = if modules <= SMALL {
-            if once { CHOICES_FIRST } else { CHOICES_SMALL }
-        } else if modules <= FEW {
-            CHOICES_FEW
-        } else {
-            (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST)
-        };
         let mut best = Best::default();
         if modules > FEW {
+            let count = (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST);
             for number in 0..count {
                 self.choose(&asked, number, &mut rng);
-                self.try_choice(&asked, number, count, &mut best);
+                self.try_choice(&asked, number, number * modules / count, Poses::Kept, &mut best);
                 if best.met() {
                     break;
                 }
             }
+            self.turn_anywhere(&asked, &mut rng, &mut best);
             return best.found;
         }
-        let (compared, tried) = match modules {
-            _ if once => (CHOICES_FIRST, CHOICES_FIRST),
-            ..=SMALL => (COMPARED_SMALL, TRIED),
-            _ => (COMPARED_FEW, TRIED),
-        };
+        let effort = Effort::of(modules, once);
         if tails.is_some_and(|tails| self.may_stay(tails)) {
             self.turn_a_little(&asked, &mut best);
         }
-        // Few modules go on for longer while none meets the demand.
-        for numbers in [0..count, count..LONGER * count] {
+        self.collect(&asked, effort.choices, &mut rng);
+        for place in 0..self.choices.len() {
+            let Choice { number, at_most, .. } = self.choices[place];
+            let enough = best.compared >= effort.compared || place >= effort.tried;
+            if best.met() && (at_most <= best.score || enough) || at_most < OUT && place >= NEAREST {
+                break;
+            }
+            self.poses_rad.clear();
+            self.poses_rad.extend_from_slice(&self.choices[place].poses_rad[..modules]);
+            let first = number * modules / effort.choices;
+            self.try_choice(&asked, number, first, Poses::Kept, &mut best);
+        }
+        self.turn_anywhere(&asked, &mut rng, &mut best);
+        best.found
+    }
+
+    /// By a descent over rest poses and amplitudes together: near the border few rest poses hold a demand.
+    fn turn_anywhere(&mut self, asked: &Asked<'_>, rng: &mut ChaCha8Rng, best: &mut Best) {
+        let modules = self.order.len();
+        let starts = (STARTS_MODULES / modules).clamp(STARTS_LEAST, STARTS_MOST);
+        for start in 0..starts {
             if best.met() {
                 break;
             }
-            self.collect(&asked, numbers, &mut rng);
-            for place in 0..self.choices.len() {
-                let Choice { number, at_most, .. } = self.choices[place];
-                let enough = best.compared >= compared || place >= tried;
-                if best.met() && (at_most <= best.score || enough) || at_most < OUT && place >= NEAREST {
-                    break;
-                }
-                self.poses_rad.clear();
-                self.poses_rad.extend_from_slice(&self.choices[place].poses_rad[..modules]);
-                self.try_choice(&asked, number, count, &mut best);
-            }
+            self.choose(asked, STAYING + start, rng);
+            self.try_choice(asked, start, start * modules / starts, Poses::Offered, best);
         }
-        best.found
     }
 
     /// From where the tails are, turned within their free arcs: all, or one after another.
@@ -188,12 +213,12 @@ impl Search {
         }
     }
 
-    /// The choices of these numbers, best first by the most that they can be worth; last those that cannot meet the demand, the nearest
+    /// So many choices, best first by the most that they can be worth; last those that cannot meet the demand, the nearest
     /// first.
-    fn collect(&mut self, asked: &Asked<'_>, numbers: std::ops::Range<usize>, rng: &mut ChaCha8Rng) {
+    fn collect(&mut self, asked: &Asked<'_>, choices: usize, rng: &mut ChaCha8Rng) {
         let modules = self.order.len();
         self.choices.clear();
-        for number in numbers {
+        for number in 0..choices {
             self.choose(asked, number, rng);
             let Self { law, orientation, merit, poses_rad, .. } = &mut *self;
             let poses = poses_rad.iter().map(|&pose_rad| (pose_rad, Some(Sign::Any)));
@@ -210,12 +235,13 @@ impl Search {
         self.choices.sort_unstable_by(|a, b| b.at_most.total_cmp(&a.at_most).then(a.number.cmp(&b.number)));
     }
 
-    /// Amplitudes for the choice of rest poses at hand, if there are any.
-    fn try_choice(&mut self, asked: &Asked<'_>, number: usize, count: usize, best: &mut Best) {
+    /// Amplitudes for the choice of rest poses at hand, or for others from there, if there are any. The module at the place
+    /// `first` is the first to choose.
+    fn try_choice(&mut self, asked: &Asked<'_>, number: usize, first: usize, poses: Poses, best: &mut Best) {
         let plain = self.aim(asked.setting, asked.demand);
         let rules = asked.rules();
         let Self { allocation, rest, law, order, poses_rad, .. } = &mut *self;
-        let turns = number % 2 == 1;
+        let turns = number % 2 == 1 || poses == Poses::Offered;
         allocation.begin(poses_rad.iter().enumerate().map(|(module, &pose_rad)| {
             // A tail that stays stays to the bit.
             let stays = asked.tails.is_some_and(|tails| tails[module].to_bits() == pose_rad.to_bits());
@@ -223,8 +249,7 @@ impl Search {
         }));
         let pull_n2_rad2 = if number % 4 < 2 { plain.pull_n2_rad2 } else { 0.0 };
         let aim = Aim { pull_n2_rad2, ..plain };
-        let shift = number % count * order.len() / count;
-        allocation.descend(&rules, law, &aim, order, shift);
+        allocation.descend(&rules, rest, law, &aim, poses, order, first);
         let met = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
         self.weigh(asked, met, best);
     }
@@ -315,7 +340,7 @@ impl Search {
         poses_rad.extend((0..modules).map(|module| {
             let here = asked.tails.map(|tails| tails[module]).filter(|&tail| rest.may_stay(module, tail));
             match here {
-                Some(tail_rad) if number < 2 || few && rng.random_bool(STAYS) => tail_rad,
+                Some(tail_rad) if number < STAYING || few && rng.random_bool(STAYS) => tail_rad,
                 _ => {
                     let stations = rest.stations_rad(module);
                     stations[rng.random_range(0..stations.len())]
