@@ -19,7 +19,6 @@ use super::neighbours::{Cycle, Rules};
 use super::orientation::may_hold;
 use super::search::{FEW, Found, SMALL, Search};
 use crate::modboat::motion::{Swing, Wrench};
-use crate::modboat::potential_field::PotentialField;
 use crate::modboat::setting::{Setting, ends};
 use crate::modboat::transition::solver::Signs;
 use crate::quantity::wrap_rad;
@@ -135,6 +134,7 @@ impl Search {
         } else {
             (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST)
         };
+        self.choices.reserve(LONGER * count);
         let mut best = Best::default();
         if modules > FEW {
             for number in 0..count {
@@ -259,11 +259,8 @@ impl Search {
         tails: Option<&[f64]>,
         previous: Option<&[Swing]>,
     ) -> Option<Found> {
-        let Setting { cells, positions_m, pairs, parameters, config, distance, .. } = setting;
-        let mut field = self
-            .field
-            .take()
-            .unwrap_or_else(|| Box::new(PotentialField::new(cells, positions_m, pairs, parameters, config)));
+        let mut field = self.field.take()?;
+        let distance = &setting.distance;
         let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
             let [from, to] = ends(i, j);
             distance.along_bounded(offset, from, to, margin_rad)
@@ -330,27 +327,30 @@ impl Search {
 
     /// Keeps the cycles of the allocation if they are better than the best so far and there is a way to them.
     pub(super) fn consider(&mut self, asked: &Asked<'_>, met: bool, score: f64, best: &mut Best) {
-        let Asked { setting, demand, tails, loss_tolerant, signs, .. } = *asked;
-        let mut cycle: Vec<Swing> = self.allocation.cycles.iter().map(|cycle| cycle.swing()).collect();
+        let Asked { setting, demand, tails, .. } = *asked;
+        let mut cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
         let error = setting.error(demand, setting.wrench(&cycle));
         let better = best.found.as_ref().is_none_or(|found| match (met, found.met) {
             (true, true) => score > best.score,
             (met, other) => met && !other || met == other && error < found.error,
         });
         if !better {
+            self.buffers.keep(cycle, None);
             return;
         }
         let approach = match tails {
             None => None,
             Some(tails) => {
-                let Self { solver, rest, .. } = self;
-                let way = approach::find(solver, setting, rest, tails, &mut cycle, signs, loss_tolerant);
+                let Self { solver, rest, buffers, .. } = self;
+                let way = approach::find(solver, buffers, rest, asked, tails, &mut cycle);
                 if way.is_none() {
+                    self.buffers.keep(cycle, None);
                     return;
                 }
                 way
             }
         };
-        (best.found, best.score) = (Some(Found { cycle, approach, error, met }), score);
+        best.score = score;
+        Found { cycle, approach, error, met }.replace(&mut best.found, &mut self.buffers);
     }
 }
