@@ -33,6 +33,17 @@ pub struct Leaving {
 }
 
 impl Leaving {
+    /// With room for plans of one structure.
+    #[must_use]
+    pub fn new(setting: &Setting) -> Self {
+        let mut leaving = Self::default();
+        let modules = setting.cells.len();
+        leaving.chooser.reserve(&setting.pairs);
+        leaving.to_rad.reserve(OPTIONS_MAX * (modules + 4));
+        leaving.first.reserve(modules + 1);
+        leaving
+    }
+
     /// Turns out of reach from `tails`, if need be slowly, and the rest that follows. `None` where no tail has to leave, or none can.
     pub fn find(
         &mut self,

@@ -81,7 +81,8 @@ impl ExactPlanner {
         let takes = takes.filter(|(_, presence)| **presence == Presence::Takes).map(|(at, _)| *at);
         let envelope = Envelope::new(&takes.collect::<Vec<_>>(), &setting.parameters);
         let search = Search::new(&setting);
-        Self { all_free: search.all_free(), setting, envelope, search, leaving: Leaving::default() }
+        let leaving = Leaving::new(&setting);
+        Self { all_free: search.all_free(), setting, envelope, search, leaving }
     }
 
     /// See [`Planner::plan_into`](crate::modboat::planner::Planner::plan_into).

@@ -134,7 +134,6 @@ impl Search {
         } else {
             (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST)
         };
-        self.choices.reserve(LONGER * count);
         let mut best = Best::default();
         if modules > FEW {
             for number in 0..count {
@@ -154,6 +153,8 @@ impl Search {
         if tails.is_some_and(|tails| self.may_stay(tails)) {
             self.turn_a_little(&asked, &mut best);
         }
+        self.choices.clear();
+        self.choices.reserve(LONGER * count);
         // Few modules go on for longer while none meets the demand.
         for numbers in [0..count, count..LONGER * count] {
             if best.met() {

@@ -46,8 +46,9 @@ impl FieldPlanner {
     pub fn new(setting: Setting) -> Self {
         let Setting { cells, positions_m, pairs, parameters, config, .. } = &setting;
         let field = PotentialField::new(cells, positions_m, pairs, parameters, config);
-        let buffers = Buffers::new(setting.cells.len());
-        Self { setting, table: None, field, solver: Solver::default(), buffers, within: Vec::new() }
+        let (solver, buffers) = (Solver::with_room(pairs), Buffers::new(cells.len()));
+        let within = Vec::with_capacity(config.candidates);
+        Self { setting, table: None, field, solver, buffers, within }
     }
 
     /// The same planner, searching by the table of these very parameters.
