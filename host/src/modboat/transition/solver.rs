@@ -128,7 +128,7 @@ impl Solver {
         let mut solver = Self::default();
         let modules = pairs.modules();
         solver.chooser.reserve(pairs);
-        // The last module's ways before the longest are left out: through each of a circle of poses four.
+        // A module has more ways until those with the most travel are left out.
         solver.ways.reserve(OPTIONS_MAX * (modules + 8));
         solver.first.reserve(modules + 1);
         solver.turns.reserve(modules);
