@@ -425,7 +425,11 @@ mod tests {
         for frame in 0..120 * 90 {
             let t_s = f64::from(frame) / 120.0;
             let phase = TAU * t_s / 1.5;
-            observer.update(&fix(t_s, [0.03 * t_s + 1e-3 * (2.0 * phase).sin(), 1e-3 * phase.cos()], FRAC_PI_2));
+            observer.update(&fix(
+                t_s,
+                [0.03 * t_s + 1e-3 * (2.0 * phase).sin(), 1e-3 * phase.cos()],
+                FRAC_PI_2,
+            ));
             if t_s > 60.0 {
                 let [d_x, d_y] = observer.estimate().expect("has fixes").unknown_m_s2;
                 worst = worst.max((d_x - 2.7e-3).abs()).max(d_y.abs());

@@ -70,3 +70,26 @@ pub struct Plan {
     /// Why nothing moves, where the planner holds.
     pub reason: Option<Reason>,
 }
+
+impl Default for Plan {
+    /// A plan of no modules, for a planner to write into.
+    fn default() -> Self {
+        Self {
+            outcome: Outcome::Held,
+            cycle: Vec::new(),
+            transition: None,
+            via_rad: None,
+            transition_s: 0.0,
+            step_times: <[StepTime; 2]>::default(),
+            wrench: Wrench::default(),
+            error: 0.0,
+            travel_rad: 0.0,
+            clearance_m: f64::INFINITY,
+            guarantee_m: None,
+            outside_envelope: false,
+            loss_tolerant: false,
+            power_tolerant: false,
+            reason: None,
+        }
+    }
+}

@@ -146,11 +146,25 @@ impl Planner {
     /// With unknown angles there is no transition, and a cycle that is held is at the end of the previous one, or at
     /// zero.
     pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+        let mut plan = Plan::default();
+        self.plan_into(demand, tails, previous, &mut plan);
+        plan
+    }
+
+    /// The same, written into `plan`: what that held before is used again. Once a planner is warm, and is given back what it gave,
+    /// a decision allocates nothing.
+    pub fn plan_into(
+        &mut self,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+        plan: &mut Plan,
+    ) {
         let tails = tails.filter(|t| t.len() == self.modules);
         let previous = previous.filter(|p| p.len() == self.modules);
         match &mut self.which {
-            Which::Exact(exact) => exact.plan(demand, tails, previous),
-            Which::PotentialField(field) => field.plan(demand, tails, previous),
+            Which::Exact(exact) => exact.plan_into(demand, tails, previous, plan),
+            Which::PotentialField(field) => field.plan_into(demand, tails, previous, plan),
         }
     }
 }

@@ -74,6 +74,8 @@ pub struct PotentialField {
     error: Wrench,
     best: Candidate,
     candidates: Vec<Candidate>,
+    /// Candidates of former searches, to be written over.
+    spare: Vec<Candidate>,
 }
 
 /// One of the three stages of an epoch.
@@ -94,6 +96,7 @@ impl PotentialField {
         parameters: &Parameters,
         config: &PlannerConfig,
     ) -> Self {
+        let blank = || Candidate { cycle: Vec::with_capacity(cells.len()), error_n: f64::INFINITY };
         Self {
             parameters: parameters.clone(),
             config: config.clone(),
@@ -105,8 +108,9 @@ impl PotentialField {
             gaps: Gaps::new(pairs, config.margin_rad),
             order: (0..cells.len()).collect(),
             error: Wrench::default(),
-            best: Candidate::default(),
-            candidates: Vec::new(),
+            best: blank(),
+            candidates: Vec::with_capacity(config.candidates + 1),
+            spare: (0..=config.candidates).map(|_| blank()).collect(),
         }
     }
 
@@ -129,7 +133,7 @@ impl PotentialField {
     ) -> &[Candidate] {
         let mut rng = ChaCha8Rng::seed_from_u64(self.config.seed);
         let goal_n = self.goal_n(demand);
-        self.candidates.clear();
+        self.spare.append(&mut self.candidates);
         for module in 0..self.order.len() {
             self.order[module] = module;
         }
@@ -335,11 +339,14 @@ impl PotentialField {
             if self.candidates[twin].error_n <= self.best.error_n {
                 return;
             }
-            self.candidates.remove(twin);
+            self.spare.push(self.candidates.remove(twin));
         }
         let place = self.candidates.partition_point(|c| c.error_n <= self.best.error_n);
-        self.candidates.insert(place, self.best.clone());
-        self.candidates.truncate(self.config.candidates);
+        let mut candidate = self.spare.pop().unwrap_or_default();
+        candidate.cycle.clone_from(&self.best.cycle);
+        candidate.error_n = self.best.error_n;
+        self.candidates.insert(place, candidate);
+        self.spare.extend(self.candidates.drain(self.config.candidates.min(self.candidates.len())..));
     }
 }
 

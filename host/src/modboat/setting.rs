@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::buffers::Buffers;
 use super::distance::DistanceToCollision;
 use super::motion::{Swing, Turn, Wrench};
 use super::pairs::{Pair, Pairs};
@@ -26,6 +27,7 @@ const REST_SHARE: f64 = 0.9;
 /// The slow tube is a box: its corner is this many times as far away as its side.
 const NARROW_SHARE: f64 = std::f64::consts::SQRT_2;
 
+use approach::{Step, Steps};
 use clearance::Clearance;
 
 pub use approach::{Approach, StepTime};
@@ -36,6 +38,16 @@ mod approach;
 mod clearance;
 mod reach;
 mod tolerance;
+
+/// What the examination of a plan in which no two tails touch finds; the fields are those of [`Plan`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "as in the plan")]
+pub struct Judged {
+    pub clearance_m: f64,
+    pub guarantee_m: Option<f64>,
+    pub loss_tolerant: bool,
+    pub power_tolerant: bool,
+}
 
 /// A structure of modules, its neighbours, and where their tails collide.
 #[derive(Clone, Debug)]
@@ -201,94 +213,114 @@ impl Setting {
         approach: Option<Approach>,
         tails: Option<&[f64]>,
         demand: Wrench,
+        buffers: &mut Buffers,
     ) -> Option<Plan> {
-        let steps = approach.as_ref().filter(|a| !a.is_still()).map_or_else(Vec::new, Approach::steps);
-        if !self.minds_the_absent(&steps, &cycle) {
+        let Some(Judged { clearance_m, guarantee_m, loss_tolerant, power_tolerant }) =
+            self.judge(&cycle, approach.as_ref(), tails)
+        else {
+            buffers.keep(cycle, approach);
+            return None;
+        };
+        let wrench = self.wrench(&cycle);
+        let mut plan = Plan {
+            outcome,
+            error: self.error(demand, wrench),
+            cycle,
+            wrench,
+            clearance_m,
+            guarantee_m,
+            loss_tolerant,
+            power_tolerant,
+            ..Plan::default()
+        };
+        match approach {
+            Some(approach) if !approach.is_still() => {
+                (plan.travel_rad, plan.transition_s) = (approach.travel_rad(), approach.transition_s());
+                (plan.transition, plan.via_rad, plan.step_times) =
+                    (Some(approach.turns), approach.via_rad, approach.times);
+            }
+            Some(Approach { turns, via_rad, .. }) => buffers.keep_way(Some(turns), via_rad),
+            None => {}
+        }
+        Some(plan)
+    }
+
+    /// What the examination finds; `None` if two tails touch.
+    #[must_use]
+    pub fn judge(
+        &self,
+        cycle: &[Swing],
+        approach: Option<&Approach>,
+        tails: Option<&[f64]>,
+    ) -> Option<Judged> {
+        let steps = approach.filter(|a| !a.is_still()).map_or_else(Steps::default, Approach::steps);
+        if !self.minds_the_absent(steps, cycle) {
             return None;
         }
-        let slow = approach.as_ref().is_some_and(|approach| approach.slow);
-        let Clearance { planned_m: clearance_m, kept_m } = self.clearance(&steps, slow, &cycle);
+        let slow = approach.is_some_and(|approach| approach.slow);
+        let Clearance { planned_m: clearance_m, kept_m } = self.clearance(steps, slow, cycle);
         // Out of a place too narrow for any tube the plan itself has to do. Not "≤ 0": a NaN is no clearance either.
         let least_m = kept_m.filter(|_| !slow).unwrap_or(clearance_m).min(clearance_m);
         if least_m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
-        let loss_tolerant = tails.is_some_and(|tails| self.loss_tolerant(&steps, &cycle, tails));
-        let power_tolerant = loss_tolerant && self.all_stop_clear(&steps, &cycle);
-        let wrench = self.wrench(&cycle);
-        let approach = approach.filter(|approach| !approach.is_still());
-        let (travel_rad, transition_s) =
-            approach.as_ref().map_or((0.0, 0.0), |approach| (approach.travel_rad(), approach.transition_s()));
-        let (transition, via_rad, step_times) = approach
-            .map_or((None, None, <[StepTime; 2]>::default()), |a| (Some(a.turns), a.via_rad, a.times));
-        Some(Plan {
-            outcome,
-            error: self.error(demand, wrench),
-            cycle,
-            transition,
-            via_rad,
-            transition_s,
-            step_times,
-            wrench,
-            travel_rad,
-            clearance_m,
-            guarantee_m: kept_m.filter(|_| tails.is_some()),
-            outside_envelope: false,
-            loss_tolerant,
-            power_tolerant,
-            reason: None,
-        })
+        let loss_tolerant = tails.is_some_and(|tails| self.loss_tolerant(steps, cycle, tails));
+        let power_tolerant = loss_tolerant && self.all_stop_clear(steps, cycle);
+        let guarantee_m = kept_m.filter(|_| tails.is_some());
+        Some(Judged { clearance_m, guarantee_m, loss_tolerant, power_tolerant })
     }
 
     /// The previous cycle once more, as it was, if the tails are where it starts.
     #[must_use]
-    pub fn repeat(&self, demand: Wrench, tails: &[f64], previous: &[Swing]) -> Option<Plan> {
+    pub fn repeat(
+        &self,
+        demand: Wrench,
+        tails: &[f64],
+        previous: &[Swing],
+        buffers: &mut Buffers,
+    ) -> Option<Plan> {
         let near_rad = THERE_RAD.min(self.rotation_max_rad());
         let there = |(tail, swing): (&f64, &Swing)| wrap_rad(swing.start_rad() - tail).abs() <= near_rad;
         if !tails.iter().zip(previous).all(there) {
             return None;
         }
-        let turns: Vec<Turn> = tails
-            .iter()
-            .zip(previous)
-            .map(|(&from_rad, swing)| {
-                let rotation_rad = wrap_rad(swing.start_rad() - from_rad);
-                let still = rotation_rad.abs() < STILL_RAD;
-                Turn { from_rad, to_rad: if still { from_rad } else { from_rad + rotation_rad } }
-            })
-            .collect();
-        self.examine(Outcome::Repeated, previous.to_vec(), Some(self.one_step(turns)), Some(tails), demand)
+        let turns = buffers.turns(tails.iter().zip(previous).map(|(&from_rad, swing)| {
+            let rotation_rad = wrap_rad(swing.start_rad() - from_rad);
+            let still = rotation_rad.abs() < STILL_RAD;
+            Turn { from_rad, to_rad: if still { from_rad } else { from_rad + rotation_rad } }
+        }));
+        let cycle = buffers.cycle(previous.iter().copied());
+        let approach = Some(self.one_step(turns));
+        self.examine(Outcome::Repeated, cycle, approach, Some(tails), demand, buffers)
     }
 
     /// Everybody holds still: at the present angles, or at the end of the previous cycle, or at zero.
     #[must_use]
-    pub fn hold(&self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+    pub fn hold(
+        &self,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+        buffers: &mut Buffers,
+    ) -> Plan {
         let rest_rad = |module: usize| match (tails, previous) {
             (Some(tails), _) => tails[module],
             (None, Some(previous)) => previous[module].start_rad(),
             (None, None) => 0.0,
         };
-        let cycle: Vec<Swing> = (0..self.cells.len())
-            .map(|module| Swing { centerline_rad: rest_rad(module), amplitude_rad: 0.0 })
-            .collect();
-        let Clearance { planned_m: clearance_m, kept_m } = self.clearance(&[], false, &cycle);
+        let rests = |module: usize| Swing { centerline_rad: rest_rad(module), amplitude_rad: 0.0 };
+        let cycle = buffers.cycle((0..self.cells.len()).map(rests));
+        let Clearance { planned_m: clearance_m, kept_m } = self.clearance(Steps::default(), false, &cycle);
         let guarantee_m = kept_m.filter(|_| tails.is_some());
         Plan {
-            outcome: Outcome::Held,
-            transition: None,
-            via_rad: None,
-            transition_s: 0.0,
-            step_times: <[StepTime; 2]>::default(),
-            wrench: Wrench::default(),
+            cycle,
             error: if demand == Wrench::default() { 0.0 } else { 1.0 },
-            travel_rad: 0.0,
             clearance_m,
             guarantee_m,
-            outside_envelope: false,
             loss_tolerant: tails.is_some() && clearance_m > 0.0,
             power_tolerant: tails.is_some() && clearance_m > 0.0,
             reason: Some(self.why_held(demand, tails, guarantee_m)),
-            cycle,
+            ..Plan::default()
         }
     }
 }
@@ -306,7 +338,7 @@ pub fn swim_ends(cycle: &[Swing], pair: &Pair) -> [[f64; 2]; 2] {
     ends(cycle[pair.i], cycle[pair.j])
 }
 
-fn turn_ends(turns: &[Turn], pair: &Pair) -> [[f64; 2]; 2] {
-    let (i, j) = (turns[pair.i], turns[pair.j]);
+fn turn_ends(step: Step<'_>, pair: &Pair) -> [[f64; 2]; 2] {
+    let (i, j) = (step.turn(pair.i), step.turn(pair.j));
     [[i.from_rad, j.from_rad], [i.to_rad, j.to_rad]]
 }

@@ -139,9 +139,9 @@ fn solve(m: [[f64; 3]; 3], b: [f64; 3]) -> Option<[f64; 3]> {
 }
 
 impl Allocation {
-    /// For modules at `positions_m` (m, in S).
+    /// For modules at `positions_m` (m, in S), of which none is offered more than so many cycles.
     #[must_use]
-    pub fn new(positions_m: &[[f64; 2]], [w1, w2, w3]: [f64; 3]) -> Self {
+    pub fn new(positions_m: &[[f64; 2]], [w1, w2, w3]: [f64; 3], offered: usize) -> Self {
         let modules = positions_m.len();
         let place = |at_m: &[f64; 2]| Place { weights: [w1, w2], lever_m: at_m.map(|lever_m| w3 * lever_m) };
         Self {
@@ -153,7 +153,7 @@ impl Allocation {
             by_amplitude: vec![[0.0; 3]; modules],
             by_pose: vec![[0.0; 3]; modules],
             frozen: vec![false; modules],
-            costs: Vec::new(),
+            costs: Vec::with_capacity(offered),
         }
     }
 

@@ -1,5 +1,6 @@
 //! The way from where the tails are to where a cycle starts: one step if there is one, else two.
 
+use crate::modboat::buffers::Buffers;
 use crate::modboat::motion::Swing;
 use crate::modboat::pairs::Pair;
 use crate::modboat::setting::ends;
@@ -7,6 +8,7 @@ use crate::modboat::setting::{Approach, Setting};
 use crate::modboat::transition::solver::{Clearance, Least, Problem, Signs, Solver};
 
 use super::rest::RestPoses;
+use super::turning::Asked;
 
 /// What two neighbours may do in a transition.
 pub(super) struct Turning<'a> {
@@ -48,32 +50,32 @@ pub fn signs(rest: &RestPoses, modules: usize) -> Signs {
 }
 
 /// Finds the least transition from `tails` into `cycle`, slowly if there is none at the usual speed. Where amplitudes are negated
-/// for it, `cycle` is changed: the same forces, from the other end. `loss_tolerant`: no module that misses it is hit.
-pub fn find(
+/// for it, `cycle` is changed: the same forces, from the other end. Where loss tolerance is asked for, no module that misses it is hit.
+pub(super) fn find(
     solver: &mut Solver,
-    setting: &Setting,
+    buffers: &mut Buffers,
     rest: &RestPoses,
+    asked: &Asked<'_>,
     tails: &[f64],
     cycle: &mut [Swing],
-    signs: Signs,
-    loss_tolerant: bool,
 ) -> Option<Approach> {
     [false, true].into_iter().find_map(|slow| {
-        let clear = Turning { setting, slow };
-        find_by(solver, &clear, rest, tails, cycle, signs, loss_tolerant)
+        let clear = Turning { setting: asked.setting, slow };
+        find_by(solver, buffers, &clear, rest, asked, tails, cycle)
     })
 }
 
 fn find_by(
     solver: &mut Solver,
+    buffers: &mut Buffers,
     clear: &Turning<'_>,
     rest: &RestPoses,
+    asked: &Asked<'_>,
     tails: &[f64],
     cycle: &mut [Swing],
-    signs: Signs,
-    loss_tolerant: bool,
 ) -> Option<Approach> {
     let &Turning { setting, slow } = clear;
+    let &Asked { signs, loss_tolerant, .. } = asked;
     let free = |module: usize| rest.is_free(module, tails[module]);
     // Who rests in a free pose may always stay.
     let stranded = loss_tolerant && !(0..tails.len()).all(free);
@@ -90,7 +92,7 @@ fn find_by(
     if let Some(Least { turns, negated, .. }) = solver.one_step(&problem, signs, clear) {
         let longest_rad = longest(&mut turns.iter().map(|turn| (turn.from_rad, turn.to_rad)));
         let approach = Approach {
-            turns: turns.to_vec(),
+            turns: buffers.turns(turns.iter().copied()),
             via_rad: None,
             times: [setting.step_time(longest_rad, slow); 2],
             slow,
@@ -106,8 +108,8 @@ fn find_by(
     let first = longest(&mut least.turns.iter().zip(via_rad).map(|(turn, &via)| (turn.from_rad, via)));
     let second = longest(&mut least.turns.iter().zip(via_rad).map(|(turn, &via)| (via, turn.to_rad)));
     Some(Approach {
-        turns: least.turns.to_vec(),
-        via_rad: Some(via_rad.to_vec()),
+        turns: buffers.turns(least.turns.iter().copied()),
+        via_rad: Some(buffers.poses_rad(via_rad.iter().copied())),
         times: [first, second].map(|longest_rad| setting.step_time(longest_rad, slow)),
         slow,
     })

@@ -11,6 +11,7 @@
 //! tail comes there, as that pose is out of every reach. Where reach exceeds π/4 there are modules without a free pose, and this
 //! has nothing to offer.
 
+use crate::modboat::buffers::Buffers;
 use crate::modboat::motion::{Swing, Turn};
 use crate::modboat::setting::{Approach, Setting};
 use crate::modboat::transition::choice::{Answer, Chooser, OPTIONS_MAX};
@@ -32,6 +33,17 @@ pub struct Leaving {
 }
 
 impl Leaving {
+    /// With room for plans of one structure.
+    #[must_use]
+    pub fn new(setting: &Setting) -> Self {
+        let mut leaving = Self::default();
+        let modules = setting.cells.len();
+        leaving.chooser.reserve(&setting.pairs);
+        leaving.to_rad.reserve(OPTIONS_MAX * (modules + 4));
+        leaving.first.reserve(modules + 1);
+        leaving
+    }
+
     /// Turns out of reach from `tails`, if need be slowly, and the rest that follows. `None` where no tail has to leave, or none can.
     pub fn find(
         &mut self,
@@ -39,6 +51,7 @@ impl Leaving {
         rest: &RestPoses,
         tails: &[f64],
         slow: bool,
+        buffers: &mut Buffers,
     ) -> Option<(Vec<Swing>, Approach)> {
         let Self { chooser, to_rad, first, .. } = self;
         chooser.clear();
@@ -77,16 +90,20 @@ impl Leaving {
         if !matches!(answer, Answer::Best { .. }) {
             return None;
         }
-        let turns: Vec<Turn> = (tails.iter().zip(chooser.chosen()).zip(first.iter()))
-            .map(|((&from_rad, &option), first)| Turn {
-                from_rad,
-                to_rad: to_rad[first + usize::from(option)],
-            })
-            .collect();
+        let chosen = tails.iter().zip(chooser.chosen()).zip(first.iter());
+        let turns = buffers.turns(chosen.map(|((&from_rad, &option), first)| Turn {
+            from_rad,
+            to_rad: to_rad[first + usize::from(option)],
+        }));
         let longest_rad = turns.iter().map(|turn| turn.rotation_rad().abs()).fold(0.0, f64::max);
-        let cycle =
-            turns.iter().map(|turn| Swing { centerline_rad: turn.to_rad, amplitude_rad: 0.0 }).collect();
+        let rests = |turn: &Turn| Swing { centerline_rad: turn.to_rad, amplitude_rad: 0.0 };
+        let cycle = buffers.cycle(turns.iter().map(rests));
         let times = [setting.step_time(longest_rad, slow); 2];
-        (longest_rad > 0.0).then_some((cycle, Approach { turns, via_rad: None, times, slow }))
+        let approach = Approach { turns, via_rad: None, times, slow };
+        if longest_rad > 0.0 {
+            return Some((cycle, approach));
+        }
+        buffers.keep(cycle, Some(approach));
+        None
     }
 }

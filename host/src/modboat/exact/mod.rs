@@ -44,6 +44,7 @@ pub mod search;
 pub mod together;
 pub mod turning;
 
+use crate::modboat::buffers::Buffers;
 use crate::modboat::envelope::{Envelope, ON_BORDER};
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::plan::{Outcome, Plan};
@@ -80,18 +81,25 @@ impl ExactPlanner {
         let takes = takes.filter(|(_, presence)| **presence == Presence::Takes).map(|(at, _)| *at);
         let envelope = Envelope::new(&takes.collect::<Vec<_>>(), &setting.parameters);
         let search = Search::new(&setting);
-        Self { all_free: search.all_free(), setting, envelope, search, leaving: Leaving::default() }
+        let leaving = Leaving::new(&setting);
+        Self { all_free: search.all_free(), setting, envelope, search, leaving }
     }
 
-    /// See [`Planner::plan`](crate::modboat::planner::Planner::plan).
-    pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+    /// See [`Planner::plan_into`](crate::modboat::planner::Planner::plan_into).
+    pub fn plan_into(
+        &mut self,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+        plan: &mut Plan,
+    ) {
+        self.discard(std::mem::take(plan));
         self.setting.mind(previous);
-        let plan = self.plan_as_asked(demand, tails, previous);
+        *plan = self.plan_as_asked(demand, tails, previous);
         let power = self.setting.config.loss_tolerant == LossTolerance::Power;
-        if !power || is_tolerant(&plan) && (is_good(&plan) || is_leaving(&plan)) {
-            return plan;
+        if power && !(is_tolerant(plan) && (is_good(plan) || is_leaving(plan))) {
+            self.make_power_tolerant(plan, demand, tails, previous);
         }
-        self.power_tolerant_plan(plan, demand, tails, previous)
     }
 
     /// Where what any module may stop in does not do what was demanded: the most of it that can be done all the same.
@@ -99,87 +107,112 @@ impl ExactPlanner {
     /// A side changes hands only over a cycle in which one of the two does not use it. Where that keeps most of a demand from being
     /// met, nothing moves for a cycle. Only where a tail rests in a neighbour's reach and there is no way out that any module may
     /// stop in, one is taken that any may miss, or none.
-    fn power_tolerant_plan(
+    fn make_power_tolerant(
         &mut self,
-        first: Plan,
+        plan: &mut Plan,
         demand: Wrench,
         tails: Option<&[f64]>,
         previous: Option<&[Swing]>,
-    ) -> Plan {
+    ) {
         let in_reach = tails.is_some_and(|tails| !self.search.may_stay(tails));
-        let mut plan = first;
         let share = self.farthest(demand, 1.0, tails, previous);
-        if let Some(part) = share.and_then(|found| self.examine(found, tails, demand))
-            && (!is_tolerant(&plan) || part.error < plan.error)
-        {
-            plan = part;
+        if let Some(part) = share.and_then(|found| self.examine(found, tails, demand)) {
+            let better = !is_tolerant(plan) || part.error < plan.error;
+            self.discard(if better { std::mem::replace(plan, part) } else { part });
         }
         let moved = previous.is_some_and(|cycle| cycle.iter().any(|swing| swing.amplitude_rad != 0.0));
-        if moved && (!is_tolerant(&plan) || plan.error > GOOD_ERROR) {
+        if moved && (!is_tolerant(plan) || plan.error > GOOD_ERROR) {
             self.setting.mind(None);
             let free = self.plan_as_asked(demand, tails, previous);
             self.setting.mind(previous);
-            if !is_tolerant(&plan) || is_tolerant(&free) && free.error < 0.5 * plan.error {
-                return self
-                    .pause(demand, tails)
-                    .unwrap_or_else(|| self.setting.hold(demand, tails, previous));
+            let pauses = !is_tolerant(plan) || is_tolerant(&free) && free.error < 0.5 * plan.error;
+            self.discard(free);
+            if pauses {
+                self.discard(std::mem::take(plan));
+                *plan = self.pause(demand, tails).unwrap_or_else(|| self.hold(demand, tails, previous));
+                return;
             }
         }
-        if is_tolerant(&plan) || !in_reach {
-            return plan;
+        if is_tolerant(plan) || !in_reach {
+            return;
         }
         for tolerance in [LossTolerance::Require, LossTolerance::Prefer] {
+            self.discard(std::mem::take(plan));
             self.setting.config.loss_tolerant = tolerance;
-            plan = self.plan_as_asked(demand, tails, previous);
+            *plan = self.plan_as_asked(demand, tails, previous);
             self.setting.config.loss_tolerant = LossTolerance::Power;
             if plan.outcome == Outcome::Planned {
                 break;
             }
         }
-        plan
     }
 
     /// A cycle in which nothing moves.
-    fn pause(&self, demand: Wrench, tails: Option<&[f64]>) -> Option<Plan> {
+    fn pause(&mut self, demand: Wrench, tails: Option<&[f64]>) -> Option<Plan> {
         let rest = |&tail_rad: &f64| Swing { centerline_rad: tail_rad, amplitude_rad: 0.0 };
         let stay = |&tail_rad: &f64| Turn { from_rad: tail_rad, to_rad: tail_rad };
-        let approach = self.setting.one_step(tails?.iter().map(stay).collect());
-        let cycle = tails?.iter().map(rest).collect();
+        let buffers = &mut self.search.buffers;
+        let approach = self.setting.one_step(buffers.turns(tails?.iter().map(stay)));
+        let cycle = buffers.cycle(tails?.iter().map(rest));
         self.examine(Found { cycle, approach: Some(approach), error: 1.0, met: false }, tails, demand)
+    }
+
+    fn hold(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+        self.setting.hold(demand, tails, previous, &mut self.search.buffers)
+    }
+
+    fn repeat(&mut self, demand: Wrench, tails: &[f64], previous: &[Swing]) -> Option<Plan> {
+        self.setting.repeat(demand, tails, previous, &mut self.search.buffers)
+    }
+
+    fn discard(&mut self, plan: Plan) {
+        self.search.buffers.keep_plan(plan);
     }
 
     fn plan_as_asked(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
         let known = tails.is_none_or(|tails| tails.iter().all(|tail| tail.is_finite()));
         // Neither what is no number nor what has no square is a demand.
         if !(known && demand.weighted_norm(self.setting.config.weights).is_finite()) {
-            return self.setting.hold(demand, tails, previous);
+            return self.hold(demand, tails, previous);
         }
         // No way leads out of a contact: nothing is looked for.
         if tails.is_some_and(|tails| !self.search.may_stay(tails)) {
-            let held = self.setting.hold(demand, tails, previous);
+            let held = self.hold(demand, tails, previous);
             if held.clearance_m <= 0.0 {
                 return held;
             }
+            self.discard(held);
         }
         let mut found = self.solve(demand, tails, previous, usize::MAX);
         let mut outside_envelope = false;
         if !found.as_ref().is_some_and(|found| found.met) {
             let gauge = self.envelope.gauge(demand);
             outside_envelope = gauge > 1.0;
-            if outside_envelope && gauge.is_finite() {
-                found = self.farthest(demand, 1.0 / gauge, tails, previous).or(found);
+            if outside_envelope
+                && gauge.is_finite()
+                && let Some(farthest) = self.farthest(demand, 1.0 / gauge, tails, previous)
+            {
+                farthest.replace(&mut found, &mut self.search.buffers);
             }
         }
-        found
+        let plan = found
             .and_then(|found| self.examine(found, tails, demand))
             .or_else(|| self.leave(tails?, demand))
-            .or_else(|| self.setting.repeat(demand, tails?, previous?))
-            .map(|plan| Plan { outside_envelope, ..plan })
-            .unwrap_or_else(|| Plan { outside_envelope, ..self.setting.hold(demand, tails, previous) })
+            .or_else(|| self.repeat(demand, tails?, previous?))
+            .unwrap_or_else(|| self.hold(demand, tails, previous));
+        Plan { outside_envelope, ..plan }
     }
 
-    fn examine(&self, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
-        examined(&self.setting, found, tails, demand)
+    /// The plan that comes of what was found, if no two tails touch in it and it is as tolerant as it must be.
+    fn examine(&mut self, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
+        let Self { setting, search, .. } = self;
+        let Found { cycle, approach, .. } = found;
+        let plan = setting.examine(Outcome::Planned, cycle, approach, tails, demand, &mut search.buffers)?;
+        if is_kept(setting, plan.loss_tolerant, plan.power_tolerant, tails) {
+            return Some(plan);
+        }
+        self.discard(plan);
+        None
     }
 
     /// Where a plan that any module may miss is required and a tail rests in a neighbour's reach: out of it first.
@@ -187,9 +220,9 @@ impl ExactPlanner {
         if !self.setting.config.loss_tolerant.is_required() {
             return None;
         }
-        let Self { setting, search, leaving, .. } = self;
-        let ways = [false, true].map(|slow| leaving.find(setting, &search.rest, tails, slow));
-        ways.into_iter().flatten().find_map(|(cycle, approach)| {
+        [false, true].into_iter().find_map(|slow| {
+            let Self { setting, search, leaving, .. } = &mut *self;
+            let (cycle, approach) = leaving.find(setting, &search.rest, tails, slow, &mut search.buffers)?;
             let found = Found { cycle, approach: Some(approach), error: 1.0, met: false };
             self.examine(found, Some(tails), demand)
         })
@@ -213,30 +246,30 @@ impl ExactPlanner {
             LossTolerance::Prefer => &[true, false],
         };
         let Self { setting, search, envelope, .. } = self;
-        let mut best = Cheapest { setting, found: None, price: f64::INFINITY };
+        let mut best = Cheapest { setting, tails, found: None, price: f64::INFINITY };
         let mut done = false;
-        // What the search asks of each motion holds of each: a tail that stops in the transition stands there in the swim too.
-        let power = setting.config.loss_tolerant == LossTolerance::Power;
-        let is_kept = |found: &Found| !power || examined(setting, found.clone(), tails, demand).is_some();
         for &loss_tolerant in tolerances {
             if done {
                 break;
             }
             done = tails.is_some_and(|tails| {
-                best.offer(search.stay(setting, demand, tails, previous, loss_tolerant).filter(is_kept))
+                let found = search.stay(setting, demand, tails, previous, loss_tolerant);
+                best.offer(found, &mut search.buffers)
             });
-            done = done || best.offer(search.turn(setting, demand, tails, loss_tolerant).filter(is_kept));
+            done = done || {
+                let found = search.turn(setting, demand, tails, loss_tolerant);
+                best.offer(found, &mut search.buffers)
+            };
         }
         let met = best.found.as_ref().is_some_and(|found| found.met);
         let required = setting.config.loss_tolerant.is_required();
         // What the envelope does not hold cannot be met: see `farthest`.
-        if !(done || met || required)
-            && setting.all_take_part()
-            && envelope.gauge(demand) <= ON_BORDER
-            && !best.offer(search.turn_together(setting, envelope, demand, tails))
-            && setting.cells.len() <= field_modules
-        {
-            best.offer(search.turn_by_field(setting, demand, tails, previous));
+        if !(done || met || required) && setting.all_take_part() && envelope.gauge(demand) <= ON_BORDER {
+            let found = search.turn_together(setting, envelope, demand, tails);
+            if !best.offer(found, &mut search.buffers) && setting.cells.len() <= field_modules {
+                let found = search.turn_by_field(setting, demand, tails, previous);
+                best.offer(found, &mut search.buffers);
+            }
         }
         best.found
     }
@@ -253,23 +286,27 @@ impl ExactPlanner {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             let wanted = Wrench::from_array(demand.to_array().map(|component| middle * component));
-            match self.solve(wanted, tails, previous, FIELD_MODULES).filter(|found| found.met) {
-                Some(found) => (low, best) = (middle, Some(found)),
-                None => high = middle,
+            match self.solve(wanted, tails, previous, FIELD_MODULES) {
+                Some(found) if found.met => {
+                    low = middle;
+                    found.replace(&mut best, &mut self.search.buffers);
+                }
+                unmet => {
+                    high = middle;
+                    unmet.into_iter().for_each(|found| found.discard(&mut self.search.buffers));
+                }
             }
         }
         best
     }
 }
 
-/// The plan that comes of what was found, if no two tails touch in it and it is as tolerant as it must be.
-fn examined(setting: &Setting, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
-    let plan = setting.examine(Outcome::Planned, found.cycle, found.approach, tails, demand)?;
+/// Whether a plan is as tolerant as it must be.
+fn is_kept(setting: &Setting, loss_tolerant: bool, power_tolerant: bool, tails: Option<&[f64]>) -> bool {
     // With unknown angles no module could have stayed anywhere.
     let asked = setting.config.loss_tolerant;
     let required = asked.is_required() && tails.is_some();
-    let kept = plan.loss_tolerant && (plan.power_tolerant || asked != LossTolerance::Power);
-    (kept || !required).then_some(plan)
+    loss_tolerant && (power_tolerant || asked != LossTolerance::Power) || !required
 }
 
 /// Whether a plan moves something, and any module may stop in it.
@@ -291,20 +328,38 @@ fn is_leaving(plan: &Plan) -> bool {
 /// The cheapest of what is offered: relative error, and the time of the transition by `travel_weight`.
 struct Cheapest<'a> {
     setting: &'a Setting,
+    tails: Option<&'a [f64]>,
     found: Option<Found>,
     price: f64,
 }
 
 impl Cheapest<'_> {
+    /// What the search asks of each motion holds of each: a tail that stops in the transition stands there in the swim too. So where
+    /// any module may lose its power, the whole is judged.
+    fn is_kept(&self, found: &Found) -> bool {
+        let Self { setting, tails, .. } = *self;
+        setting.config.loss_tolerant != LossTolerance::Power
+            || setting
+                .judge(&found.cycle, found.approach.as_ref(), tails)
+                .is_some_and(|judged| is_kept(setting, judged.loss_tolerant, judged.power_tolerant, tails))
+    }
+
     /// True if nothing much better can come.
-    fn offer(&mut self, found: Option<Found>) -> bool {
+    fn offer(&mut self, found: Option<Found>, buffers: &mut Buffers) -> bool {
         let Some(found) = found else { return false };
+        if !self.is_kept(&found) {
+            found.discard(buffers);
+            return false;
+        }
         let weight = self.setting.config.travel_weight;
         let transition_s = found.approach.as_ref().map_or(0.0, Approach::transition_s);
         let error = if found.met { 0.0 } else { found.error };
         let price = error + weight * transition_s / self.setting.parameters.period_s;
         if price < self.price {
-            (self.found, self.price) = (Some(found), price);
+            self.price = price;
+            found.replace(&mut self.found, buffers);
+        } else {
+            found.discard(buffers);
         }
         price <= weight
     }

@@ -19,6 +19,7 @@ use super::neighbours::{Cycle, Rules};
 use super::orientation::{Orientation, may_hold};
 use super::rest::RestPoses;
 use super::turning::Choice;
+use crate::modboat::buffers::Buffers;
 use crate::modboat::motion::{Swing, Turn, Wrench};
 use crate::modboat::potential_field::PotentialField;
 use crate::modboat::setting::{Approach, Setting};
@@ -44,7 +45,7 @@ const MIDDLE_RAD: f64 = 1.75;
 const SAME_RAD: f64 = 1e-6;
 
 /// What was found for a demand.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Found {
     /// Each module's cycle.
     pub cycle: Vec<Swing>,
@@ -56,6 +57,20 @@ pub struct Found {
     pub met: bool,
 }
 
+impl Found {
+    /// Takes the place of another.
+    pub(super) fn replace(self, other: &mut Option<Self>, buffers: &mut Buffers) {
+        if let Some(other) = other.replace(self) {
+            other.discard(buffers);
+        }
+    }
+
+    /// Gives back what it is held in.
+    pub(super) fn discard(self, buffers: &mut Buffers) {
+        buffers.keep(self.cycle, self.approach);
+    }
+}
+
 /// The search, with the memory it works in.
 #[derive(Clone, Debug)]
 pub struct Search {
@@ -65,7 +80,7 @@ pub struct Search {
     pub(super) allocation: Allocation,
     pub(super) solver: Solver,
     pub(super) merit: Merit,
-    /// Algorithm 1, made when it is first needed.
+    /// Algorithm 1, where all modules take part.
     pub(super) field: Option<Box<PotentialField>>,
     /// Modules in the order in which they are visited.
     pub(super) order: Vec<usize>,
@@ -78,6 +93,8 @@ pub struct Search {
     patterns: Vec<(f64, u32)>,
     /// Choices of rest poses.
     pub(super) choices: Vec<Choice>,
+    /// What cycles found, and plans, are held in.
+    pub(super) buffers: Buffers,
 }
 
 impl Search {
@@ -93,20 +110,25 @@ impl Search {
         let mut order: Vec<usize> = (0..modules).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(setting.config.seed));
         let merit = Merit::new(&setting.positions_m, thrust_max_n, weights, &orientation);
+        let Setting { cells, positions_m, pairs, parameters, config, .. } = setting;
+        let field = || Box::new(PotentialField::new(cells, positions_m, pairs, parameters, config));
+        let stations = (0..modules).map(|module| rest.stations_rad(module).len()).max().unwrap_or(0);
+        let offered = stations * law.amplitudes_rad.len();
         Self {
             rest,
             law,
             orientation,
-            allocation: Allocation::new(&setting.positions_m, weights),
-            solver: Solver::default(),
+            allocation: Allocation::new(&setting.positions_m, weights, offered),
+            solver: Solver::with_room(pairs),
             order,
             merit,
-            field: None,
+            field: setting.all_take_part().then(field),
             poses_rad: vec![0.0; modules],
             thrusts_n: Vec::with_capacity(modules),
             best: Vec::with_capacity(modules),
-            patterns: Vec::new(),
+            patterns: Vec::with_capacity(if modules <= SMALL { 3_usize.pow(modules as u32) } else { 0 }),
             choices: Vec::new(),
+            buffers: Buffers::new(modules),
         }
     }
 
@@ -172,8 +194,8 @@ impl Search {
                 self.descend(setting, &aim, tails, loss_tolerant, continued.is_some(), margin)
             };
         }
-        let turns = tails.iter().map(|&tail| Turn { from_rad: tail, to_rad: tail }).collect();
-        let cycle: Vec<Swing> = self.allocation.cycles.iter().map(|cycle| cycle.swing()).collect();
+        let turns = self.buffers.turns(tails.iter().map(|&tail| Turn { from_rad: tail, to_rad: tail }));
+        let cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
         Some(Found {
             error: setting.error(demand, setting.wrench(&cycle)),
             cycle,

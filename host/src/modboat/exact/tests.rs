@@ -8,6 +8,7 @@ use super::allocation::Met;
 use super::approach;
 use super::neighbours::Rules;
 use super::search::Search;
+use super::turning::Asked;
 use super::*;
 use crate::modboat::distance::DistanceToCollision;
 use crate::modboat::parameters::Parameters;
@@ -24,6 +25,14 @@ fn setting(word: &str, parameters: &Parameters, config: &PlannerConfig) -> Setti
     };
     let distance = Arc::new(DistanceToCollision::new(parameters));
     Setting::new(&structure.expect(word), parameters, config, distance)
+}
+
+impl ExactPlanner {
+    fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+        let mut plan = Plan::default();
+        self.plan_into(demand, tails, previous, &mut plan);
+        plan
+    }
 }
 
 fn planner(word: &str, config: &PlannerConfig) -> ExactPlanner {
@@ -90,7 +99,10 @@ fn free_poses_are_out_of_reach_and_no_others() {
                     for turned_rad in [pose_rad + back, pose_rad + on] {
                         for turns in [-1000.0, -1.0, 0.0, 1.0, 1000.0] {
                             let end_rad = turned_rad + turns * TAU;
-                            assert!(rest.may_stay(module, end_rad), "{word} {module} at {pose_rad}: {end_rad}");
+                            assert!(
+                                rest.may_stay(module, end_rad),
+                                "{word} {module} at {pose_rad}: {end_rad}"
+                            );
                         }
                     }
                 } else {
@@ -155,7 +167,7 @@ fn an_allocation_meets_the_demand_by_law_seven_within_its_limits() {
             let Search { rest, law, allocation, order, .. } = &mut search;
             allocation
                 .begin((0..order.len()).map(|module| rest.cycle(module, rest.stations_rad(module)[0], 0.0)));
-            allocation.descend(&rules, law, &aim, order, 0);
+            allocation.descend(&rules, rest, law, &aim, allocation::Poses::Kept, order, 0);
             let polished = allocation.polish(&rules, rest, law, &aim) == Met::Yes;
             met += u32::from(polished);
             assert!(allocation.allowed(&rules, law), "{word}, seed {seed}");
@@ -200,7 +212,7 @@ fn between_free_poses_there_is_always_a_way() {
     for word in ["3x1", "4x4", "ring"] {
         let setting = setting(word, &Parameters::default(), &PlannerConfig::default());
         let rest = rest::RestPoses::new(&setting);
-        let mut solver = Solver::default();
+        let (mut solver, mut buffers) = (Solver::default(), Buffers::new(setting.cells.len()));
         for seed in 0..200 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let mut poses = || -> Vec<f64> {
@@ -213,11 +225,19 @@ fn between_free_poses_there_is_always_a_way() {
             let (tails, ends) = (poses(), poses());
             let rests = |&centerline_rad: &f64| Swing { centerline_rad, amplitude_rad: 0.0 };
             let mut cycle: Vec<Swing> = ends.iter().map(rests).collect();
-            let way = approach::find(&mut solver, &setting, &rest, &tails, &mut cycle, Signs::Given, true)
+            let asked = Asked {
+                setting: &setting,
+                demand: Wrench::default(),
+                tails: Some(&tails),
+                loss_tolerant: true,
+                signs: Signs::Given,
+                once: false,
+            };
+            let way = approach::find(&mut solver, &mut buffers, &rest, &asked, &tails, &mut cycle)
                 .unwrap_or_else(|| panic!("{word}, seed {seed}: no way"));
             assert!(way.transition_s() > 0.0 || way.is_still());
             let plan = setting
-                .examine(Outcome::Planned, cycle, Some(way), Some(&tails), Wrench::default())
+                .examine(Outcome::Planned, cycle, Some(way), Some(&tails), Wrench::default(), &mut buffers)
                 .unwrap_or_else(|| panic!("{word}, seed {seed}: tails touch"));
             assert!(plan.loss_tolerant, "{word}, seed {seed}");
             for (turn, end) in plan.transition.iter().flatten().zip(&ends) {

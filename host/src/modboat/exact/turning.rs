@@ -19,7 +19,6 @@ use super::neighbours::{Cycle, Rules};
 use super::orientation::may_hold;
 use super::search::{FEW, Found, SMALL, Search};
 use crate::modboat::motion::{Swing, Wrench};
-use crate::modboat::potential_field::PotentialField;
 use crate::modboat::setting::{Setting, ends};
 use crate::modboat::transition::solver::Signs;
 use crate::quantity::wrap_rad;
@@ -218,6 +217,8 @@ impl Search {
     fn collect(&mut self, asked: &Asked<'_>, choices: usize, rng: &mut ChaCha8Rng) {
         let modules = self.order.len();
         self.choices.clear();
+        // Once for all that may come.
+        self.choices.reserve(FIRST.choices);
         for number in 0..choices {
             self.choose(asked, number, rng);
             let Self { law, orientation, merit, poses_rad, .. } = &mut *self;
@@ -244,7 +245,8 @@ impl Search {
         let turns = number % 2 == 1 || poses == Poses::Offered;
         allocation.begin(poses_rad.iter().enumerate().map(|(module, &pose_rad)| {
             // A tail that stays stays to the bit.
-            let stays = asked.tails.is_some_and(|tails| tails[module].to_bits() == pose_rad.to_bits());
+            let stays = poses == Poses::Kept
+                && asked.tails.is_some_and(|tails| tails[module].to_bits() == pose_rad.to_bits());
             Cycle { turns: turns && !stays, ..rest.cycle(module, pose_rad, 0.0) }
         }));
         let pull_n2_rad2 = if number % 4 < 2 { plain.pull_n2_rad2 } else { 0.0 };
@@ -284,11 +286,8 @@ impl Search {
         tails: Option<&[f64]>,
         previous: Option<&[Swing]>,
     ) -> Option<Found> {
-        let Setting { cells, positions_m, pairs, parameters, config, distance, .. } = setting;
-        let mut field = self
-            .field
-            .take()
-            .unwrap_or_else(|| Box::new(PotentialField::new(cells, positions_m, pairs, parameters, config)));
+        let mut field = self.field.take()?;
+        let distance = &setting.distance;
         let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
             let [from, to] = ends(i, j);
             distance.along_bounded(offset, from, to, margin_rad)
@@ -355,27 +354,30 @@ impl Search {
 
     /// Keeps the cycles of the allocation if they are better than the best so far and there is a way to them.
     pub(super) fn consider(&mut self, asked: &Asked<'_>, met: bool, score: f64, best: &mut Best) {
-        let Asked { setting, demand, tails, loss_tolerant, signs, .. } = *asked;
-        let mut cycle: Vec<Swing> = self.allocation.cycles.iter().map(|cycle| cycle.swing()).collect();
+        let Asked { setting, demand, tails, .. } = *asked;
+        let mut cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
         let error = setting.error(demand, setting.wrench(&cycle));
         let better = best.found.as_ref().is_none_or(|found| match (met, found.met) {
             (true, true) => score > best.score,
             (met, other) => met && !other || met == other && error < found.error,
         });
         if !better {
+            self.buffers.keep(cycle, None);
             return;
         }
         let approach = match tails {
             None => None,
             Some(tails) => {
-                let Self { solver, rest, .. } = self;
-                let way = approach::find(solver, setting, rest, tails, &mut cycle, signs, loss_tolerant);
+                let Self { solver, rest, buffers, .. } = self;
+                let way = approach::find(solver, buffers, rest, asked, tails, &mut cycle);
                 if way.is_none() {
+                    self.buffers.keep(cycle, None);
                     return;
                 }
                 way
             }
         };
-        (best.found, best.score) = (Some(Found { cycle, approach, error, met }), score);
+        best.score = score;
+        Found { cycle, approach, error, met }.replace(&mut best.found, &mut self.buffers);
     }
 }

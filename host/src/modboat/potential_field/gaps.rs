@@ -37,7 +37,7 @@ pub(super) struct Gaps {
 }
 
 /// What was found of a step that may be taken.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Trial {
     /// The module and where it would go, until any module moves.
     step: Option<(usize, Swing)>,
@@ -48,12 +48,13 @@ struct Trial {
 impl Gaps {
     pub(super) fn new(pairs: &Pairs, margin_rad: f64) -> Self {
         let count = pairs.all().len();
+        let most = (0..pairs.modules()).map(|module| pairs.of(module).len()).max().unwrap_or(0);
         Self {
             pairs: pairs.clone(),
             margin_rad,
             distance_rad: vec![0.0; count],
             bound_rad: vec![0.0; count],
-            trials: Default::default(),
+            trials: [(); 2].map(|()| Trial { step: None, after_rad: Vec::with_capacity(most) }),
         }
     }
 

@@ -10,11 +10,13 @@
 use std::sync::Arc;
 
 use super::{Candidate, PotentialField};
+use crate::modboat::buffers::Buffers;
 use crate::modboat::motion::{Swing, Wrench};
 use crate::modboat::pairs::Pair;
 use crate::modboat::plan::{Outcome, Plan};
-use crate::modboat::setting::{Setting, ends, swim_ends};
+use crate::modboat::setting::{Approach, Setting, ends, swim_ends};
 use crate::modboat::table::{LOOK_UP_RAD, Table};
+use crate::modboat::transition::solver::Solver;
 use crate::modboat::transition::{self, Transition};
 
 /// Plans for one structure.
@@ -24,6 +26,18 @@ pub struct FieldPlanner {
     /// What the search looks distances up in, if not the collision regions.
     table: Option<Arc<Table>>,
     field: PotentialField,
+    solver: Solver,
+    buffers: Buffers,
+    /// Cycles that meet the goal and can be reached, the least travel first.
+    within: Vec<Reached>,
+}
+
+/// A candidate's cycle, and the way into it; none from unknown angles.
+#[derive(Clone, Debug)]
+struct Reached {
+    cycle: Vec<Swing>,
+    approach: Option<Approach>,
+    travel_rad: f64,
 }
 
 impl FieldPlanner {
@@ -32,7 +46,9 @@ impl FieldPlanner {
     pub fn new(setting: Setting) -> Self {
         let Setting { cells, positions_m, pairs, parameters, config, .. } = &setting;
         let field = PotentialField::new(cells, positions_m, pairs, parameters, config);
-        Self { setting, table: None, field }
+        let (solver, buffers) = (Solver::with_room(pairs), Buffers::new(cells.len()));
+        let within = Vec::with_capacity(config.candidates);
+        Self { setting, table: None, field, solver, buffers, within }
     }
 
     /// The same planner, searching by the table of these very parameters.
@@ -42,73 +58,113 @@ impl FieldPlanner {
         self
     }
 
-    /// See [`Planner::plan`](crate::modboat::planner::Planner::plan).
-    pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
-        let goal_n = self.field.goal_n(demand);
-        let mut candidates = self.candidates(demand, previous);
-        // They come best first. Among those that meet the goal the least travel decides; beyond it, the error.
-        let beyond = candidates.split_off(candidates.partition_point(|c| c.error_n <= goal_n));
-        let mut within: Vec<_> =
-            candidates.into_iter().filter_map(|candidate| self.reach(candidate, tails)).collect();
-        within.sort_by(|a, b| travel_rad(&a.1).total_cmp(&travel_rad(&b.1)));
-        let beyond = beyond.into_iter().filter_map(|candidate| self.reach(candidate, tails));
-        // The exact check is the dearest step: it comes last, and for the first that passes it alone.
-        (within.into_iter().chain(beyond))
-            .find_map(|(cycle, transition)| {
-                let approach = transition.map(|transition| self.setting.one_step(transition.turns));
-                self.setting.examine(Outcome::Planned, cycle, approach, tails, demand)
-            })
-            .or_else(|| self.setting.repeat(demand, tails?, previous?))
-            .unwrap_or_else(|| self.setting.hold(demand, tails, previous))
+    /// See [`Planner::plan_into`](crate::modboat::planner::Planner::plan_into).
+    pub fn plan_into(
+        &mut self,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+        plan: &mut Plan,
+    ) {
+        self.buffers.keep_plan(std::mem::take(plan));
+        let found = self.search(demand, tails, previous);
+        let Self { setting, buffers, .. } = self;
+        *plan = found
+            .or_else(|| setting.repeat(demand, tails?, previous?, buffers))
+            .unwrap_or_else(|| setting.hold(demand, tails, previous, buffers));
     }
 
-    /// Collision-free cycles near the demand, best first.
-    fn candidates(&mut self, demand: Wrench, previous: Option<&[Swing]>) -> Vec<Candidate> {
-        let Setting { distance, config, pairs, .. } = &self.setting;
-        let Some(table) = &self.table else {
-            let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
-                let [from, to] = ends(i, j);
-                distance.along_bounded(offset, from, to, margin_rad)
-            };
-            return self.field.solve(demand, previous, &swim).to_vec();
-        };
-        let swim = |offset: usize, i: Swing, j: Swing, _margin_rad: f64| {
-            let held_rad =
-                table.swim(offset, i.centerline_rad, i.amplitude_rad, j.centerline_rad, j.amplitude_rad);
-            held_rad - LOOK_UP_RAD
-        };
-        let mut candidates = self.field.solve(demand, previous, &swim).to_vec();
+    fn search(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Option<Plan> {
+        let Self { setting, table, field, solver, buffers, within } = self;
+        let setting = &*setting;
+        let goal_n = field.goal_n(demand);
+        let candidates = solve(setting, table.as_deref(), field, demand, previous);
         // What was looked up is made sure of.
-        let keeps_margin = |cycle: &[Swing], pair: &Pair| {
-            let [from, to] = swim_ends(cycle, pair);
-            distance.clear(pair.offset, from, to, config.margin_rad)
-        };
-        candidates.retain(|c| pairs.all().iter().all(|pair| keeps_margin(&c.cycle, pair)));
-        candidates
-    }
-
-    /// A candidate's cycle with the transition into it, if there is one; no transition from unknown angles.
-    fn reach(&self, candidate: Candidate, tails: Option<&[f64]>) -> Option<(Vec<Swing>, Option<Transition>)> {
-        let mut cycle = candidate.cycle;
-        let Some(tails) = tails else { return Some((cycle, None)) };
-        let transition = self.transition(tails, &cycle)?;
-        if transition.negated {
-            cycle.iter_mut().for_each(|swing| swing.amplitude_rad = -swing.amplitude_rad);
+        let is_sure = |c: &&Candidate| table.is_none() || keeps_margin(setting, &c.cycle);
+        // They come best first. Among those that meet the goal the least travel decides; beyond it, the error.
+        let (meeting, beyond) = candidates.split_at(candidates.partition_point(|c| c.error_n <= goal_n));
+        for candidate in meeting.iter().filter(is_sure) {
+            if let Some(reached) = reach(setting, solver, buffers, candidate, tails) {
+                let travel_rad = reached.travel_rad;
+                let place = within.partition_point(|other| other.travel_rad.total_cmp(&travel_rad).is_le());
+                within.insert(place, reached);
+            }
         }
-        Some((cycle, Some(transition)))
-    }
-
-    /// The transition with the least travel from `tails` into `cycle`.
-    fn transition(&self, tails: &[f64], cycle: &[Swing]) -> Option<Transition> {
-        let Setting { pairs, cells, .. } = &self.setting;
-        let clear = |offset: usize, from: [f64; 2], to: [f64; 2]| self.setting.may_turn(offset, from, to);
-        transition::solve(pairs, cells, tails, cycle, self.setting.rotation_max_rad(), clear)
+        // The exact check is the dearest step: it comes last, and for the first that passes it alone.
+        let mut plan = None;
+        for Reached { cycle, approach, .. } in within.drain(..) {
+            if plan.is_none() {
+                plan = setting.examine(Outcome::Planned, cycle, approach, tails, demand, buffers);
+            } else {
+                buffers.keep(cycle, approach);
+            }
+        }
+        plan.or_else(|| {
+            beyond.iter().filter(is_sure).find_map(|candidate| {
+                let Reached { cycle, approach, .. } = reach(setting, solver, buffers, candidate, tails)?;
+                setting.examine(Outcome::Planned, cycle, approach, tails, demand, buffers)
+            })
+        })
     }
 }
 
-/// Σ |rotation| of a transition, if there is one, rad.
-fn travel_rad(transition: &Option<Transition>) -> f64 {
-    transition.as_ref().map_or(0.0, |transition| transition.travel_rad)
+/// Cycles near the demand, best first. By a table they are collision-free but for its error.
+fn solve<'f>(
+    setting: &Setting,
+    table: Option<&Table>,
+    field: &'f mut PotentialField,
+    demand: Wrench,
+    previous: Option<&[Swing]>,
+) -> &'f [Candidate] {
+    let Some(table) = table else {
+        let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
+            let [from, to] = ends(i, j);
+            setting.distance.along_bounded(offset, from, to, margin_rad)
+        };
+        return field.solve(demand, previous, &swim);
+    };
+    let swim = |offset: usize, i: Swing, j: Swing, _margin_rad: f64| {
+        let held_rad =
+            table.swim(offset, i.centerline_rad, i.amplitude_rad, j.centerline_rad, j.amplitude_rad);
+        held_rad - LOOK_UP_RAD
+    };
+    field.solve(demand, previous, &swim)
+}
+
+/// Whether all pairs keep the margin in a cycle.
+fn keeps_margin(setting: &Setting, cycle: &[Swing]) -> bool {
+    let Setting { distance, config, pairs, .. } = setting;
+    let keeps = |pair: &Pair| {
+        let [from, to] = swim_ends(cycle, pair);
+        distance.clear(pair.offset, from, to, config.margin_rad)
+    };
+    pairs.all().iter().all(keeps)
+}
+
+/// A candidate with the way into it that has the least travel, if there is one; without a way from unknown angles.
+fn reach(
+    setting: &Setting,
+    solver: &mut Solver,
+    buffers: &mut Buffers,
+    candidate: &Candidate,
+    tails: Option<&[f64]>,
+) -> Option<Reached> {
+    let Some(tails) = tails else {
+        let cycle = buffers.cycle(candidate.cycle.iter().copied());
+        return Some(Reached { cycle, approach: None, travel_rad: 0.0 });
+    };
+    let clear = |offset: usize, from: [f64; 2], to: [f64; 2]| setting.may_turn(offset, from, to);
+    let (pairs, limit_rad) = (&setting.pairs, setting.rotation_max_rad());
+    let mut transition = Transition { turns: buffers.turns([]), ..Transition::default() };
+    if !transition::solve_into(solver, pairs, tails, &candidate.cycle, limit_rad, clear, &mut transition) {
+        buffers.keep_way(Some(transition.turns), None);
+        return None;
+    }
+    let Transition { turns, negated, travel_rad, .. } = transition;
+    let signed =
+        |&swing: &Swing| if negated { Swing { amplitude_rad: -swing.amplitude_rad, ..swing } } else { swing };
+    let cycle = buffers.cycle(candidate.cycle.iter().map(signed));
+    Some(Reached { cycle, approach: Some(setting.one_step(turns)), travel_rad })
 }
 
 #[cfg(test)]

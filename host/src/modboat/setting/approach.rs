@@ -57,13 +57,44 @@ impl Approach {
             .sum()
     }
 
-    /// Its steps as segments: each module's pose before and after.
-    pub(super) fn steps(&self) -> Vec<Vec<Turn>> {
-        let Some(via) = &self.via_rad else { return vec![self.turns.clone()] };
-        let first =
-            self.turns.iter().zip(via).map(|(turn, &via)| Turn { from_rad: turn.from_rad, to_rad: via });
-        let second =
-            self.turns.iter().zip(via).map(|(turn, &via)| Turn { from_rad: via, to_rad: turn.to_rad });
-        vec![first.collect(), second.collect()]
+    /// Its steps.
+    pub(super) fn steps(&self) -> Steps<'_> {
+        Steps { turns: &self.turns, via_rad: self.via_rad.as_deref() }
+    }
+}
+
+/// The steps of a transition; none by default.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Steps<'a> {
+    turns: &'a [Turn],
+    /// Where the tails are between its two steps, if it has two.
+    pub(super) via_rad: Option<&'a [f64]>,
+}
+
+impl<'a> Steps<'a> {
+    /// One after another.
+    pub(super) fn iter(self) -> impl DoubleEndedIterator<Item = Step<'a>> {
+        let first = (!self.turns.is_empty()).then_some(Step { steps: self, second: false });
+        let second = self.via_rad.map(|_| Step { steps: self, second: true });
+        first.into_iter().chain(second)
+    }
+}
+
+/// One step as segments: each module's pose before and after.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step<'a> {
+    steps: Steps<'a>,
+    second: bool,
+}
+
+impl Step<'_> {
+    /// That of one module.
+    pub(super) fn turn(self, module: usize) -> Turn {
+        let Turn { from_rad, to_rad } = self.steps.turns[module];
+        match self.steps.via_rad.map(|via_rad| via_rad[module]) {
+            None => Turn { from_rad, to_rad },
+            Some(via_rad) if self.second => Turn { from_rad: via_rad, to_rad },
+            Some(via_rad) => Turn { from_rad, to_rad: via_rad },
+        }
     }
 }

@@ -3,8 +3,9 @@
 //! The tube about a motion comes nearer than the motion by at most what both tips move within their errors, 2·L·e. So the hexagon of
 //! a pair is looked at only where its motion is that near to the least found.
 
+use super::approach::Steps;
 use super::{Setting, swim_ends, turn_ends};
-use crate::modboat::motion::{Swing, Turn};
+use crate::modboat::motion::Swing;
 use crate::modboat::pairs::Pair;
 use crate::modboat::planner_config::LawOfTime;
 use crate::modboat::transition::STILL_RAD;
@@ -21,7 +22,7 @@ pub(super) struct Clearance {
 
 impl Setting {
     /// Over these steps of a transition and this cycle.
-    pub(super) fn clearance(&self, steps: &[Vec<Turn>], slow: bool, cycle: &[Swing]) -> Clearance {
+    pub(super) fn clearance(&self, steps: Steps<'_>, slow: bool, cycle: &[Swing]) -> Clearance {
         let guaranteed = self.config.law() == LawOfTime::RestToRest;
         let (tail, offsets, errors) = (self.distance.tail(), self.distance.offsets(), self.distance.errors());
         let (mut planned_m, mut kept_m) = (f64::INFINITY, f64::INFINITY);
@@ -44,14 +45,15 @@ impl Setting {
             let moves = [pair.i, pair.j].map(|module| cycle[module].amplitude_rad != 0.0);
             look(pair, Tube::of(moves), swim_ends(cycle, pair));
         }
-        for turns in steps {
+        for step in steps.iter() {
             for pair in known() {
-                let moves = [pair.i, pair.j].map(|module| turns[module].rotation_rad().abs() >= STILL_RAD);
+                let moves =
+                    [pair.i, pair.j].map(|module| step.turn(module).rotation_rad().abs() >= STILL_RAD);
                 let tube = match Tube::of(moves) {
                     Tube::Both if slow => Tube::Slow,
                     tube => tube,
                 };
-                look(pair, tube, turn_ends(turns, pair));
+                look(pair, tube, turn_ends(step, pair));
             }
         }
         Clearance { planned_m, kept_m: guaranteed.then_some(kept_m) }
@@ -59,7 +61,7 @@ impl Setting {
 
     /// Whether each pair stays clear with only i moving, and with only j; both moving is known to be. Of two steps a module
     /// may miss both, or the second: then it rests between them.
-    pub(super) fn loss_tolerant(&self, steps: &[Vec<Turn>], cycle: &[Swing], tails: &[f64]) -> bool {
+    pub(super) fn loss_tolerant(&self, steps: Steps<'_>, cycle: &[Swing], tails: &[f64]) -> bool {
         let (tail, offsets) = (self.distance.tail(), self.distance.offsets());
         let error_rad =
             (self.config.law() == LawOfTime::RestToRest).then(|| self.distance.errors().of(Tube::One));
@@ -74,17 +76,14 @@ impl Setting {
                 free([from[0], rest[1]], [to[0], rest[1]]) && free([rest[0], from[1]], [rest[0], to[1]])
             };
             let rest = [tails[pair.i], tails[pair.j]];
-            let between = match steps {
-                [first, _] => Some([first[pair.i].to_rad, first[pair.j].to_rad]),
-                _ => None,
-            };
+            let between = steps.via_rad.map(|via_rad| [via_rad[pair.i], via_rad[pair.j]]);
             // A tail that rests out of reach is in no other's way.
             let reach = &self.reaches[pair.offset];
             let away = |rest: [f64; 2]| reach.clears_i(rest[0]) && reach.clears_j(rest[1]);
             if away(rest) && between.is_none_or(away) {
                 return true;
             }
-            let motions = steps.iter().map(|turns| turn_ends(turns, pair)).chain([swim_ends(cycle, pair)]);
+            let motions = steps.iter().map(|step| turn_ends(step, pair)).chain([swim_ends(cycle, pair)]);
             motions.enumerate().all(|(phase, ends)| {
                 clear(rest, ends) && between.filter(|_| phase > 0).is_none_or(|rest| clear(rest, ends))
             })

@@ -13,8 +13,9 @@
 //! A module that stops is braked, and does not leave what it was to sweep: the firmware's board shorts the motor in reset.
 //! Of the cycle before, its swing is minded and not its transition.
 
+use super::approach::Steps;
 use super::{Setting, swim_ends, turn_ends};
-use crate::modboat::motion::{Swing, Turn};
+use crate::modboat::motion::Swing;
 use crate::modboat::pairs::Pair;
 use crate::modboat::planner_config::LossTolerance;
 use crate::modboat::transition::STILL_RAD;
@@ -92,7 +93,7 @@ impl Setting {
     }
 
     /// Whether in all of a plan any module may stop anywhere: one that stops in the transition stands there in the swim.
-    pub(super) fn all_stop_clear(&self, steps: &[Vec<Turn>], cycle: &[Swing]) -> bool {
+    pub(super) fn all_stop_clear(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
         // Everything a tail passes, unwrapped: the swim goes on from where the transition ends.
         let passed = |module: usize| {
             let Swing { amplitude_rad, .. } = cycle[module];
@@ -101,7 +102,7 @@ impl Setting {
             let mut pass = |rad: f64| span_rad = [span_rad[0].min(rad), span_rad[1].max(rad)];
             pass(-2.0 * amplitude_rad);
             let mut back_rad = 0.0;
-            for turn in steps.iter().rev().map(|turns| turns[module]) {
+            for turn in steps.iter().rev().map(|step| step.turn(module)) {
                 back_rad -= turn.rotation_rad();
                 pass(back_rad);
             }
@@ -114,17 +115,17 @@ impl Setting {
     }
 
     /// Whether those who do not take part rest, and everybody else keeps out of the reach of tails that nobody knows.
-    pub(super) fn minds_the_absent(&self, steps: &[Vec<Turn>], cycle: &[Swing]) -> bool {
+    pub(super) fn minds_the_absent(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
         let idle = |module: usize| {
             self.presence[module] == Presence::Takes
                 || cycle[module].amplitude_rad == 0.0
-                    && steps.iter().all(|turns| turns[module].rotation_rad().abs() < STILL_RAD)
+                    && steps.iter().all(|step| step.turn(module).rotation_rad().abs() < STILL_RAD)
         };
         (0..cycle.len()).all(idle)
             && self.pairs.all().iter().filter(|pair| self.is_unknown(pair)).all(|pair| {
-                let motions =
-                    steps.iter().map(|turns| turn_ends(turns, pair)).chain([swim_ends(cycle, pair)]);
-                motions.into_iter().all(|[from, to]| self.keeps_out(pair, from, to))
+                let mut motions =
+                    steps.iter().map(|step| turn_ends(step, pair)).chain([swim_ends(cycle, pair)]);
+                motions.all(|[from, to]| self.keeps_out(pair, from, to))
             })
     }
 }

@@ -108,6 +108,28 @@ impl Chooser {
         Self { limits, ..Self::default() }
     }
 
+    /// Makes room for problems of these pairs, so that they allocate nothing from the first on, unless a group needs more tables than
+    /// groups mostly do.
+    pub fn reserve(&mut self, pairs: &Pairs) {
+        let (modules, count) = (pairs.modules(), pairs.all().len());
+        self.costs.reserve(OPTIONS_MAX * modules);
+        for list in [&mut self.first, &mut self.seen, &mut self.local, &mut self.group, &mut self.changed] {
+            list.reserve(modules + 1);
+        }
+        self.domains.reserve(modules);
+        self.chosen.reserve(modules);
+        self.slack.reserve(modules);
+        self.constraint.reserve(count);
+        self.rows.reserve(OPTIONS_MAX * count);
+        self.agreed.reserve(count);
+        // Both ends of every pair, and a module once for each option that it loses.
+        for list in [&mut self.queue, &mut self.dirty] {
+            list.reserve(2 * count + OPTIONS_MAX * modules);
+        }
+        self.graph.reserve(modules, count);
+        self.descent.reserve(modules, count);
+    }
+
     /// Forgets all modules.
     pub fn clear(&mut self) {
         self.costs.clear();

@@ -25,7 +25,7 @@ use solver::{Clearance, Problem, Signs, Solver};
 pub const STILL_RAD: f64 = 1e-9;
 
 /// A transition for every module.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Transition {
     /// Each module's rotation.
     pub turns: Vec<Turn>,
@@ -72,21 +72,35 @@ pub fn solve(
     limit_rad: f64,
     clear: impl Fn(usize, [f64; 2], [f64; 2]) -> bool,
 ) -> Option<Transition> {
+    let mut best = Transition::default();
+    solve_into(&mut Solver::default(), pairs, from_rad, cycle, limit_rad, clear, &mut best).then_some(best)
+}
+
+/// The same, written into `best` with the memory of `solver`; false if there is none.
+pub fn solve_into(
+    solver: &mut Solver,
+    pairs: &Pairs,
+    from_rad: &[f64],
+    cycle: &[Swing],
+    limit_rad: f64,
+    clear: impl Fn(usize, [f64; 2], [f64; 2]) -> bool,
+    best: &mut Transition,
+) -> bool {
     let problem = Problem { pairs, from_rad, cycle, limit_rad, stranded: false };
-    let (mut solver, clear) = (Solver::default(), Turns(clear));
-    let mut best: Option<Transition> = None;
+    let clear = Turns(clear);
+    let mut any = false;
     for signs in [Signs::Given, Signs::Negated] {
         let Some(least) = solver.one_step(&problem, signs, &clear) else { continue };
-        if best.as_ref().is_none_or(|best| least.travel_rad < best.travel_rad) {
-            best = Some(Transition {
-                turns: least.turns.to_vec(),
-                negated: signs == Signs::Negated,
-                travel_rad: least.travel_rad,
-                exact: least.travel_rad <= least.bound_rad,
-            });
+        if !any || least.travel_rad < best.travel_rad {
+            best.turns.clear();
+            best.turns.extend_from_slice(least.turns);
+            best.negated = signs == Signs::Negated;
+            best.travel_rad = least.travel_rad;
+            best.exact = least.travel_rad <= least.bound_rad;
+            any = true;
         }
     }
-    best
+    any
 }
 
 #[cfg(test)]

@@ -122,6 +122,21 @@ impl Solver {
         Self { chooser: Chooser::new(limits), ..Self::default() }
     }
 
+    /// A solver with room for problems of these pairs: see [`Chooser::reserve`].
+    #[must_use]
+    pub fn with_room(pairs: &Pairs) -> Self {
+        let mut solver = Self::default();
+        let modules = pairs.modules();
+        solver.chooser.reserve(pairs);
+        // A module has more ways until those with the most travel are left out.
+        solver.ways.reserve(OPTIONS_MAX * (modules + 8));
+        solver.first.reserve(modules + 1);
+        solver.turns.reserve(modules);
+        solver.via_rad.reserve(modules);
+        solver.negated.reserve(modules);
+        solver
+    }
+
     /// The transition in one step. `None` with [`Signs::Given`] or [`Signs::Negated`] is a proof that there is none; with
     /// [`Signs::PerModule`] that there is none with the signs as given or all negated, and none at all within [`Limits`].
     pub fn one_step(&mut self, problem: &Problem, signs: Signs, clear: &impl Clearance) -> Option<Least<'_>> {

@@ -11,6 +11,14 @@ use crate::modboat::planner_config::{DistanceSource, PlannerConfig};
 use crate::modboat::structure::Structure;
 use crate::quantity::wrap_rad;
 
+impl FieldPlanner {
+    fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+        let mut plan = Plan::default();
+        self.plan_into(demand, tails, previous, &mut plan);
+        plan
+    }
+}
+
 fn planner(word: &str, parameters: &Parameters) -> FieldPlanner {
     let (structure, distance) =
         (Structure::from_word(word).expect(word), Arc::new(DistanceToCollision::new(parameters)));
@@ -132,9 +140,10 @@ fn square_structures_nearly_always_have_a_transition() {
             planned += u64::from(plan.outcome == Outcome::Planned);
             if let Some(tails) = &tails {
                 // Each single candidate, as the paper counts; a plan has several to choose from.
-                for candidate in planner.candidates(demand, None) {
+                let FieldPlanner { setting, field, solver, buffers, .. } = &mut planner;
+                for candidate in solve(setting, None, field, demand, None) {
                     tried += 1;
-                    found += u32::from(planner.transition(tails, &candidate.cycle).is_some());
+                    found += u32::from(reach(setting, solver, buffers, candidate, Some(tails)).is_some());
                 }
             }
             before = Some(plan.cycle);

@@ -56,6 +56,19 @@ pub struct Descent {
 }
 
 impl Descent {
+    /// Makes room for so many nodes and edges.
+    pub fn reserve(&mut self, nodes: usize, edges: usize) {
+        self.tables.reserve(nodes, edges);
+        self.two_sat.reserve(nodes);
+        self.levels.reserve(nodes);
+        self.domains.reserve(nodes);
+        // A node leaves each of its options at most once, and once more is chosen.
+        self.trail.reserve((OPTIONS_MAX + 1) * nodes);
+        self.queue.reserve((OPTIONS_MAX + 1) * nodes);
+        self.chosen.reserve(nodes);
+        self.best.reserve(nodes);
+    }
+
     /// The options of the best choice, by node.
     #[must_use]
     pub fn best(&self) -> &[u8] {

@@ -51,6 +51,14 @@ pub struct Graph {
 }
 
 impl Graph {
+    /// Makes room for so many nodes and edges.
+    pub fn reserve(&mut self, nodes: usize, edges: usize) {
+        self.nodes.reserve(nodes);
+        self.edges.reserve(edges);
+        self.first.reserve(nodes + 2);
+        self.incident.reserve(2 * edges);
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.nodes.clear();

@@ -19,6 +19,11 @@ use std::collections::BinaryHeap;
 use super::graph::{Graph, bits};
 use super::{OPTIONS_MAX, refill};
 
+/// Room made beforehand: nodes on a frontier, entries of tables a node, shares of a node.
+const FRONTIER: usize = 16;
+const ENTRIES: usize = 256;
+const SHARES: usize = 4;
+
 /// One table: its frontier `scope[first..first + width]`, its entries from `values` on.
 #[derive(Clone, Copy, Debug)]
 struct Table {
@@ -68,6 +73,30 @@ pub struct Tables {
 }
 
 impl Tables {
+    /// Makes room for so many nodes and edges, and for frontiers as groups mostly have them.
+    pub fn reserve(&mut self, nodes: usize, edges: usize) {
+        self.order.reserve(nodes);
+        self.position.reserve(nodes);
+        self.tables.reserve(2 * nodes);
+        self.chain.reserve(2 * nodes);
+        self.made.reserve(nodes + 1);
+        self.placed.reserve(nodes);
+        self.scope.reserve(FRONTIER * nodes);
+        self.values.reserve(ENTRIES * nodes);
+        self.neighbours.resize_with(nodes, || Vec::with_capacity(FRONTIER));
+        self.heap.reserve(2 * (nodes + edges) + FRONTIER * nodes);
+        self.bucket.reserve(FRONTIER);
+        self.shares.resize_with(SHARES, Share::default);
+        for Share { scope, tables, edges, .. } in &mut self.shares {
+            [scope, tables, edges].into_iter().for_each(|list| list.reserve(FRONTIER));
+        }
+        self.step.reserve(FRONTIER * FRONTIER);
+        self.base.reserve(FRONTIER);
+        self.gate.reserve(FRONTIER);
+        self.open.reserve(FRONTIER + 1);
+        self.digit.reserve(FRONTIER);
+    }
+
     /// Makes all tables; `limit` is on their entries together, times the options that each is the least of.
     pub fn make(&mut self, graph: &Graph, limit: usize) {
         self.find_order(graph, limit);

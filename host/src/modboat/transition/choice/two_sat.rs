@@ -24,6 +24,14 @@ pub struct TwoSat {
 }
 
 impl TwoSat {
+    /// Makes room for so many nodes.
+    pub fn reserve(&mut self, nodes: usize) {
+        for list in [&mut self.found, &mut self.low, &mut self.component, &mut self.open] {
+            list.reserve(2 * nodes);
+        }
+        self.path.reserve(2 * nodes);
+    }
+
     /// True if a choice exists that all edges allow. `None` unless every node has two options.
     pub fn satisfiable(&mut self, graph: &Graph) -> Option<bool> {
         if graph.nodes.iter().any(|node| node.options != 2) {
