@@ -13,11 +13,10 @@ use serde::Serialize;
 
 use super::plan::Request;
 use super::{Failure, filter};
-use crate::modboat::envelope::{Envelope, ON_BORDER};
-use crate::modboat::motion::Wrench;
-use crate::modboat::parameters::Parameters;
-use crate::modboat::structure::Structure;
-use crate::plot;
+use modboat::envelope::{Envelope, ON_BORDER};
+use modboat::motion::Wrench;
+use modboat::parameters::Parameters;
+use modboat::structure::Structure;
 
 /// No more demands are drawn.
 const DRAWN_MAX: usize = 500;

@@ -11,16 +11,16 @@ use serde::{Deserialize, Serialize};
 use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::{Failure, envelope, filter, tell};
-use crate::modboat::distance::DistanceToCollision;
-use crate::modboat::motion::{Swing, Turn, Wrench};
-use crate::modboat::parameters::Parameters;
-use crate::modboat::plan::{Outcome, Plan};
-use crate::modboat::planner::Planner;
-use crate::modboat::planner_config::PlannerConfig;
-use crate::modboat::structure::Structure;
-use crate::modboat::table::Table;
 use crate::run::distances;
 use crate::run::scenario::Scenario;
+use modboat::distance::DistanceToCollision;
+use modboat::motion::{Swing, Turn, Wrench};
+use modboat::parameters::Parameters;
+use modboat::plan::{Outcome, Plan};
+use modboat::planner::Planner;
+use modboat::planner_config::PlannerConfig;
+use modboat::structure::Structure;
+use modboat::table::Table;
 
 /// Greatest force (N) and torque (N·m) that is taken for a demand.
 const DEMAND_MAX: f64 = 1e6;

@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 
-use crate::modboat::planner::PlannerKind;
-use crate::modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::planner::PlannerKind;
+use modboat::planner_config::{LossTolerance, PlannerConfig};
 
 /// Options of every command that plans.
 #[derive(Clone, Debug, clap::Args)]

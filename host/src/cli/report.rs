@@ -4,8 +4,8 @@ use std::io::Write;
 
 use protocol::ledger::{Incoming, Outgoing};
 
-use crate::link::ledger::Ledger;
 use crate::run::summary::Summary;
+use link::ledger::Ledger;
 
 /// Prints the figures of a run.
 pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<()> {

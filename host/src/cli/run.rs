@@ -11,14 +11,14 @@ use super::folder::Folder;
 use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::{Failure, keygen, report, signal, tell, written};
-use crate::link::identity::HostIdentity;
-use crate::link::udp::UdpRadio;
 use crate::run::RunError;
 use crate::run::experiment::{Pace, Progress, RunResult, run};
 use crate::run::fleet::{InProcess, OverUdp};
 use crate::run::roster::Roster;
 use crate::run::scenario::Scenario;
 use crate::run::summary::Summary;
+use link::identity::HostIdentity;
+use link::udp::UdpRadio;
 
 /// The scenario that runs when none is named.
 pub(super) const DEFAULT: &str = "holonomic-1";
@@ -220,7 +220,7 @@ fn write(result: &RunResult, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     std::fs::write(&path, to_json(&result.summary)? + "\n")
         .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
     let mut paths = vec![path];
-    let pictures = crate::plot::write_all(&result.record, folder);
+    let pictures = plot::write_all(&result.record, folder);
     paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
     Ok(paths)
 }

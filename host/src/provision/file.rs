@@ -14,10 +14,10 @@ use zeroize::Zeroizing;
 
 use super::tables::Tables;
 use super::{constants, network, trial};
-use crate::link::key_file::ModuleCredentials;
-use crate::link::private_file::PrivateFileError;
-use crate::quantity::{Range, check_ranges};
-use crate::toml_lines::{self, line_at, line_of};
+use link::key_file::ModuleCredentials;
+use link::private_file::PrivateFileError;
+use quantity::{Range, check_ranges};
+use toml_lines::{self, line_at, line_of};
 
 /// The files that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 2] = [

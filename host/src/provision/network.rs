@@ -9,7 +9,7 @@ use zeroize::Zeroizing;
 
 use super::ModuleFile;
 use super::file::{NetworkOptions, ProvisionError};
-use crate::link::private_file;
+use link::private_file;
 
 const TABLE: [&str; 1] = ["network"];
 /// What stands for the module's number in an address.

@@ -4,7 +4,7 @@ use protocol::configuration::{IMAGE_MAX, Own, Robot};
 use protocol::{Configuration, FleetKey, ModuleId};
 
 use super::*;
-use crate::link::key_file::ModuleCredentials;
+use link::key_file::ModuleCredentials;
 
 fn credentials(id: u16) -> ModuleCredentials {
     ModuleCredentials::derive(&FleetKey::new([0x42; 32]), ModuleId(id))

@@ -15,10 +15,10 @@ use super::RunError;
 use super::distances;
 use super::experiment::{Pace, Progress, RunResult, run};
 use super::fleet::InProcess;
-use super::record::RunRecord;
 use super::scenario::Scenario;
 use super::summary::Summary;
-use crate::modboat::planner::PlannerKind;
+use modboat::planner::PlannerKind;
+use record::RunRecord;
 
 /// How often progress is reported.
 const REPORT: Duration = Duration::from_millis(50);

@@ -17,10 +17,10 @@ use std::thread;
 use std::time::Duration;
 
 use super::experiment::Progress;
-use crate::modboat::parameters::Parameters;
-use crate::modboat::planner::PlannerKind;
-use crate::modboat::planner_config::{DistanceSource, PlannerConfig};
-use crate::modboat::table::Table;
+use modboat::parameters::Parameters;
+use modboat::planner::PlannerKind;
+use modboat::planner_config::{DistanceSource, PlannerConfig};
+use modboat::table::Table;
 
 /// How often progress is reported.
 const REPORT: Duration = Duration::from_millis(20);

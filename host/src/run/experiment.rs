@@ -12,15 +12,15 @@ use super::RunError;
 use super::distances;
 use super::fleet::{Fleet, InProcess};
 use super::pilot::{Decision, Pilot};
-use super::record::{PoseSample, RunRecord};
 use super::recorder::Recorder;
 use super::scenario::Scenario;
 use super::summary::Summary;
-use crate::link::dispatcher::{Dispatcher, ModuleLink};
-use crate::sim::TailState;
-use crate::sim::mocap::Mocap;
-use crate::sim::module::TICK;
-use crate::sim::tank::Tank;
+use link::dispatcher::{Dispatcher, ModuleLink};
+use record::{PoseSample, RunRecord};
+use sim::TailState;
+use sim::mocap::Mocap;
+use sim::module::TICK;
+use sim::tank::Tank;
 
 /// Whose time a run follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,7 +8,7 @@
 //! | [`fleet`] | who executes: modules in this process, or processes on UDP |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
 //! | [`experiment`] | pilot, fleet and tank against the clock |
-//! | [`recorder`], [`record`] | what is measured meanwhile |
+//! | [`recorder`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
 //! | [`compare`] | several planners on one scenario |
 //! | [`vehicles`] | ROVs by name or from files |
@@ -16,8 +16,8 @@
 
 use thiserror::Error;
 
-use crate::quantity::ParameterError;
-use crate::sim::module::ModuleError;
+use quantity::ParameterError;
+use sim::module::ModuleError;
 
 pub mod compare;
 pub mod distances;
@@ -25,7 +25,6 @@ pub mod experiment;
 pub mod fleet;
 pub mod pilot;
 pub mod reconfigure;
-pub mod record;
 pub mod recorder;
 pub mod roster;
 pub mod scenario;

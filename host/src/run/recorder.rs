@@ -3,10 +3,10 @@
 use protocol::units::Micros;
 
 use super::pilot::Decision;
-use super::record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample, ViaRecord};
 use super::scenario::{Demand, Scenario};
-use crate::modboat::motion::Wrench;
-use crate::sim::TailState;
+use modboat::motion::Wrench;
+use record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample, ViaRecord};
+use sim::TailState;
 
 /// Seconds between two recorded poses: 20 Hz.
 const POSE_EVERY_S: f64 = 0.05;

@@ -22,9 +22,9 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::scenario::{ScenarioError, text_of};
-use crate::modboat::structure::{COORDINATE_MAX, Structure};
-use crate::quantity::MODULE_IDS;
-use crate::toml_lines::{self, Lengths, line_of};
+use modboat::structure::{COORDINATE_MAX, Structure};
+use quantity::MODULE_IDS;
+use toml_lines::{self, Lengths, line_of};
 
 /// The modules of a fleet.
 #[derive(Clone, Debug, PartialEq)]

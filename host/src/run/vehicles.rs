@@ -5,7 +5,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use super::scenario::{ScenarioError, text_of};
-use crate::rov::vehicle::{BUILT_IN, Vehicle, VehicleError};
+use reconfiguration::vehicle::{BUILT_IN, Vehicle, VehicleError};
 
 /// Why there is no such vehicle.
 #[derive(Debug, Error)]

@@ -3,9 +3,9 @@
 use std::io::Write;
 
 use super::Column;
-use crate::rov::plan::{ActionKind, Criterion};
-use crate::rov::problem::Problem;
 use crate::run::reconfigure::summary::Summary;
+use reconfiguration::plan::{ActionKind, Criterion};
+use reconfiguration::problem::Problem;
 
 /// Prints a row a figure, a column a plan.
 pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column]) -> std::io::Result<()> {

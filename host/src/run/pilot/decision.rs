@@ -5,9 +5,9 @@ use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{ModboatCycle, Motion, TransitionLaw};
 
 use super::span;
-use crate::modboat::motion::{Swing, Turn, Wrench};
-use crate::modboat::plan::{Outcome, Plan};
-use crate::modboat::setting::StepTime;
+use modboat::motion::{Swing, Turn, Wrench};
+use modboat::plan::{Outcome, Plan};
+use modboat::setting::StepTime;
 
 /// One decision, as dispatched (or, where the fleet is held, as not dispatched).
 #[derive(Clone, Debug, PartialEq)]

@@ -4,8 +4,8 @@ use protocol::ledger::Incoming;
 use serde::Serialize;
 
 use super::super::summary::LinkFigures;
-use crate::link::faults::FaultCount;
-use crate::rov::plan::{Criterion, Manner};
+use link::faults::FaultCount;
+use reconfiguration::plan::{Criterion, Manner};
 
 /// Energies and the time they were drawn in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

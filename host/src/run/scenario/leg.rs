@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::quantity::ParameterError;
+use quantity::ParameterError;
 
 /// One demand and how long it lasts.
 #[derive(Clone, Debug, PartialEq)]
