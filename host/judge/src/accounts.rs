@@ -1,7 +1,8 @@
 //! Times follow each other, energies add up.
 
-use super::{Condition, Judge};
 use reconfiguration::plan::{Action, Move};
+
+use super::{Condition, Judge};
 
 /// Times that differ by less are the same, s.
 const SAME_S: f64 = 1e-6;

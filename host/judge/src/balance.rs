@@ -12,8 +12,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{Body, Condition, Judge, connections};
 use reconfiguration::plan::Move;
+
+use super::{Body, Condition, Judge, connections};
 
 /// Standard gravity, m/s².
 const GRAVITY_M_S2: f64 = 9.806_65;

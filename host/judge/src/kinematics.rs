@@ -8,9 +8,10 @@
 //!
 //! L is the length of a leg or the angle of a turn.
 
-use super::{Condition, Judge, SAME, distance_m, same, show, turn_rad};
 use reconfiguration::plan::{Action, ActionKind, Manner, Move};
 use reconfiguration::pose::Pose;
+
+use super::{Condition, Judge, SAME, distance_m, same, show, turn_rad};
 
 /// Durations may be off by this share, and by a microsecond.
 const SHARE: f64 = 1e-6;

@@ -23,12 +23,11 @@
 //! 1 mm before they overlap: what is deeper than 5 mm is always found, and so is a clearance broken by 3 mm over more than 5 mm of
 //! way. Energies of actions are not computed again, only their signs and sums.
 
-use serde::Serialize;
-
 use reconfiguration::plan::{Manner, Move, Plan};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
+use serde::Serialize;
 
 mod accounts;
 mod balance;

@@ -13,11 +13,12 @@
 
 use std::collections::BTreeMap;
 
-use super::kinematics::{length, peak, pose_at};
-use super::{Body, Condition, Judge, distance_m, geometry};
 use reconfiguration::plan::{Action, ActionKind, Manner, Move};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
+
+use super::kinematics::{length, peak, pose_at};
+use super::{Body, Condition, Judge, distance_m, geometry};
 
 /// Longest way between two looks, m.
 const STEP_M: f64 = 0.005;

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use super::*;
 use reconfiguration::plan::{Action, ActionKind, Criterion, Holding, Placed};
 use reconfiguration::problem::{Robot, Rules, Slot, Tool};
 use reconfiguration::vehicle::Thruster;
 use rov::conditions::Conditions;
+
+use super::*;
 
 const TOP_M: f64 = -0.8;
 

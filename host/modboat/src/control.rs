@@ -53,9 +53,8 @@
 //! K_x = 0.2 1/s gives e' = 0.9e − 1.3v, v' = 0.1e + 0.3v, with roots of magnitude 0.63: some 15 s to settle. What a current asks
 //! for is kept by the leaky sum, so that the offset that remains is small and not zero.
 
-use serde::{Deserialize, Serialize};
-
 use quantity::{ParameterError, wrap_rad};
+use serde::{Deserialize, Serialize};
 
 use super::motion::Wrench;
 use super::parameters::Parameters;

@@ -32,12 +32,12 @@
 
 use std::collections::VecDeque;
 
+use quantity::{ParameterError, wrap_rad};
 use serde::{Deserialize, Serialize};
 
 use super::motion::Wrench;
 use super::parameters::Parameters;
 use super::structure::Structure;
-use quantity::{ParameterError, wrap_rad};
 
 /// Longest step of the prediction, s.
 const STEP_MAX_S: f64 = 0.02;

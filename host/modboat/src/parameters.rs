@@ -3,9 +3,8 @@
 //! The paper publishes the law (2), T = 1.5 s and the amplitude range; geometry, mass and drag it does not.
 //! Those are *assumed* and meant to be replaced by measurement.
 
-use serde::{Deserialize, Serialize};
-
 use quantity::ParameterError;
+use serde::{Deserialize, Serialize};
 
 /// Geometry, thrust law, mass, drag and timing of one Modboat module. All in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,9 +1,9 @@
 //! The knobs of the planners; a scenario's `[planner]` table overrides them.
 
+use quantity::ParameterError;
 use serde::{Deserialize, Serialize};
 
 use super::planner::PlannerKind;
-use quantity::ParameterError;
 
 /// What the search takes distances to collision from. Plans are checked with the exact geometry either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -5,14 +5,14 @@
 //! with the yaw of every stroke, and as means over one decision.
 
 use plotters::style::RGBColor;
+use quantity::wrap_rad;
+use record::{PoseSample, RunRecord};
 
 use super::axis::{Axis, extent};
 use super::lines::{self, Point};
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
 use super::style;
 use super::trajectory::{courses, leg_marks};
-use quantity::wrap_rad;
-use record::{PoseSample, RunRecord};
 
 /// Size of the map, px.
 const MAP: (f64, f64) = (900.0, 720.0);

@@ -9,12 +9,13 @@
 
 use std::f64::consts::TAU;
 
+use modboat::envelope::{Envelope, ON_BORDER};
+use modboat::motion::Wrench;
+
 use super::axis::{Axis, number};
 use super::lines::{self, Point, Window};
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
 use super::style;
-use modboat::envelope::{Envelope, ON_BORDER};
-use modboat::motion::Wrench;
 
 /// Width of the picture, px.
 const WIDTH: f64 = 1200.0;
@@ -159,10 +160,11 @@ fn draw(area: &Area<'_>, index: usize, envelope: &Envelope, demands: &[Wrench]) 
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::tests::assert_sound;
     use modboat::parameters::Parameters;
     use modboat::structure::Structure;
+
+    use super::*;
+    use crate::tests::assert_sound;
 
     /// 0.022·2.6 − 0.019 N.
     const F: f64 = 0.0382;

@@ -1,12 +1,12 @@
 //! A 2D map with paths on it: blocked cells, and each path from its dot to its ring. x to the right, y down, as in the
 //! text of the map.
 
+use grid::plane::Plane;
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::WHITE;
 
 use super::picture::{self, Area, DrawError, Heading};
 use super::style;
-use grid::plane::Plane;
 
 /// Longest side of a map, px.
 const SIDE: f64 = 860.0;

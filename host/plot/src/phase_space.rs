@@ -9,13 +9,13 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use plotters::style::WHITE;
+use quantity::wrap_rad;
+use record::{CycleRecord, RunRecord};
 
 use super::axis::{Axis, number};
 use super::lines::{self, Point, Window};
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
 use super::style;
-use quantity::wrap_rad;
-use record::{CycleRecord, RunRecord};
 
 /// Width of the picture with two kinds of neighbours, px.
 const WIDTH: f64 = 1200.0;

@@ -7,12 +7,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use quantity::wrap_rad;
+use record::{CycleRecord, RunRecord, share_turned};
+
 use super::axis::{Axis, extent};
 use super::lines::{self, Point};
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
 use super::style;
-use quantity::wrap_rad;
-use record::{CycleRecord, RunRecord, share_turned};
 
 /// Width of the picture, px.
 const WIDTH: f64 = 1200.0;
@@ -278,8 +279,9 @@ fn draw_whole(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use record::ViaRecord;
+
+    use super::*;
 
     #[test]
     fn cycles_come_home_to_one_turn_and_lines_do_not_jump() {

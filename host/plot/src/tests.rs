@@ -1,7 +1,8 @@
 //! What must hold for every picture, whatever the run was.
 
-use super::*;
 use record::{LegRecord, PoseSample, RunRecord};
+
+use super::*;
 
 const SOUTH_EAST: [[f64; 2]; 2] = [[0.04, 0.0], [0.0, -0.04]];
 

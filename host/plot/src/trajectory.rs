@@ -5,11 +5,12 @@
 //! of the velocity and the heading against their demands. The structure swims in strokes, so beside the velocity
 //! itself stands its mean over one cycle, which is what the demand is about.
 
+use record::{PoseSample, RunRecord};
+
 use super::axis::{Axis, extent, number};
 use super::lines::{self, Point};
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
 use super::style::{self, Anchor};
-use record::{PoseSample, RunRecord};
 
 /// Width of the picture, px.
 const WIDTH: f64 = 1200.0;

@@ -1,12 +1,13 @@
 //! `wrench.svg`: the wrench of every cycle as demanded by the controller, as the plan yields it by law (7), and as
 //! the tails exerted it on the water.
 
+use record::{CycleRecord, RunRecord};
+
 use super::axis::{Axis, extent, number};
 use super::lines::Point;
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
 use super::style::{self, Anchor};
 use super::trajectory::leg_marks;
-use record::{CycleRecord, RunRecord};
 
 /// Size of the picture, px.
 const SIZE: (f64, f64) = (1200.0, 800.0);

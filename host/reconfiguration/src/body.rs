@@ -6,9 +6,8 @@
 //! Assumed: added mass and damping are diagonal at O (three planes of symmetry), as in the models that are published
 //! for vehicles of this kind.
 
-use serde::Deserialize;
-
 use quantity::{ParameterError, Range, check_ranges};
+use serde::Deserialize;
 
 /// Standard acceleration of gravity g, m/s² (3rd CGPM, 1901).
 pub const GRAVITY_M_S2: f64 = 9.806_65;

@@ -5,14 +5,14 @@
 //! power it takes is P_bal of (17).
 
 use nalgebra::Vector3;
+use reconfiguration::pose::Pose;
+use reconfiguration::vehicle::Vehicle;
 
 use super::allocation::{Allocation, Allocator};
 use super::cluster::Cluster;
 use super::configuration::{adjacency, clusters};
 use super::configuration_matrix::ConfigurationMatrix;
 use super::power::PowerLaw;
-use reconfiguration::pose::Pose;
-use reconfiguration::vehicle::Vehicle;
 
 /// Wrenches smaller than this need no balance, N and N·m.
 const NOTHING: f64 = 1e-9;

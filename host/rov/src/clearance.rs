@@ -14,8 +14,9 @@
 //! (separating axes). While one moves at a constant heading, it overlaps on each of the five axes for one interval of
 //! the leg; a leg is blocked where the five intervals have a common interior.
 
-use super::vector::{dot, offset};
 use reconfiguration::pose::Pose;
+
+use super::vector::{dot, offset};
 
 /// Hulls may overlap by this much on their way past each other, m: rounding of poses that touch.
 pub const TOUCH_M: f64 = 1e-6;

@@ -21,12 +21,12 @@
 //! less in water than this sum.
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
-use thiserror::Error;
-
-use super::hydrostatics::Hydrostatics;
 use reconfiguration::body::Body;
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
+use thiserror::Error;
+
+use super::hydrostatics::Hydrostatics;
 
 /// Why there is no such cluster.
 #[derive(Clone, Debug, Error, PartialEq)]

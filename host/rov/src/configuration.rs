@@ -17,9 +17,10 @@
 //! | p_O, ψ | pose of the body, [`Pose`] | world; m, rad |
 //! | l, n_b | centre and outward normal of a connector | body; m, 1 |
 
-use super::vector::{dot, offset, turned};
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
+
+use super::vector::{dot, offset, turned};
 
 /// Connectors meet when their centres are this near, m; *assumed*: the magnets pull in the rest.
 pub const MEET_M: f64 = 0.01;
@@ -168,9 +169,9 @@ mod tests {
 
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use reconfiguration::vehicle::Connector;
 
     use super::*;
-    use reconfiguration::vehicle::Connector;
 
     fn hull(box_m: [f64; 3]) -> Vehicle {
         Vehicle {

@@ -15,7 +15,6 @@
 //! Robots are level, so R is a turn about z by the difference of headings. (16) as printed leaves out R.
 
 use nalgebra::{DMatrix, Matrix6xX, Rotation3, Vector3, Vector6};
-
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
 

@@ -26,10 +26,10 @@
 //! Limits: still water; no tether; coefficients that do not depend on frequency.
 
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
+use quantity::wrap_rad;
 use thiserror::Error;
 
 use super::cluster::{Cluster, skew};
-use quantity::wrap_rad;
 
 /// Default step, s.
 pub const STEP_S: f64 = 1e-3;

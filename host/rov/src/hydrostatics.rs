@@ -19,7 +19,6 @@
 //! Limits: fully submerged and rigid, so that the centres stay where they are.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
-
 use reconfiguration::body::Body;
 
 /// Weight, buoyancy and their centres.
@@ -85,10 +84,11 @@ fn mean(a: f64, at: &Vector3<f64>, b: f64, bt: &Vector3<f64>) -> Vector3<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::cluster::Cluster;
     use reconfiguration::pose::Pose;
     use reconfiguration::vehicle::Vehicle;
+
+    use super::*;
+    use crate::cluster::Cluster;
 
     fn vehicle(name: &str) -> Vehicle {
         Vehicle::built_in(name).expect(name)

@@ -10,6 +10,11 @@
 
 use std::collections::HashMap;
 
+use grid::theta::Search;
+use reconfiguration::plan::{Criterion, Holding, Manner, Move, Placed, Plan};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::{Problem, Robot};
+use reconfiguration::vehicle::Vehicle;
 use thiserror::Error;
 
 use super::balance::{Balance, Unbalanced, balance};
@@ -21,11 +26,6 @@ use super::propulsion::{Propulsion, PropulsionError, Steady};
 use super::route::{Errand, Route, Swimmer};
 use super::vector::{length, offset};
 use super::water::Lattice;
-use grid::theta::Search;
-use reconfiguration::plan::{Criterion, Holding, Manner, Move, Placed, Plan};
-use reconfiguration::pose::Pose;
-use reconfiguration::problem::{Problem, Robot};
-use reconfiguration::vehicle::Vehicle;
 
 /// Moves priced at most before the best order known is returned unproved.
 pub const PATIENCE: usize = 20_000;

@@ -20,6 +20,7 @@
 //! Assumptions and limits: level attitude; still water; thrust as at the bollard (the paper's section VI-A says why).
 
 use nalgebra::Vector6;
+use reconfiguration::vehicle::Vehicle;
 use thiserror::Error;
 
 use super::allocation::{AllocationError, Allocator};
@@ -27,7 +28,6 @@ use super::cluster::Cluster;
 use super::configuration_matrix::{ConfigurationMatrix, ThrusterError};
 use super::dynamics::{Dynamics, DynamicsError, coriolis};
 use super::power::{self, PowerError, PowerLaw};
-use reconfiguration::vehicle::Vehicle;
 
 /// Abscissae and weights of Gauss–Legendre quadrature with five points on [0, 1] (Abramowitz and Stegun, 25.4.29).
 const GAUSS: [(f64, f64); 5] = [

@@ -87,10 +87,11 @@ fn apart(a: &State, b: &State) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::cluster::Cluster;
     use reconfiguration::body::Body;
     use reconfiguration::vehicle::Vehicle;
+
+    use super::*;
+    use crate::cluster::Cluster;
 
     fn dynamics(change: impl Fn(&mut Body)) -> Dynamics {
         let mut body = Vehicle::built_in("bluerov1").expect("it comes with the program").body();

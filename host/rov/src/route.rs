@@ -16,16 +16,17 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use super::clearance::Clearance;
-use super::propulsion::{Expense, Propulsion};
-use super::rate::{Heading, PowerMap, Rate};
-use super::vector::{length, offset, turned};
-use super::water::{CornerCost, Edges, Lattice, Water};
 use grid::theta::Search;
 use quantity::wrap_rad;
 use reconfiguration::plan::{Action, ActionKind, Criterion, Manner};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Rules;
+
+use super::clearance::Clearance;
+use super::propulsion::{Expense, Propulsion};
+use super::rate::{Heading, PowerMap, Rate};
+use super::vector::{length, offset, turned};
+use super::water::{CornerCost, Edges, Lattice, Water};
 
 /// Headings that differ by less are the same, rad.
 const SAME_RAD: f64 = 1e-9;

@@ -7,10 +7,11 @@
 
 use std::cell::RefCell;
 
+use grid::theta::Space;
+
 use super::clearance::Clearance;
 use super::rate::Rate;
 use super::vector::{length, offset};
-use grid::theta::Space;
 
 /// A regular grid in the bounds of the water.
 #[derive(Clone, Debug)]

@@ -11,10 +11,11 @@
 //! Assumptions and limits: tails are stiff, and a contact neither stops them nor parts the structure. Between
 //! two steps nothing is tested; at 13 rad/s a tip moves 1.2 mm in a millisecond.
 
-use super::TailState;
 use modboat::parameters::Parameters;
 use modboat::structure::Structure;
 use modboat::tail::Tail;
+
+use super::TailState;
 
 /// Two tails touched.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,14 +5,13 @@
 //!
 //! Assumptions and limits: noise is white and independent per fix; no latency, no lost markers.
 
+use modboat::observer::Fix;
+use quantity::{ParameterError, Range, check_ranges, wrap_rad};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use serde::{Deserialize, Serialize};
-
-use modboat::observer::Fix;
-use quantity::{ParameterError, Range, check_ranges, wrap_rad};
 use record::PoseSample;
+use serde::{Deserialize, Serialize};
 
 /// Rate and noise of the motion capture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

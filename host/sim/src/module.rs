@@ -14,17 +14,17 @@ use firmware::motor::Bridge;
 use firmware::servo::{CurrentSense, ServoError, ServoParameters};
 use firmware::swimmer::Swimmer;
 use firmware::tail::Tail;
+use modboat::parameters::Parameters;
 use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
+use quantity::ParameterError;
+use quantity::{Range, check_ranges};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::TailState;
 use super::motor::{DirectionPin, ENCODER_COUNTS, MotorParameters, PwmPin, Sensors, SimMotor};
 use super::node::Node;
-use modboat::parameters::Parameters;
-use quantity::ParameterError;
-use quantity::{Range, check_ranges};
 
 /// Servo period of a module: 1 kHz.
 pub const TICK: MicrosSpan = MicrosSpan(1_000);

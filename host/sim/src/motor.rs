@@ -14,13 +14,13 @@ use std::rc::Rc;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use plant::{Constants, Motor};
+use quantity::ParameterError;
+use quantity::{Range, check_ranges};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::TailState;
-use quantity::ParameterError;
-use quantity::{Range, check_ranges};
 
 /// Duty cycle of a motor that is always on.
 pub const MAX_DUTY: u16 = 10_000;

@@ -12,9 +12,15 @@
 //! Assumptions and limits: the water's torque on a tail about its motor axis is left out of the structure's yaw (it
 //! changes sign with every swing). The added mass fractions, currents and gusts are *assumed*. No walls.
 
+use modboat::motion::Wrench;
+use modboat::parameters::Parameters;
+use modboat::structure::Structure;
+use quantity::ParameterError;
+use quantity::{Range, check_ranges};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
+use record::PoseSample;
 use serde::{Deserialize, Serialize};
 
 use super::TailState;
@@ -22,12 +28,6 @@ use super::body::{Body, BodyState, to_structure, to_world};
 pub use super::contact::Contact;
 use super::contact::ContactWatch;
 use super::thrust::{Thrust, ThrustParameters};
-use modboat::motion::Wrench;
-use modboat::parameters::Parameters;
-use modboat::structure::Structure;
-use quantity::ParameterError;
-use quantity::{Range, check_ranges};
-use record::PoseSample;
 
 /// The water and how it takes part in the motion. *Assumed* throughout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

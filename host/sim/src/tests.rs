@@ -4,16 +4,16 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
+use modboat::motion::{Swing, Wrench};
+use modboat::observer::{Observer, ObserverParameters};
+use modboat::parameters::Parameters;
+use modboat::structure::Structure;
 
 use super::mocap::{Mocap, MocapParameters};
 use super::motor::{MAX_DUTY, MotorParameters, SimMotor};
 use super::tank::{Tank, TankParameters};
 use super::thrust::{Thrust, ThrustParameters};
 use super::*;
-use modboat::motion::{Swing, Wrench};
-use modboat::observer::{Observer, ObserverParameters};
-use modboat::parameters::Parameters;
-use modboat::structure::Structure;
 
 const DT_S: f64 = 1e-3;
 const PERIOD_MS: usize = 1500;

@@ -25,12 +25,12 @@
 //! direction without slowing down between them counts as one long swing with it. The direction (t2) is
 //! meant for swings up to 2·2.6 rad; a tail spun on for turns pushes around and around.
 
-use serde::{Deserialize, Serialize};
-
-use super::TailState;
 use modboat::parameters::Parameters;
 use quantity::ParameterError;
 use quantity::{Range, check_ranges};
+use serde::{Deserialize, Serialize};
+
+use super::TailState;
 
 /// How turning points are told. *Assumed.*
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -18,6 +18,7 @@ use firmware::reference::wrap;
 use firmware::servo::ServoError;
 use firmware::tail::Tail;
 use firmware::waveform::Waveform;
+use modboat::parameters::Parameters;
 use protocol::TransitionLaw;
 use protocol::units::{Micros, MicrosSpan, Radians};
 
@@ -25,7 +26,6 @@ use super::module::{ModuleError, TICK, servo_for};
 #[cfg(test)]
 use super::motor::SPREAD_MAX;
 use super::motor::{MotorParameters, SimMotor};
-use modboat::parameters::Parameters;
 
 /// Turns that are tried, rad.
 const TURNS_RAD: [f64; 7] = [0.02, 0.1, 0.4, 1.0, 2.2, 4.0, std::f64::consts::TAU - 1e-3];

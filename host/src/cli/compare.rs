@@ -3,6 +3,9 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use modboat::planner::PlannerKind;
+use plot::compare::Compared;
+
 use super::folder::Folder;
 use super::planner::Kind;
 use super::progress::Bar;
@@ -10,8 +13,6 @@ use super::run::{DEFAULT, failure};
 use super::{Failure, signal, written};
 use crate::run::compare::{Comparison, Contender, FIGURES, compare};
 use crate::run::scenario::Scenario;
-use modboat::planner::PlannerKind;
-use plot::compare::Compared;
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flotilla compare holonomic-4\n  \

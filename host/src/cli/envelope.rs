@@ -9,14 +9,14 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-use serde::Serialize;
-
-use super::plan::Request;
-use super::{Failure, filter};
 use modboat::envelope::{Envelope, ON_BORDER};
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
 use modboat::structure::Structure;
+use serde::Serialize;
+
+use super::plan::Request;
+use super::{Failure, filter};
 
 /// No more demands are drawn.
 const DRAWN_MAX: usize = 500;

@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use serde::Serialize;
-
-use super::progress::Bar;
-use super::{Failure, written};
-use crate::run::experiment::Progress;
 use grid::Map;
 use grid::plane::Plane;
 use grid::read::{self, Query, ReadError};
 use grid::theta::{self, Found, Search};
 use grid::volume::Volume;
+use serde::Serialize;
+
+use super::progress::Bar;
+use super::{Failure, written};
+use crate::run::experiment::Progress;
 
 /// No map or scenario is longer, bytes.
 const FILE_MAX: u64 = 1 << 28;

@@ -6,13 +6,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
-
-use super::planner::PlannerArguments;
-use super::progress::Bar;
-use super::{Failure, envelope, filter, tell};
-use crate::run::distances;
-use crate::run::scenario::Scenario;
 use modboat::distance::DistanceToCollision;
 use modboat::motion::{Swing, Turn, Wrench};
 use modboat::parameters::Parameters;
@@ -21,6 +14,13 @@ use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
 use modboat::structure::Structure;
 use modboat::table::Table;
+use serde::{Deserialize, Serialize};
+
+use super::planner::PlannerArguments;
+use super::progress::Bar;
+use super::{Failure, envelope, filter, tell};
+use crate::run::distances;
+use crate::run::scenario::Scenario;
 
 /// Greatest force (N) and torque (N·m) that is taken for a demand.
 const DEMAND_MAX: f64 = 1e6;

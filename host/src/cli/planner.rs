@@ -1,7 +1,6 @@
 //! The planners, and what they are told, by name.
 
 use clap::ValueEnum;
-
 use modboat::planner::PlannerKind;
 use modboat::planner_config::{LossTolerance, PlannerConfig};
 

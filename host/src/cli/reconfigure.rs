@@ -4,6 +4,14 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use link::faults::FaultParameters;
+use link::identity::HostIdentity;
+use link::udp::UdpRadio;
+use reconfiguration::plan::{Criterion, Manner, Plan};
+use reconfiguration::problem::Problem;
+use record::reconfigure::Record;
+use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
+use rov::power::PowerLaw;
 
 use super::folder::Folder;
 use super::progress::Bar;
@@ -14,14 +22,6 @@ use crate::run::reconfigure::ExecutionError;
 use crate::run::reconfigure::execution::{Executed, Options, run};
 use crate::run::reconfigure::fleet::{InProcess, OverUdp};
 use crate::run::reconfigure::scenario::ReconfigureScenario;
-use link::faults::FaultParameters;
-use link::identity::HostIdentity;
-use link::udp::UdpRadio;
-use reconfiguration::plan::{Criterion, Manner, Plan};
-use reconfiguration::problem::Problem;
-use record::reconfigure::Record;
-use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
-use rov::power::PowerLaw;
 
 mod table;
 

@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
+use link::ledger::Ledger;
 use protocol::ledger::{Incoming, Outgoing};
 
 use crate::run::summary::Summary;
-use link::ledger::Ledger;
 
 /// Prints the figures of a run.
 pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<()> {

@@ -5,6 +5,8 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use link::identity::HostIdentity;
+use link::udp::UdpRadio;
 use protocol::ModuleId;
 
 use super::folder::Folder;
@@ -17,8 +19,6 @@ use crate::run::fleet::{InProcess, OverUdp};
 use crate::run::roster::Roster;
 use crate::run::scenario::Scenario;
 use crate::run::summary::Summary;
-use link::identity::HostIdentity;
-use link::udp::UdpRadio;
 
 /// The scenario that runs when none is named.
 pub(super) const DEFAULT: &str = "holonomic-1";

@@ -5,19 +5,19 @@ use std::io::{self, ErrorKind, Read};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use link::key_file::ModuleCredentials;
+use link::private_file::PrivateFileError;
 use protocol::Configuration;
 use protocol::configuration::Robot;
 use protocol::units::MicrosSpan;
+use quantity::{Range, check_ranges};
 use thiserror::Error;
 use toml::de::{DeTable, DeValue};
+use toml_lines::{self, line_at, line_of};
 use zeroize::Zeroizing;
 
 use super::tables::Tables;
 use super::{constants, network, trial};
-use link::key_file::ModuleCredentials;
-use link::private_file::PrivateFileError;
-use quantity::{Range, check_ranges};
-use toml_lines::{self, line_at, line_of};
 
 /// The files that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 2] = [

@@ -9,6 +9,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use modboat::planner::PlannerKind;
+use record::RunRecord;
 use serde::Serialize;
 
 use super::RunError;
@@ -17,8 +19,6 @@ use super::experiment::{Pace, Progress, RunResult, run};
 use super::fleet::InProcess;
 use super::scenario::Scenario;
 use super::summary::Summary;
-use modboat::planner::PlannerKind;
-use record::RunRecord;
 
 /// How often progress is reported.
 const REPORT: Duration = Duration::from_millis(50);

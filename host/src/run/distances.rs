@@ -16,11 +16,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use super::experiment::Progress;
 use modboat::parameters::Parameters;
 use modboat::planner::PlannerKind;
 use modboat::planner_config::{DistanceSource, PlannerConfig};
 use modboat::table::Table;
+
+use super::experiment::Progress;
 
 /// How often progress is reported.
 const REPORT: Duration = Duration::from_millis(20);

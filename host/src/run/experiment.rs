@@ -4,9 +4,15 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use link::dispatcher::{Dispatcher, ModuleLink};
 use protocol::ledger::Outgoing;
 use protocol::units::Micros;
 use protocol::{Faults, MAX_DATAGRAM, ModuleState, Radio};
+use record::{PoseSample, RunRecord};
+use sim::TailState;
+use sim::mocap::Mocap;
+use sim::module::TICK;
+use sim::tank::Tank;
 
 use super::RunError;
 use super::distances;
@@ -15,12 +21,6 @@ use super::pilot::{Decision, Pilot};
 use super::recorder::Recorder;
 use super::scenario::Scenario;
 use super::summary::Summary;
-use link::dispatcher::{Dispatcher, ModuleLink};
-use record::{PoseSample, RunRecord};
-use sim::TailState;
-use sim::mocap::Mocap;
-use sim::module::TICK;
-use sim::tank::Tank;
 
 /// Whose time a run follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

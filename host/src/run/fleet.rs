@@ -3,19 +3,19 @@
 use std::convert::Infallible;
 use std::net::SocketAddr;
 
-use protocol::units::{Micros, MicrosSpan};
-use protocol::{ModuleId, Radio};
-
-use super::RunError;
-use super::scenario::Scenario;
 use link::dispatcher::Dispatcher;
 use link::faults::{FaultCount, FaultParameters, Faulty};
 use link::identity::HostIdentity;
 use link::loopback::{Ether, LoopbackRadio, Node};
 use link::udp::UdpRadio;
+use protocol::units::{Micros, MicrosSpan};
+use protocol::{ModuleId, Radio};
 use sim::TailState;
 use sim::module::{Setup, SimModule};
 use sim::remote::RemoteTail;
+
+use super::RunError;
+use super::scenario::Scenario;
 
 /// The host's address on the loopback.
 const HOST: Node = Node(0);

@@ -14,10 +14,9 @@
 //! | [`vehicles`] | ROVs by name or from files |
 //! | [`reconfigure`] | the same for ROVs that change their configuration |
 
-use thiserror::Error;
-
 use quantity::ParameterError;
 use sim::module::ModuleError;
+use thiserror::Error;
 
 pub mod compare;
 pub mod distances;

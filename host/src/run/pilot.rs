@@ -28,7 +28,6 @@ use protocol::units::{Micros, MicrosSpan};
 use protocol::{Delivery, ModuleId, ModuleState, Motion};
 use std::sync::Arc;
 
-use super::scenario::{Demand, Leg, Scenario, Timing};
 use link::delivery::Knowledge;
 use link::dispatcher::{Dispatcher, Event, ModuleLink};
 use link::identity::HostIdentity;
@@ -41,6 +40,8 @@ use modboat::planner::Planner;
 use modboat::setting::Presence;
 use modboat::table::Table;
 use quantity::ParameterError;
+
+use super::scenario::{Demand, Leg, Scenario, Timing};
 
 pub use decision::{Decision, Order, Via};
 use decision::{cycles, first_cycles, give_up, give_up_second, steps};

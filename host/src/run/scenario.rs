@@ -4,9 +4,6 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-use thiserror::Error;
-
 use link::faults::FaultParameters;
 use modboat::control::ControlConfig;
 use modboat::observer::ObserverParameters;
@@ -14,10 +11,12 @@ use modboat::parameters::Parameters;
 use modboat::planner_config::PlannerConfig;
 use modboat::structure::Structure;
 use quantity::ParameterError;
+use serde::Deserialize;
 use sim::mocap::MocapParameters;
 use sim::module::ClockParameters;
 use sim::motor::MotorParameters;
 use sim::tank::TankParameters;
+use thiserror::Error;
 use toml_lines::{self, Lengths, line_at, line_of};
 
 pub use built_in::BUILT_IN;

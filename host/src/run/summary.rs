@@ -1,17 +1,17 @@
 //! The figures of a run: `summary.json`, and what is printed.
 
-use protocol::Faults;
-use protocol::ledger::{Incoming, Outgoing};
-use serde::Serialize;
-
-use super::pilot::Pilot;
-use super::scenario::Scenario;
 use link::dispatcher::ModuleLink;
 use link::faults::FaultCount;
 use link::ledger::{Ledger, Quantiles};
+use protocol::Faults;
+use protocol::ledger::{Incoming, Outgoing};
 use quantity::wrap_rad;
 use record::{LegRecord, RunRecord};
+use serde::Serialize;
 use sim::tank::Tank;
+
+use super::pilot::Pilot;
+use super::scenario::Scenario;
 
 /// Velocity is averaged over the last so many seconds of a leg.
 const MEAN_OVER_S: f64 = 60.0;

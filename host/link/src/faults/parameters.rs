@@ -1,8 +1,7 @@
 //! How bad the medium is: the table `[radio]` of a scenario.
 
-use serde::{Deserialize, Serialize};
-
 use quantity::{ParameterError, Range, check_ranges};
+use serde::{Deserialize, Serialize};
 
 /// How bad the medium is. The default is a perfect one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

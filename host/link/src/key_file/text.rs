@@ -4,13 +4,13 @@
 use std::fmt::Write;
 
 use protocol::{FleetId, FleetKey, ModuleId, ModuleKey};
+use quantity::MODULE_IDS;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use toml_lines::line_at;
 use zeroize::Zeroizing;
 
 use super::ModuleCredentials;
-use quantity::MODULE_IDS;
-use toml_lines::line_at;
 
 /// No key file is longer, bytes.
 pub(super) const LENGTH_MAX: usize = 4096;

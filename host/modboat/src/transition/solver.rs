@@ -24,11 +24,12 @@
 
 use std::f64::consts::TAU;
 
+use quantity::wrap_rad;
+
 use super::STILL_RAD;
 use super::choice::{Answer, Chooser, Limits, OPTIONS_MAX};
 use crate::motion::{Swing, Turn};
 use crate::pairs::{Pair, Pairs};
-use quantity::wrap_rad;
 
 /// Which motions of two neighbours are free of collisions.
 pub trait Clearance {

@@ -1,11 +1,11 @@
 use std::f64::consts::{PI, TAU};
 
+use quantity::wrap_rad;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::pairs::Pair;
-use quantity::wrap_rad;
 
 /// A `columns` × `rows` grid with its four-sided neighbours.
 fn grid(columns: usize, rows: usize) -> (Vec<[i32; 2]>, Pairs) {

@@ -1,10 +1,11 @@
 //! `force.svg`: what the movers' thrusters exert, and the restoring moment M that the waiting cluster has to balance
 //! meanwhile (5), after the paper's Fig. 5. Sway force Y, heave force Z and the cluster's K where there is any.
 
+use record::reconfigure::{Record, Sample};
+
 use super::panels::{self, Row, Table};
 use super::velocity::greatest;
 use crate::picture::DrawError;
-use record::reconfigure::{Record, Sample};
 
 /// A force below this everywhere is not worth a row, N.
 const UNSEEN_N: f64 = 0.3;

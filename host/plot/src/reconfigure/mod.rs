@@ -14,8 +14,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::PlotError;
 use record::reconfigure::Record;
+
+use super::PlotError;
 
 pub mod bodies;
 pub mod course;

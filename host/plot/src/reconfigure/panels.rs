@@ -6,6 +6,7 @@
 
 use plotters::element::{PathElement, Rectangle};
 use plotters::style::RGBColor;
+use record::reconfigure::{Record, Sample};
 
 use super::course::{self, Course};
 use super::stroke::{self, Pattern, Sign};
@@ -13,7 +14,6 @@ use crate::axis::{Axis, extent, number};
 use crate::lines::{self, Point};
 use crate::picture::{self, Area, Chart, DrawError, Heading, Panel};
 use crate::style::{self, Anchor};
-use record::reconfigure::{Record, Sample};
 
 /// Width of the picture, px.
 const WIDTH: f64 = 1500.0;

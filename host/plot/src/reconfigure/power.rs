@@ -4,14 +4,15 @@
 //! of both as steps, one for each action. Bands tell the moves apart and carry the number of the mover. The last panel
 //! shows the energy of all records, executed and planned.
 
+use reconfiguration::plan::Plan;
+use record::reconfigure::{Record, Sample};
+
 use super::course::{self, Course};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{Axis, extent, number};
 use crate::lines::{self, Point};
 use crate::picture::{self, Area, Chart, DrawError, Heading, Panel};
 use crate::style::{self, Anchor};
-use reconfiguration::plan::Plan;
-use record::reconfigure::{Record, Sample};
 
 /// Width of the picture, px.
 const WIDTH: f64 = 1500.0;

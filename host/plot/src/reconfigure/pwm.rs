@@ -1,11 +1,12 @@
 //! `pwm.svg`: the pulses that each thruster of each mover was sent, after the paper's Fig. 7c, with the band shaded in
 //! which a T200 does not turn.
 
+use record::reconfigure::{Record, Sample};
+
 use super::panels::{self, Row, Table};
 use super::stroke::Sign;
 use crate::picture::DrawError;
 use crate::style;
-use record::reconfigure::{Record, Sample};
 
 /// Pulses at which a T200 gives no thrust at 16 V, µs (Blue Robotics, September 2019).
 const DEAD_US: (f64, f64) = (1472.0, 1528.0);

@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 use plotters::element::PathElement;
 use plotters::style::{RGBColor, WHITE};
+use record::reconfigure::Record;
 
 use super::bodies::{self, ARRIVED, SENSOR, WAITING};
 use super::course;
@@ -22,7 +23,6 @@ use crate::axis::{extent, number};
 use crate::lines::{Point, Window};
 use crate::picture::{self, Area, DrawError, Heading};
 use crate::style::{self, Anchor};
-use record::reconfigure::Record;
 
 /// Width of the picture, px.
 const WIDTH: f64 = 1600.0;

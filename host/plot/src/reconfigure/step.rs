@@ -1,10 +1,11 @@
 //! The cluster at rest between two moves: what one picture of `scene.svg` shows.
 
+use reconfiguration::pose::Pose;
+use record::reconfigure::Record;
+
 use super::course::{Course, courses};
 use super::solid::{Solid, Vec3};
 use crate::lines::{Point, thin_path};
-use reconfiguration::pose::Pose;
-use record::reconfigure::Record;
 
 /// Points of an executed path nearer to each other than this are not told apart, m.
 const SAME_M: f64 = 0.02;

@@ -1,6 +1,7 @@
 //! `top.svg`: all paths of a plan from above, north up, with the order of the moves in words, after the paper's Fig. 7b.
 
 use plotters::style::RGBColor;
+use record::reconfigure::Record;
 
 use super::course;
 use super::solid::{Solid, Vec3};
@@ -10,7 +11,6 @@ use crate::axis::{Axis, extent, number};
 use crate::lines::Point;
 use crate::picture::{self, Area, Chart, DrawError, Heading, Panel};
 use crate::style::{self, Anchor};
-use record::reconfigure::Record;
 
 /// Width of the picture, px.
 const WIDTH: f64 = 1500.0;

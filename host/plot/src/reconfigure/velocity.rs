@@ -1,11 +1,12 @@
 //! `velocity.svg`: surge velocity u and yaw rate r of every mover, after the paper's Fig. 4; sway v and heave w where
 //! somebody uses them.
 
+use record::reconfigure::{Record, Sample};
+
 use super::course;
 use super::panels::{self, Row, Table};
 use crate::axis::extent;
 use crate::picture::DrawError;
-use record::reconfigure::{Record, Sample};
 
 /// A velocity below this everywhere is not worth a row, m/s.
 const UNSEEN_M_S: f64 = 0.03;

@@ -1,12 +1,12 @@
 //! A vehicle's TOML: its shape, and what is refused. A mistake is told as file:line: key = value unit: reason.
 
+use quantity::{ParameterError, Range, check_ranges};
 use serde::Deserialize;
 use thiserror::Error;
+use toml_lines::{self, Lengths, line_of};
 
 use super::{Connector, Thruster, Vehicle};
 use crate::strip::{Strips, WATER_KG_M3};
-use quantity::{ParameterError, Range, check_ranges};
-use toml_lines::{self, Lengths, line_of};
 
 /// Why a vehicle cannot be had.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]

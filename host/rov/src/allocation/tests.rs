@@ -2,11 +2,11 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use reconfiguration::pose::Pose;
+use reconfiguration::vehicle::Vehicle;
 
 use super::super::power::{PowerCurve, limits_n};
 use super::*;
-use reconfiguration::pose::Pose;
-use reconfiguration::vehicle::Vehicle;
 
 fn bluerov1() -> Vehicle {
     toml::from_str(include_str!("../../../data/vehicles/bluerov1.toml")).unwrap()

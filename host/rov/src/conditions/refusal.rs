@@ -1,8 +1,7 @@
 //! What is said about a problem that is refused.
 
-use thiserror::Error;
-
 use quantity::ParameterError;
+use thiserror::Error;
 
 /// Something of a problem, as its user counts: robots by id, tools and slots from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

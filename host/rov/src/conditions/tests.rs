@@ -1,6 +1,7 @@
-use super::*;
 use reconfiguration::problem::Tool;
 use reconfiguration::vehicle::Thruster;
+
+use super::*;
 
 fn hull(name: &str, box_m: [f64; 3], thrusters: usize) -> Vehicle {
     let thruster = Thruster { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], reversed: false };

@@ -2,11 +2,11 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-
-use super::*;
 use reconfiguration::body::{Body, GRAVITY_M_S2};
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
+
+use super::*;
 
 fn vehicle(name: &str) -> Vehicle {
     Vehicle::built_in(name).expect(name)

@@ -6,11 +6,12 @@
 //! **Constant speed.** The paper's plans start at full speed and stop from it, which no robot does. Such an action is
 //! executed with the acceleration of the rules; it takes v/a longer than planned.
 
-use super::profile::Profile;
 use quantity::wrap_rad;
 use reconfiguration::plan::{Action, ActionKind};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Rules;
+
+use super::profile::Profile;
 
 /// Where a level body is to be, and how it is to move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

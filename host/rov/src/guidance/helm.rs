@@ -30,6 +30,8 @@
 //! F that no model knows leaves an error of F/(m ω²), and a steady current leaves one too.
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
+use reconfiguration::pose::Pose;
+use reconfiguration::vehicle::Vehicle;
 use thiserror::Error;
 
 use super::super::allocation::{AllocationError, Allocator};
@@ -39,8 +41,6 @@ use super::super::dynamics::{Dynamics, DynamicsError, State, coriolis};
 use super::super::power::PowerLaw;
 use super::course::Reference;
 use super::sight;
-use reconfiguration::pose::Pose;
-use reconfiguration::vehicle::Vehicle;
 
 /// ω T_d of position.
 pub const POSITION: f64 = 0.2;

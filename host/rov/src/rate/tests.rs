@@ -2,11 +2,11 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use reconfiguration::vehicle::Vehicle;
 
 use super::*;
 use crate::power::PowerLaw;
 use crate::propulsion::Steady;
-use reconfiguration::vehicle::Vehicle;
 
 const HEADINGS: [Heading; 4] = [Heading::Held(0.0), Heading::Held(0.7), Heading::Along, Heading::Free];
 

@@ -20,14 +20,13 @@
 //! disturb each other's water.
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
-use thiserror::Error;
-
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
 use rov::cluster::{Cluster, ClusterError};
 use rov::configuration::{adjacency, clusters, holds};
 use rov::configuration_matrix::{ConfigurationMatrix, ThrusterError};
 use rov::dynamics::{Dynamics, DynamicsError, State};
+use thiserror::Error;
 
 /// Longest step, s. The error of a step of 10 ms is far below what a propeller's lag makes.
 pub const STEP_MOST_S: f64 = 0.010;

@@ -26,12 +26,12 @@ use firmware::thruster::bank::{Bank, BankError, Mounting, Settings};
 use firmware::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
 use protocol::units::{Amperes, Micros, MicrosSpan, PulseMicros, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
+use quantity::ParameterError;
 use thiserror::Error;
 
 use self::propellers::Propellers;
 use super::module::ClockParameters;
 use super::node::Node;
-use quantity::ParameterError;
 
 /// Counts of the pins' timer in one frame: 25 a microsecond at 400 Hz.
 const MAX_DUTY: u16 = 62_500;

@@ -1,13 +1,13 @@
 use firmware::thruster::esc::Demands;
-use protocol::ledger::Class;
-use protocol::units::Newtons;
-use protocol::{Delivery, FleetKey, Motion, RovCycle};
-
-use super::*;
 use link::dispatcher::{Dispatcher, Event};
 use link::faults::{FaultParameters, Faulty};
 use link::loopback::{Ether, LoopbackRadio, Node as Address};
+use protocol::ledger::Class;
+use protocol::units::Newtons;
+use protocol::{Delivery, FleetKey, Motion, RovCycle};
 use rov::remote::RemoteRov;
+
+use super::*;
 
 const REVERSED: [bool; 3] = [false, true, false];
 const HOST: Address = Address(0);

@@ -2,10 +2,11 @@
 
 use std::io::Write;
 
-use super::Column;
-use crate::run::reconfigure::summary::Summary;
 use reconfiguration::plan::{ActionKind, Criterion};
 use reconfiguration::problem::Problem;
+
+use super::Column;
+use crate::run::reconfigure::summary::Summary;
 
 /// Prints a row a figure, a column a plan.
 pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column]) -> std::io::Result<()> {

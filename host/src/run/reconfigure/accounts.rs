@@ -7,8 +7,6 @@
 //! What the mover's thrusters draw from the beginning of its move until it holds in its slot is to navigate, what all
 //! others draw is to balance. While a mover hands over its share of the balance it is the mover already.
 
-use super::conductor::{Conductor, HAND_OVER_S};
-use super::summary::{Energy, MoveFigures};
 use reconfiguration::plan::{ActionKind, Move, Plan};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
@@ -19,6 +17,9 @@ use rov::guidance::course::Course;
 use rov::power::PowerLaw;
 use rov::propulsion::{Propulsion, PropulsionError, Steady};
 use sim::rov::basin::Misfit;
+
+use super::conductor::{Conductor, HAND_OVER_S};
+use super::summary::{Energy, MoveFigures};
 
 /// See the module's documentation.
 pub struct Accounts {

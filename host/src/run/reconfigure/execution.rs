@@ -10,20 +10,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use protocol::message::MAX_THRUSTERS;
-use protocol::units::{Micros, MicrosSpan, Newtons};
-use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, RovCycle};
-
-use super::super::experiment::{Clock, Pace, Progress};
-use super::super::summary::LinkFigures;
-use super::ExecutionError;
-use super::accounts::Accounts;
-use super::conductor::{AHEAD_S, Conductor, DOCK_M, DOCK_RAD, Event, HAND_OVER_S};
-use super::fleet::{Fleet, InProcess};
-use super::summary::{Energy, Summary};
 use link::dispatcher::{self, Dispatcher};
 use link::faults::FaultParameters;
 use link::identity::HostIdentity;
+use protocol::message::MAX_THRUSTERS;
+use protocol::units::{Micros, MicrosSpan, Newtons};
+use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, RovCycle};
 use reconfiguration::plan::Plan;
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
@@ -33,6 +25,14 @@ use rov::configuration_matrix::ConfigurationMatrix;
 use rov::dynamics::State;
 use rov::power::PowerLaw;
 use sim::rov::basin::{Basin, BasinError};
+
+use super::super::experiment::{Clock, Pace, Progress};
+use super::super::summary::LinkFigures;
+use super::ExecutionError;
+use super::accounts::Accounts;
+use super::conductor::{AHEAD_S, Conductor, DOCK_M, DOCK_RAD, Event, HAND_OVER_S};
+use super::fleet::{Fleet, InProcess};
+use super::summary::{Energy, Summary};
 
 /// Ticks of the fleet to one step of water and conductor.
 const TICKS: u64 = 5;

@@ -6,19 +6,19 @@
 use std::convert::Infallible;
 use std::net::SocketAddr;
 
-use protocol::units::{Micros, MicrosSpan};
-use protocol::{ModuleId, Radio};
-
-use super::ExecutionError;
 use link::dispatcher::Dispatcher;
 use link::faults::{FaultCount, FaultParameters, Faulty};
 use link::identity::HostIdentity;
 use link::loopback::{Ether, LoopbackRadio, Node};
 use link::udp::UdpRadio;
+use protocol::units::{Micros, MicrosSpan};
+use protocol::{ModuleId, Radio};
 use reconfiguration::problem::Problem;
 use sim::module::ClockParameters;
 use sim::rov::remote::RemoteRov;
 use sim::rov::{RovSetup, SimRov};
+
+use super::ExecutionError;
 
 /// The host's address on the loopback.
 const HOST: Node = Node(0);

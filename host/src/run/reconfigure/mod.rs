@@ -9,13 +9,12 @@
 //! | [`accounts`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
 
-use thiserror::Error;
-
 use rov::guidance::helm::HelmError;
 use rov::power::PowerError;
 use rov::propulsion::PropulsionError;
 use sim::rov::RovError;
 use sim::rov::basin::BasinError;
+use thiserror::Error;
 
 pub mod accounts;
 pub mod conductor;

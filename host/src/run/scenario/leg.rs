@@ -1,8 +1,7 @@
 //! Legs of a scenario: what is demanded, one after the other.
 
-use serde::Deserialize;
-
 use quantity::ParameterError;
+use serde::Deserialize;
 
 /// One demand and how long it lasts.
 #[derive(Clone, Debug, PartialEq)]

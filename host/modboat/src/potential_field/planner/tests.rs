@@ -1,5 +1,6 @@
 use std::f64::consts::{PI, TAU};
 
+use quantity::wrap_rad;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -9,7 +10,6 @@ use crate::parameters::Parameters;
 use crate::planner::PlannerKind;
 use crate::planner_config::{DistanceSource, PlannerConfig};
 use crate::structure::Structure;
-use quantity::wrap_rad;
 
 fn planner(word: &str, parameters: &Parameters) -> FieldPlanner {
     let (structure, distance) =

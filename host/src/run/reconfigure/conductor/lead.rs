@@ -56,9 +56,9 @@ impl Lead {
 #[cfg(test)]
 mod tests {
     use protocol::units::{Newtons, Volts};
+    use sim::rov::propellers::Propellers;
 
     use super::*;
-    use sim::rov::propellers::Propellers;
 
     /// On the simulated propellers: what is wanted is there at the end of the period, up and down, but for stops.
     #[test]
