@@ -62,7 +62,7 @@ impl Planner {
         let planner = Self::with_distance(structure, parameters, config, distance);
         match (config.kind, config.distance) {
             (PlannerKind::PotentialField, DistanceSource::Table) => {
-                planner.with_table(Arc::new(Table::generate(parameters, &|_, _| {})))
+                planner.with_table(Arc::new(Table::generate(parameters)))
             }
             _ => planner,
         }

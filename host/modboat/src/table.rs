@@ -10,10 +10,7 @@
 //! | \|A\| | A_min, A_min + 0.1, … up to A_max, which is the last value |
 //!
 //! The file holds a magic word, the hash of everything the values depend on, their number, a checksum and the values,
-//! little-endian. A file that does not fit in any of these is generated anew. It is written beside its place and moved
-//! there, so that nobody ever reads half of it.
-//!
-//! Generating uses threads and keeping uses files: the one place among the planners that does.
+//! little-endian. A file that does not fit in any of these is no table.
 //!
 //! Limits: between grid points the table is off by as much as the segment's ends are, [`LOOK_UP_RAD`]. So a search by it keeps
 //! that much more distance, and every cycle that it finds is looked at again with the collision regions. 10 MB with
@@ -35,13 +32,6 @@
 //! happens. So the direct search is the default, and the table is there for who wants the paper's way.
 
 use std::f64::consts::TAU;
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
-
-use thiserror::Error;
 
 use super::distance::{DistanceToCollision, nearest_whole};
 use super::parameters::Parameters;
@@ -58,22 +48,6 @@ pub const STEP_RAD: f64 = 0.5e-3;
 pub const CENTERLINES: usize = 63;
 const MAGIC: [u8; 8] = *b"FlotDoC1";
 const HEADER: usize = 32;
-
-/// A table that could not be kept.
-#[derive(Debug, Error)]
-pub enum TableError {
-    /// The folder cannot be made or the file not be written.
-    #[error("{}: cannot keep the DoC table: {source}", path.display())]
-    Write {
-        /// File or folder.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-}
-
-/// Called with the values done and the values in all, from any thread.
-pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// One module's swim cycle on the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,56 +71,68 @@ pub struct Table {
     values: Vec<i16>,
 }
 
+/// The values of one offset and centerline φ₀ᵢ, to be computed.
+#[derive(Debug)]
+pub struct Row<'a> {
+    table: &'a Table,
+    direct: &'a DistanceToCollision,
+    offset: usize,
+    centerline: usize,
+    values: &'a mut [i16],
+}
+
 impl Table {
-    /// Reads the table of these parameters from the first of `folders` that has it, or else generates it and keeps it in
-    /// the first that takes it. With the table comes why no folder took it, if none did.
+    /// The table of these parameters, computed row by row.
     #[must_use]
-    pub fn load_or_generate(
-        folders: &[PathBuf],
-        parameters: &Parameters,
-        progress: Progress<'_>,
-    ) -> (Self, Option<TableError>) {
-        let hash = parameter_hash(parameters);
-        let direct = DistanceToCollision::new(parameters);
-        let mut table = Self::empty(&direct, parameters);
-        let read = |folder: &PathBuf| decode(&fs::read(file(folder, hash)).ok()?, hash, table.len());
-        if let Some(values) = folders.iter().find_map(read) {
-            table.values = values;
-            return (table, None);
-        }
-        table.fill(&direct, progress);
-        let mut error = None;
-        for folder in folders {
-            match table.keep(folder, hash) {
-                Ok(()) => return (table, None),
-                Err(refusal) => error = error.or(Some(refusal)),
-            }
-        }
-        (table, error)
+    pub fn generate(parameters: &Parameters) -> Self {
+        Self::generate_with(parameters, |rows| rows.into_iter().for_each(Row::compute))
     }
 
-    fn keep(&self, folder: &Path, hash: u64) -> Result<(), TableError> {
-        // A name of its own for each writer, so that two of them never share a half-written file.
-        static WRITERS: AtomicU64 = AtomicU64::new(0);
-        let writer = WRITERS.fetch_add(1, Ordering::Relaxed);
-        let draft = folder.join(format!("doc-table-{hash:016x}.{}-{writer}.draft", std::process::id()));
-        let kept = fs::create_dir_all(folder)
-            .and_then(|()| fs::write(&draft, encode(&self.values, hash)))
-            .and_then(|()| fs::rename(&draft, file(folder, hash)));
-        kept.map_err(|source| {
-            // The draft may not exist; what matters is the error that came first.
-            let _ = fs::remove_file(&draft);
-            TableError::Write { path: file(folder, hash), source }
-        })
-    }
-
-    /// Generates the table on all available cores.
+    /// The same; `compute` calls [`Row::compute`] for every row, in any order and on any thread.
     #[must_use]
-    pub fn generate(parameters: &Parameters, progress: Progress<'_>) -> Self {
+    pub fn generate_with(parameters: &Parameters, compute: impl FnOnce(Vec<Row<'_>>)) -> Self {
         let direct = DistanceToCollision::new(parameters);
         let mut table = Self::empty(&direct, parameters);
-        table.fill(&direct, progress);
+        let mut values = vec![0; table.len()];
+        let row = |(k, values)| Row {
+            table: &table,
+            direct: &direct,
+            offset: k / CENTERLINES,
+            centerline: k % CENTERLINES,
+            values,
+        };
+        compute(values.chunks_mut(table.row()).enumerate().map(row).collect());
+        table.values = values;
         table
+    }
+
+    /// Name of the file of the table of these parameters: it holds their hash.
+    #[must_use]
+    pub fn file_name(parameters: &Parameters) -> String {
+        format!("doc-table-{:016x}.bin", parameter_hash(parameters))
+    }
+
+    /// The file of this table, which is one of these parameters.
+    #[must_use]
+    pub fn encode(&self, parameters: &Parameters) -> Vec<u8> {
+        let body = || self.values.iter().flat_map(|value| value.to_le_bytes());
+        let mut bytes = Vec::with_capacity(HEADER + 2 * self.values.len());
+        bytes.extend(header(parameters, self.values.len(), fnv1a(body())));
+        bytes.extend(body());
+        bytes
+    }
+
+    /// The table in a file, if the file is whole and belongs to these parameters.
+    #[must_use]
+    pub fn decode(bytes: &[u8], parameters: &Parameters) -> Option<Self> {
+        let mut table = Self::empty(&DistanceToCollision::new(parameters), parameters);
+        let (found, body) = bytes.split_at_checked(HEADER)?;
+        let expected = header(parameters, table.len(), fnv1a(body.iter().copied()));
+        if found != expected || body.len() != 2 * table.len() {
+            return None;
+        }
+        table.values = body.chunks_exact(2).map(|pair| i16::from_le_bytes([pair[0], pair[1]])).collect();
+        Some(table)
     }
 
     fn empty(direct: &DistanceToCollision, parameters: &Parameters) -> Self {
@@ -165,43 +151,6 @@ impl Table {
     /// Values of one centerline φ₀ᵢ.
     fn row(&self) -> usize {
         CENTERLINES * self.amplitudes * self.amplitudes * 2
-    }
-
-    fn fill(&mut self, direct: &DistanceToCollision, progress: Progress<'_>) {
-        let (row, total) = (self.row(), self.len());
-        let mut values = vec![0; total];
-        let table = &*self;
-        let rows = Mutex::new(values.chunks_mut(row).enumerate());
-        let done = AtomicU64::new(0);
-        let work = || {
-            // The lock is held for as long as it takes to pick the next row.
-            let next = || rows.lock().ok().and_then(|mut rows| rows.next());
-            while let Some((k, values)) = next() {
-                table.fill_row(direct, k / CENTERLINES, k % CENTERLINES, values);
-                let done = done.fetch_add(row as u64, Ordering::Relaxed) + row as u64;
-                progress(done, total as u64);
-            }
-        };
-        let workers = std::thread::available_parallelism().map_or(1, usize::from);
-        std::thread::scope(|scope| (0..workers).for_each(|_| drop(scope.spawn(work))));
-        self.values = values;
-    }
-
-    fn fill_row(&self, direct: &DistanceToCollision, offset: usize, centerline: usize, values: &mut [i16]) {
-        let mut values = values.iter_mut();
-        let amplitudes = || 0..self.amplitudes;
-        let centerline_i = centerline_rad(centerline);
-        for centerline_j in (0..CENTERLINES).map(centerline_rad) {
-            for amplitude_i in amplitudes().map(|k| self.amplitude_rad(k)) {
-                for amplitude_j in amplitudes().map(|k| self.amplitude_rad(k)) {
-                    for (amplitude_j, value) in [amplitude_j, -amplitude_j].into_iter().zip(values.by_ref()) {
-                        let doc = direct.swim(offset, centerline_i, amplitude_i, centerline_j, amplitude_j);
-                        // Saturates at ±16 rad; a DoC lies within −11 and 5.
-                        *value = (doc / STEP_RAD).floor() as i16;
-                    }
-                }
-            }
-        }
     }
 
     /// Number of values.
@@ -269,14 +218,38 @@ impl Table {
     }
 }
 
+impl Row<'_> {
+    /// Number of values.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "a row is never empty")]
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Computes the values.
+    pub fn compute(self) {
+        let Self { table, direct, offset, centerline, values } = self;
+        let mut values = values.iter_mut();
+        let amplitudes = || (0..table.amplitudes).map(|k| table.amplitude_rad(k));
+        let centerline_i = centerline_rad(centerline);
+        for centerline_j in (0..CENTERLINES).map(centerline_rad) {
+            for amplitude_i in amplitudes() {
+                for amplitude_j in amplitudes() {
+                    for (amplitude_j, value) in [amplitude_j, -amplitude_j].into_iter().zip(values.by_ref()) {
+                        let doc = direct.swim(offset, centerline_i, amplitude_i, centerline_j, amplitude_j);
+                        // Saturates at ±16 rad; a DoC lies within −11 and 5.
+                        *value = (doc / STEP_RAD).floor() as i16;
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Centerline number k, rad.
 #[must_use]
 pub fn centerline_rad(k: usize) -> f64 {
     (k as f64 - (CENTERLINES / 2) as f64) * GRID_RAD
-}
-
-fn file(folder: &Path, hash: u64) -> PathBuf {
-    folder.join(format!("doc-table-{hash:016x}.bin"))
 }
 
 /// FNV-1a, 64 bits.
@@ -301,27 +274,10 @@ fn parameter_hash(parameters: &Parameters) -> u64 {
     fnv1a(MAGIC.into_iter().chain(numbers.into_iter().flat_map(f64::to_le_bytes)))
 }
 
-fn encode(values: &[i16], hash: u64) -> Vec<u8> {
-    let body = || values.iter().flat_map(|value| value.to_le_bytes());
-    let mut bytes = Vec::with_capacity(HEADER + 2 * values.len());
-    bytes.extend(MAGIC);
-    bytes.extend(hash.to_le_bytes());
-    bytes.extend((values.len() as u64).to_le_bytes());
-    bytes.extend(fnv1a(body()).to_le_bytes());
-    bytes.extend(body());
-    bytes
-}
-
-/// The values, if the file is whole and belongs to these parameters.
-fn decode(bytes: &[u8], hash: u64, count: usize) -> Option<Vec<i16>> {
-    let (header, body) = bytes.split_at_checked(HEADER)?;
-    let mut expected = Vec::with_capacity(HEADER);
-    expected.extend(MAGIC);
-    expected.extend(hash.to_le_bytes());
-    expected.extend((count as u64).to_le_bytes());
-    expected.extend(fnv1a(body.iter().copied()).to_le_bytes());
-    let whole = header == expected && body.len() == 2 * count;
-    whole.then(|| body.chunks_exact(2).map(|pair| i16::from_le_bytes([pair[0], pair[1]])).collect())
+/// What a file of `count` values begins with.
+fn header(parameters: &Parameters, count: usize, checksum: u64) -> Vec<u8> {
+    let numbers = [parameter_hash(parameters), count as u64, checksum];
+    MAGIC.into_iter().chain(numbers.into_iter().flat_map(u64::to_le_bytes)).collect()
 }
 
 #[cfg(test)]
@@ -341,7 +297,7 @@ mod tests {
     #[test]
     fn a_grid_point_holds_the_direct_value_rounded_down() {
         let direct = DistanceToCollision::new(&small());
-        let table = Table::generate(&small(), &|_, _| {});
+        let table = Table::generate(&small());
         assert_eq!((table.len(), table.amplitudes()), (2 * 63 * 63 * 2 * 2 * 2, 2));
         let mut negatives = 0;
         for k in 0..20_000_usize {
@@ -370,7 +326,7 @@ mod tests {
         // Four amplitudes, so that there is something between them.
         let parameters = Parameters { amplitude_max_rad: 1.2, ..small() };
         let direct = DistanceToCollision::new(&parameters);
-        let table = Table::generate(&parameters, &|_, _| {});
+        let table = Table::generate(&parameters);
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut most_rad = 0.0_f64;
         for k in 0..40_000 {
@@ -404,30 +360,10 @@ mod tests {
     }
 
     #[test]
-    fn a_cached_file_is_trusted_only_if_whole() {
-        let folder = tempfile::tempdir().unwrap();
-        let cache = folder.path().join("made/on/demand");
-        // A file where a folder should be takes nothing; the next in line does.
-        let blocked = folder.path().join("a-file");
-        fs::write(&blocked, b"").unwrap();
-        let folders = [blocked.clone(), cache.clone()];
-        let calls = AtomicU64::new(0);
-        let progress = |done: u64, total: u64| {
-            assert!(done <= total);
-            calls.fetch_add(1, Ordering::Relaxed);
-        };
-        let load = || {
-            calls.store(0, Ordering::Relaxed);
-            let (table, error) = Table::load_or_generate(&folders, &small(), &progress);
-            assert!(error.is_none(), "{error:?}");
-            (table, calls.load(Ordering::Relaxed) > 0)
-        };
-        let (fresh, generated) = load();
-        assert!(generated);
-        let files: Vec<_> = fs::read_dir(&cache).unwrap().map(|entry| entry.unwrap().path()).collect();
-        let [path] = &files[..] else { panic!("one file expected: {files:?}") };
-        let good = fs::read(path).unwrap();
-        assert_eq!(load(), (fresh.clone(), false));
+    fn a_file_is_trusted_only_if_whole_and_of_these_parameters() {
+        let table = Table::generate(&small());
+        let good = table.encode(&small());
+        assert!(Table::decode(&good, &small()).as_ref() == Some(&table));
         let flipped = |place: usize| {
             let mut bytes = good.clone();
             bytes[place] ^= 0x10;
@@ -437,16 +373,10 @@ mod tests {
         let mut spoilt: Vec<_> = [0, 9, 17, 25, 1000, good.len() - 1].map(flipped).to_vec();
         spoilt.extend([good[..good.len() - 2].to_vec(), [&good[..], &[0, 0]].concat(), Vec::new()]);
         for bytes in spoilt {
-            fs::write(path, &bytes).unwrap();
-            assert_eq!(load(), (fresh.clone(), true));
-            assert!(fs::read(path).unwrap() == good);
+            assert!(Table::decode(&bytes, &small()).is_none());
         }
-        // A table of other parameters gets a file of its own.
         let other = Parameters { tail_width_m: 0.014, ..small() };
-        assert!(Table::load_or_generate(&folders, &other, &progress).1.is_none());
-        assert_eq!(fs::read_dir(&cache).unwrap().count(), 2);
-        // With no folder that takes it the table is there all the same.
-        let (table, error) = Table::load_or_generate(&[blocked], &small(), &progress);
-        assert!(table == fresh && error.unwrap().to_string().contains("a-file"));
+        assert!(Table::decode(&good, &other).is_none());
+        assert_ne!(Table::file_name(&other), Table::file_name(&small()));
     }
 }

@@ -8,6 +8,7 @@ use modboat::motion::{Swing, Wrench};
 use modboat::observer::{Observer, ObserverParameters};
 use modboat::parameters::Parameters;
 use modboat::structure::Structure;
+use record::PoseSample;
 
 use super::mocap::{Mocap, MocapParameters};
 use super::motor::{MAX_DUTY, MotorParameters, SimMotor};

@@ -23,6 +23,8 @@ use modboat::table::Table;
 
 use super::experiment::Progress;
 
+mod kept;
+
 /// How often progress is reported.
 const REPORT: Duration = Duration::from_millis(20);
 
@@ -41,7 +43,7 @@ pub fn table(
         done.fetch_max(now, Ordering::Relaxed);
     };
     let (table, error) = thread::scope(|scope| {
-        let work = scope.spawn(|| Table::load_or_generate(&folders(), parameters, &count));
+        let work = scope.spawn(|| kept::load_or_generate(&folders(), parameters, &count));
         while !work.is_finished() {
             thread::sleep(REPORT);
             let total = total.load(Ordering::Relaxed);

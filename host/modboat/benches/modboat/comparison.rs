@@ -89,15 +89,14 @@ pub fn print(_: &mut Criterion) {
     let began = Instant::now();
     let distance = Arc::new(DistanceToCollision::new(&parameters));
     timed("collision regions", began);
-    let folder = tempfile::tempdir().expect("a folder for temporary files");
-    let folders = [folder.path().to_owned()];
     let began = Instant::now();
-    let generated = Table::load_or_generate(&folders, &parameters, &|_, _| {});
-    timed("table, generated on all cores", began);
+    let generated = Table::generate(&parameters);
+    timed("table, generated on one core", began);
+    let file = generated.encode(&parameters);
     let began = Instant::now();
-    let (table, error) = Table::load_or_generate(&folders, &parameters, &|_, _| {});
-    timed("table, loaded (with the regions)", began);
-    assert!(error.is_none() && table == generated.0, "the table is kept and found again");
+    let table = Table::decode(&file, &parameters).expect("its own file");
+    timed("table, from its file in memory", began);
+    assert!(table == generated, "what is kept is found again");
     let table = Arc::new(table);
     eprintln!("\n{DEMANDS} plans each, with transition and exact check");
     eprintln!(

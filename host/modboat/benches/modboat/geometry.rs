@@ -30,7 +30,7 @@ fn swims(parameters: &Parameters) -> Vec<[f64; 4]> {
 pub fn geometry(criterion: &mut Criterion) {
     let parameters = Parameters::default();
     let (tail, doc) = (Tail::new(&parameters), DistanceToCollision::new(&parameters));
-    let table = Table::generate(&parameters, &|_, _| {});
+    let table = Table::generate(&parameters);
     let swims = swims(&parameters);
     let ends = |[a, b, c, d]: [f64; 4]| ([a + b, c + d], [a - b, c - d]);
     let mut next = 0;

@@ -1,3 +1,4 @@
+use super::remote::RemoteRov;
 use firmware::thruster::esc::Demands;
 use link::dispatcher::{Dispatcher, Event};
 use link::faults::{FaultParameters, Faulty};
@@ -5,7 +6,6 @@ use link::loopback::{Ether, LoopbackRadio, Node as Address};
 use protocol::ledger::Class;
 use protocol::units::Newtons;
 use protocol::{Delivery, FleetKey, Motion, RovCycle};
-use rov::remote::RemoteRov;
 
 use super::*;
 

@@ -3,6 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+mod crates;
+mod imports;
+
 /// Files that may be longer than [`LINES_MAX`], and why. Empty at best.
 const LONG: [(&str, &str); 0] = [];
 const LINES_MAX: usize = 500;
@@ -20,6 +23,18 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
             files.push(entry);
         }
     }
+}
+
+/// Files of a crate's library: path below `src`, and text.
+fn crate_files(name: &str) -> Vec<(String, String)> {
+    let folder = match name {
+        "host" | "protocol" | "firmware" => name.to_owned(),
+        "images" | "plant" => format!("firmware/{name}"),
+        _ => format!("host/{name}"),
+    };
+    let start = format!("{folder}/src/");
+    let below = |(file, text): (String, String)| Some((file.strip_prefix(&start)?.to_owned(), text));
+    sources().into_iter().filter_map(below).collect()
 }
 
 /// Every source file of the packages: path below the top, and text.
@@ -46,4 +61,12 @@ fn no_file_is_too_long() {
         .map(|(file, lines)| format!("{file}:{LINES_MAX}: {lines} lines, split it"))
         .collect();
     assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+#[test]
+fn no_two_files_import_each_other() {
+    for name in crates::names() {
+        let circles = imports::circles(&crate_files(name));
+        assert!(circles.is_empty(), "{name}: {circles:#?}");
+    }
 }
