@@ -11,8 +11,9 @@ use modboat::envelope::Envelope;
 use modboat::motion::{Swing, Wrench};
 use modboat::parameters::Parameters;
 use modboat::plan::{Outcome, Plan};
-use modboat::planner::{Planner, PlannerKind};
+use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
+use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
 
 use crate::checker::Request;

@@ -3,8 +3,9 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
 
-use host::run::experiment::{Pace, Quiet, RunResult, run};
+use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::{Fleet, InProcess};
+use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use host::run::summary::Summary;
 use link::faults::{FaultCount, FaultParameters};

@@ -15,6 +15,7 @@ pub mod parameters;
 pub mod plan;
 pub mod planner;
 pub mod planner_config;
+pub mod planner_kind;
 pub mod potential_field;
 pub mod reason;
 pub mod region;

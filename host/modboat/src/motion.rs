@@ -105,3 +105,12 @@ impl Turn {
         self.to_rad - self.from_rad
     }
 }
+
+/// The times of one step of a transition.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepTime {
+    /// All of it, s.
+    pub duration_s: f64,
+    /// Each of the two ramps from and to rest, s; zero at constant speed.
+    pub ramp_s: f64,
+}

@@ -6,9 +6,8 @@
 //! A plan is *loss tolerant* if nobody collides when any subset of the modules never hears of it and stays as it is.
 //! Collisions are between two modules, so that it suffices to look at each pair with both moving, only i, only j.
 
-use super::motion::{Swing, Turn, Wrench};
+use super::motion::{StepTime, Swing, Turn, Wrench};
 use super::reason::Reason;
-use super::setting::StepTime;
 
 /// What kind of decision a plan is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,6 @@
-//! The planners by name, and what calls them: from a demanded wrench and the tails' present angles to one [`Plan`].
+//! What calls the planners: from a demanded wrench and the tails' present angles to one [`Plan`].
 
 use std::sync::Arc;
-
-use serde::{Deserialize, Serialize};
 
 use super::distance::DistanceToCollision;
 use super::exact::ExactPlanner;
@@ -10,35 +8,11 @@ use super::motion::{Swing, Wrench};
 use super::parameters::Parameters;
 use super::plan::Plan;
 use super::planner_config::{DistanceSource, PlannerConfig};
+use super::planner_kind::PlannerKind;
 use super::potential_field::planner::FieldPlanner;
 use super::setting::{Presence, Reach, Setting};
 use super::structure::Structure;
 use super::table::Table;
-
-/// Which planner.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlannerKind {
-    /// Exact allocation between free rest poses, exact transitions; see [`exact`](super::exact).
-    #[default]
-    Exact,
-    /// The potential field of Qiao, Knizhnik and Yim; see [`potential_field`](super::potential_field).
-    PotentialField,
-}
-
-impl PlannerKind {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Exact, Self::PotentialField];
-
-    /// `exact` or `potential-field`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::PotentialField => "potential-field",
-        }
-    }
-}
 
 /// Plans for one structure.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use quantity::ParameterError;
 use serde::{Deserialize, Serialize};
 
-use super::planner::PlannerKind;
+use super::planner_kind::PlannerKind;
 
 /// What the search takes distances to collision from. Plans are checked with the exact geometry either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

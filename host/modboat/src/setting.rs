@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::distance::DistanceToCollision;
-use super::motion::{Swing, Turn, Wrench};
+use super::motion::{StepTime, Swing, Turn, Wrench};
 use super::pairs::{Pair, Pairs};
 use super::parameters::Parameters;
 use super::plan::{Outcome, Plan};
@@ -28,12 +28,13 @@ const NARROW_SHARE: f64 = std::f64::consts::SQRT_2;
 
 use clearance::Clearance;
 
-pub use approach::{Approach, StepTime};
+pub use approach::Approach;
 pub use reach::Reach;
 pub use tolerance::Presence;
 
 mod approach;
 mod clearance;
+mod held;
 mod reach;
 mod tolerance;
 

@@ -14,6 +14,7 @@
 //! All noise comes from seeded generators: the same seed and the same steps give the same run to the bit.
 
 mod body;
+pub mod clock;
 mod contact;
 pub mod mocap;
 pub mod module;

@@ -13,7 +13,7 @@ use protocol::{MAX_DATAGRAM, ModuleState, Radio};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::module::ClockParameters;
+use super::clock::ClockParameters;
 
 /// The firmware of one kind of module, as its board calls it.
 pub(super) trait Firmware {

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use modboat::planner::PlannerKind;
+use modboat::planner_kind::PlannerKind;
 use plot::compare::Compared;
 
 use super::folder::Folder;

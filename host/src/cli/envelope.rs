@@ -15,7 +15,7 @@ use modboat::parameters::Parameters;
 use modboat::structure::Structure;
 use serde::Serialize;
 
-use super::plan::Request;
+use super::request::Request;
 use super::{Failure, filter};
 
 /// No more demands are drawn.

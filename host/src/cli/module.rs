@@ -11,7 +11,8 @@ use link::key_file::ModuleCredentials;
 use link::udp::UdpRadio;
 use protocol::ModuleState;
 use protocol::units::{Micros, MicrosSpan};
-use sim::module::{ClockParameters, Setup, SimModule, TICK};
+use sim::clock::ClockParameters;
+use sim::module::{Setup, SimModule, TICK};
 use sim::rov::{RovSetup, SimRov};
 
 use super::keygen::module_credentials;

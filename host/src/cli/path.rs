@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::progress::Bar;
 use super::{Failure, written};
-use crate::run::experiment::Progress;
+use crate::run::progress::Progress;
 
 /// No map or scenario is longer, bytes.
 const FILE_MAX: u64 = 1 << 28;

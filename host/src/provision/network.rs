@@ -8,8 +8,7 @@ use protocol::ModuleId;
 use protocol::configuration::{Host, Network, Own, PASSPHRASE_MAX, Passphrase, SSID_MAX};
 use zeroize::Zeroizing;
 
-use super::ModuleFile;
-use super::file::{NetworkOptions, ProvisionError};
+use super::file::{ModuleFile, NetworkOptions, ProvisionError};
 
 const TABLE: [&str; 1] = ["network"];
 /// What stands for the module's number in an address.

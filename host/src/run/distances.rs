@@ -17,11 +17,11 @@ use std::thread;
 use std::time::Duration;
 
 use modboat::parameters::Parameters;
-use modboat::planner::PlannerKind;
 use modboat::planner_config::{DistanceSource, PlannerConfig};
+use modboat::planner_kind::PlannerKind;
 use modboat::table::Table;
 
-use super::experiment::Progress;
+use super::progress::Progress;
 
 mod kept;
 

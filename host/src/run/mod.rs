@@ -8,6 +8,7 @@
 //! | [`fleet`] | who executes: modules in this process, or processes on UDP |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
 //! | [`experiment`] | pilot, fleet and tank against the clock |
+//! | [`progress`] | what a run reports while it goes on |
 //! | [`recorder`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
 //! | [`compare`] | several planners on one scenario |
@@ -23,6 +24,7 @@ pub mod distances;
 pub mod experiment;
 pub mod fleet;
 pub mod pilot;
+pub mod progress;
 pub mod reconfigure;
 pub mod recorder;
 pub mod roster;

@@ -3,9 +3,10 @@
 use std::sync::atomic::AtomicBool;
 
 use host::run::RunError;
-use host::run::experiment::{Pace, Quiet, RunResult, run_watched};
+use host::run::experiment::{Pace, RunResult, run_watched};
 use host::run::fleet::InProcess;
 use host::run::pilot::Decision;
+use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use modboat::parameters::Parameters;
 use protocol::units::{Micros, MicrosSpan};

@@ -3,8 +3,9 @@
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
 use modboat::plan::Outcome;
-use modboat::planner::{Planner, PlannerKind};
+use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
+use modboat::planner_kind::PlannerKind;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::Modboat;

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use modboat::parameters::Parameters;
-use modboat::planner::PlannerKind;
+use modboat::planner_kind::PlannerKind;
 use tests::stream::{Course, Kind, Rows, Sequence, on_both_cores, settings};
 
 use crate::{EXACT, FAR, NEAR, SHAPES, SHARE, alone, finish, full, structure};

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use modboat::parameters::Parameters;
-use modboat::planner::PlannerKind;
+use modboat::planner_kind::PlannerKind;
 use plot::scaling::{Line, svg};
 use tests::stream::{Course, Kind, Row, Rows, Sequence, settings};
 

@@ -2,7 +2,7 @@
 
 use modboat::parameters::Parameters;
 use modboat::plan::Outcome;
-use modboat::planner::PlannerKind;
+use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

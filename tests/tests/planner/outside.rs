@@ -2,7 +2,7 @@
 
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
-use modboat::planner::PlannerKind;
+use modboat::planner_kind::PlannerKind;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::Modboat;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use modboat::parameters::Parameters;
-use modboat::planner::PlannerKind;
 use modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::planner_kind::PlannerKind;
 use tests::stream::{Course, Kind, Rows, Sequence, on_both_cores, settings};
 
 use crate::{EXACT, NEAR, SHARE, alone, full, structure};

@@ -4,7 +4,7 @@
 //! disturbs least.
 
 use modboat::parameters::Parameters;
-use modboat::planner::PlannerKind;
+use modboat::planner_kind::PlannerKind;
 use tests::stream::{Course, Kind, Rows, Sequence, settings};
 
 use crate::{NEAR, SHARE, alone, full, structure};

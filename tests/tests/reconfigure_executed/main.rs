@@ -1,6 +1,7 @@
 //! Plans of reconfigurations, executed: planner, link, firmware and water together, with faults in them.
 
-use host::run::experiment::{Pace, Quiet};
+use host::run::experiment::Pace;
+use host::run::progress::Quiet;
 use host::run::reconfigure::ExecutionError;
 use host::run::reconfigure::execution::{Executed, Options, execute, run};
 use host::run::reconfigure::fleet::InProcess;

@@ -1,6 +1,7 @@
 //! A plan executed by ROVs with sockets of their own.
 
-use host::run::experiment::{Pace, Quiet};
+use host::run::experiment::Pace;
+use host::run::progress::Quiet;
 use host::run::reconfigure::ExecutionError;
 use host::run::reconfigure::execution::run;
 use host::run::reconfigure::fleet::{Fleet, OverUdp};
@@ -11,7 +12,7 @@ use link::udp::UdpRadio;
 use protocol::ModuleId;
 use protocol::units::{Micros, MicrosSpan};
 use reconfiguration::plan::ActionKind;
-use sim::module::ClockParameters;
+use sim::clock::ClockParameters;
 use sim::rov::{RovSetup, SimRov};
 use std::net::SocketAddr;
 use std::sync::atomic::AtomicBool;

@@ -8,8 +8,9 @@ use criterion::Criterion;
 use modboat::distance::DistanceToCollision;
 use modboat::parameters::Parameters;
 use modboat::plan::Outcome;
-use modboat::planner::{Planner, PlannerKind};
+use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
+use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
 use modboat::table::Table;
 

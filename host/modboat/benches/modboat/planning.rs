@@ -8,8 +8,8 @@ use modboat::distance::DistanceToCollision;
 use modboat::motion::Swing;
 use modboat::pairs::{Pair, Pairs};
 use modboat::parameters::Parameters;
-use modboat::planner::PlannerKind;
 use modboat::planner_config::PlannerConfig;
+use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
 use modboat::transition;
 

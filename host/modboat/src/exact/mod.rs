@@ -34,6 +34,7 @@
 
 pub mod allocation;
 pub mod approach;
+pub mod choice;
 pub mod law;
 pub mod leaving;
 pub mod merit;

@@ -13,12 +13,12 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::allocation::{Aim, Allocation, GOAL, Met};
+use super::choice::{Choice, FEW};
 use super::law::{Law, Sign};
 use super::merit::Merit;
 use super::neighbours::{Cycle, Rules};
 use super::orientation::{Orientation, may_hold};
 use super::rest::RestPoses;
-use super::turning::Choice;
 use crate::motion::{Swing, Turn, Wrench};
 use crate::potential_field::PotentialField;
 use crate::setting::{Approach, Setting};
@@ -27,8 +27,6 @@ use quantity::wrap_rad;
 
 /// Structures of so few modules are searched through.
 pub(super) const SMALL: usize = 4;
-/// Structures of so few modules have little to spare: more is tried.
-pub(super) const FEW: usize = 8;
 /// Starts of coordinate descent from given rest poses: of modules that can spare them, and of fewer.
 const STARTS: usize = 3;
 const STARTS_FEW: usize = 4;

@@ -14,10 +14,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::allocation::{Aim, Met};
 use super::approach;
+use super::choice::{Choice, FEW};
 use super::law::Sign;
 use super::neighbours::{Cycle, Rules};
 use super::orientation::may_hold;
-use super::search::{FEW, Found, SMALL, Search};
+use super::search::{Found, SMALL, Search};
 use crate::motion::{Swing, Wrench};
 use crate::potential_field::PotentialField;
 use crate::setting::{Setting, ends};
@@ -96,15 +97,6 @@ impl Best {
     pub(super) fn met(&self) -> bool {
         self.found.as_ref().is_some_and(|found| found.met)
     }
-}
-
-/// Rest poses for few modules.
-#[derive(Clone, Copy, Debug)]
-pub struct Choice {
-    number: usize,
-    /// The most that they can be worth.
-    at_most: f64,
-    poses_rad: [f64; FEW],
 }
 
 impl Search {

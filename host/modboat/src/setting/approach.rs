@@ -1,6 +1,6 @@
 //! The way from where the tails are to where a cycle starts.
 
-use crate::motion::Turn;
+use crate::motion::{StepTime, Turn};
 use crate::transition::STILL_RAD;
 
 /// How the tails get from where they are to the start of a cycle.
@@ -14,15 +14,6 @@ pub struct Approach {
     pub times: [StepTime; 2],
     /// It turns slowly, out of a place too narrow for the usual tube.
     pub slow: bool,
-}
-
-/// The times of one step of a transition.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StepTime {
-    /// All of it, s.
-    pub duration_s: f64,
-    /// Each of the two ramps from and to rest, s; zero at constant speed.
-    pub ramp_s: f64,
 }
 
 impl Approach {

@@ -30,7 +30,7 @@ use quantity::ParameterError;
 use thiserror::Error;
 
 use self::propellers::Propellers;
-use super::module::ClockParameters;
+use super::clock::ClockParameters;
 use super::node::Node;
 
 /// Counts of the pins' timer in one frame: 25 a microsecond at 400 Hz.

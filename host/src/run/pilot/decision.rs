@@ -1,9 +1,9 @@
 //! One decision, and what goes over the wire for it.
 
 use firmware::limits::Limits;
+use modboat::motion::StepTime;
 use modboat::motion::{Swing, Turn, Wrench};
 use modboat::plan::{Outcome, Plan};
-use modboat::setting::StepTime;
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{ModboatCycle, Motion, TransitionLaw};
 

@@ -1,8 +1,8 @@
 use super::*;
 use crate::run::fleet::{Fleet, InProcess};
 use link::loopback::Node;
+use modboat::motion::StepTime;
 use modboat::motion::Swing;
-use modboat::setting::StepTime;
 use protocol::{MAX_DATAGRAM, Radio};
 use sim::TailState;
 use sim::module::TICK;

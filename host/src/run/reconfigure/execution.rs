@@ -26,7 +26,8 @@ use rov::dynamics::State;
 use rov::power::PowerLaw;
 use sim::rov::basin::{Basin, BasinError};
 
-use super::super::experiment::{Clock, Pace, Progress};
+use super::super::experiment::{Clock, Pace};
+use super::super::progress::Progress;
 use super::super::summary::LinkFigures;
 use super::ExecutionError;
 use super::accounts::Accounts;

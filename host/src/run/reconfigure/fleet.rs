@@ -14,7 +14,7 @@ use link::udp::UdpRadio;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{ModuleId, Radio};
 use reconfiguration::problem::Problem;
-use sim::module::ClockParameters;
+use sim::clock::ClockParameters;
 use sim::rov::remote::RemoteRov;
 use sim::rov::{RovSetup, SimRov};
 

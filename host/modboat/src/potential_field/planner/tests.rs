@@ -7,8 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::distance::DistanceToCollision;
 use crate::parameters::Parameters;
-use crate::planner::PlannerKind;
 use crate::planner_config::{DistanceSource, PlannerConfig};
+use crate::planner_kind::PlannerKind;
 use crate::structure::Structure;
 
 fn planner(word: &str, parameters: &Parameters) -> FieldPlanner {
