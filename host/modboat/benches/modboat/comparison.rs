@@ -2,6 +2,7 @@
 //! same seeds, each planner going on from its own plans.
 
 use std::sync::Arc;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use criterion::Criterion;
@@ -12,7 +13,7 @@ use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
 use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
-use modboat::table::Table;
+use modboat::table::{Row, Table};
 
 use crate::demands::{SHAPES, Sequence, demands, planner, stream};
 
@@ -76,6 +77,18 @@ impl Score {
     }
 }
 
+/// Every core computes its share of the rows.
+fn on_all_cores(rows: Vec<Row<'_>>) {
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    let mut shares: Vec<Vec<Row<'_>>> = (0..cores).map(|_| Vec::new()).collect();
+    rows.into_iter().enumerate().for_each(|(k, row)| shares[k % cores].push(row));
+    thread::scope(|scope| {
+        for share in shares {
+            scope.spawn(|| share.into_iter().for_each(Row::compute));
+        }
+    });
+}
+
 /// Prints the comparison on standard error; nothing is left to criterion.
 pub fn print(_: &mut Criterion) {
     // Told to test or to list, there is nobody to read it.
@@ -91,12 +104,14 @@ pub fn print(_: &mut Criterion) {
     let distance = Arc::new(DistanceToCollision::new(&parameters));
     timed("collision regions", began);
     let began = Instant::now();
-    let generated = Table::generate(&parameters);
-    timed("table, generated on one core", began);
-    let file = generated.encode(&parameters);
+    let generated = Table::generate_with(&parameters, on_all_cores);
+    timed("table, generated on all cores", began);
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    std::fs::write(file.path(), generated.encode(&parameters)).expect("written");
     let began = Instant::now();
-    let table = Table::decode(&file, &parameters).expect("its own file");
-    timed("table, from its file in memory", began);
+    let bytes = std::fs::read(file.path()).expect("read");
+    let table = Table::decode(&bytes, &parameters).expect("its own file");
+    timed("table, loaded (with the regions)", began);
     assert!(table == generated, "what is kept is found again");
     let table = Arc::new(table);
     eprintln!("\n{DEMANDS} plans each, with transition and exact check");
