@@ -43,7 +43,7 @@ fn grown(seed: Cell, count: usize, spatial: bool, rng: &mut impl Rng) -> Vec<Cel
     cells.split_off(1)
 }
 
-/// A random problem of that kind which passes [`Problem::check`].
+/// A random problem of that kind which passes [`check`](rov::conditions::Conditions::check).
 ///
 /// # Panics
 /// If the built-in vehicles are not there.
