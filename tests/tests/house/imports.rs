@@ -3,7 +3,8 @@
 //! A path that begins with `crate`, `super` or `self` counts for the longest prefix that is a module with a file of its
 //! own. Code under `#[cfg(test)]` and comments do not count, nor does an import between a module and its direct child.
 //!
-//! Limits: text is read line by line, not compiled; what a macro makes up is not seen.
+//! Limits: text is read line by line, not compiled; what a macro makes up is not seen, and what a module re-exports counts for that
+//! module.
 
 use std::collections::{BTreeMap, BTreeSet};
 
