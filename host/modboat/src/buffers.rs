@@ -5,7 +5,7 @@
 
 use super::motion::{Swing, Turn};
 use super::plan::Plan;
-use super::setting::Approach;
+use super::way::Approach;
 
 /// Buffers of each kind kept at most: more than one decision holds at a time.
 const SPARE: usize = 8;

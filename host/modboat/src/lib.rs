@@ -27,3 +27,4 @@ pub mod table;
 pub mod tail;
 pub mod transition;
 pub mod tube;
+pub mod way;

@@ -27,14 +27,13 @@ const REST_SHARE: f64 = 0.9;
 /// The slow tube is a box: its corner is this many times as far away as its side.
 const NARROW_SHARE: f64 = std::f64::consts::SQRT_2;
 
-use approach::{Step, Steps};
+use crate::way::{Step, Steps};
 use clearance::Clearance;
 
-pub use approach::Approach;
+pub use crate::way::Approach;
 pub use reach::Reach;
 pub use tolerance::Presence;
 
-mod approach;
 mod clearance;
 mod held;
 mod reach;

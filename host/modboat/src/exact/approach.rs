@@ -7,8 +7,8 @@ use crate::setting::ends;
 use crate::setting::{Approach, Setting};
 use crate::transition::solver::{Clearance, Least, Problem, Signs, Solver};
 
+use super::asked::Asked;
 use super::rest::RestPoses;
-use super::turning::Asked;
 
 /// What two neighbours may do in a transition.
 pub(super) struct Turning<'a> {

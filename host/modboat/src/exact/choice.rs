@@ -1,5 +1,7 @@
 //! A choice of rest poses, as the search keeps it.
 
+/// Structures of so few modules are searched through.
+pub(super) const SMALL: usize = 4;
 /// Structures of so few modules have little to spare: more is tried.
 pub(super) const FEW: usize = 8;
 

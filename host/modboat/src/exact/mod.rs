@@ -25,6 +25,7 @@
 //! | [`neighbours`] | which cycles go together |
 //! | [`allocation`] | amplitudes for a wrench: coordinate descent, Newton's method |
 //! | [`orientation`] | rest poses for a wrench and those about it |
+//! | [`asked`] | what is looked for, and what turning costs |
 //! | [`approach`] | the way from here to there |
 //! | [`merit`] | what rest poses are worth for what may come next |
 //! | [`search`] | staying where the tails rest |
@@ -34,6 +35,7 @@
 
 pub mod allocation;
 pub mod approach;
+pub mod asked;
 pub mod choice;
 pub mod law;
 pub mod leaving;

@@ -13,7 +13,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::allocation::{Aim, Allocation, GOAL, Met, Poses};
-use super::choice::{Choice, FEW};
+use super::choice::{Choice, FEW, SMALL};
 use super::law::{Law, Sign};
 use super::merit::Merit;
 use super::neighbours::{Cycle, Rules};
@@ -26,8 +26,6 @@ use crate::setting::{Approach, Setting};
 use crate::transition::solver::Solver;
 use quantity::wrap_rad;
 
-/// Structures of so few modules are searched through.
-pub(super) const SMALL: usize = 4;
 /// Starts of coordinate descent from given rest poses: of modules that can spare them, and of fewer.
 const STARTS: usize = 3;
 const STARTS_FEW: usize = 4;

@@ -6,9 +6,9 @@ use rand_chacha::ChaCha8Rng;
 
 use super::allocation::Met;
 use super::approach;
+use super::asked::Asked;
 use super::neighbours::Rules;
 use super::search::Search;
-use super::turning::Asked;
 use super::*;
 use crate::distance::DistanceToCollision;
 use crate::parameters::Parameters;

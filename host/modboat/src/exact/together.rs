@@ -12,9 +12,10 @@
 use std::f64::consts::PI;
 
 use super::allocation::{Aim, Met};
+use super::asked::Asked;
 use super::neighbours::{Cycle, Rules};
 use super::search::{Found, Search};
-use super::turning::{Asked, Best};
+use super::turning::Best;
 use crate::envelope::Envelope;
 use crate::motion::Wrench;
 use crate::setting::Setting;

@@ -14,15 +14,15 @@ use rand_chacha::ChaCha8Rng;
 
 use super::allocation::{Aim, Met, Poses};
 use super::approach;
-use super::choice::{Choice, FEW};
+use super::asked::Asked;
+use super::choice::{Choice, FEW, SMALL};
 use super::law::Sign;
-use super::neighbours::{Cycle, Rules};
+use super::neighbours::Cycle;
 use super::orientation::may_hold;
-use super::search::{Found, SMALL, Search};
+use super::search::{Found, Search};
 use crate::motion::{Swing, Wrench};
 use crate::setting::{Setting, ends};
 use crate::transition::solver::Signs;
-use quantity::wrap_rad;
 
 /// How long few modules are looked for.
 #[derive(Clone, Copy)]
@@ -65,47 +65,9 @@ const STARTS_LEAST: usize = 2;
 const STARTS_MOST: usize = 24;
 /// Chance that one of few modules is not turned in a choice of rest poses.
 const STAYS: f64 = 0.4;
-/// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad. Three modules
-/// must turn now and then whatever they do: little.
-const TRAVEL_1_RAD: f64 = 0.3;
-const TRAVEL_OF_THREE_1_RAD: f64 = 1.2;
-/// The same of up to three modules from where they happen to rest at the start.
-const TRAVEL_AT_FIRST_1_RAD: f64 = 2.0;
-
 /// Below what any price leaves of a merit: the demand is out of what such rest poses can push. So many of these are tried.
 const OUT: f64 = -1e3;
 const NEAREST: usize = 4;
-
-/// What cycles are looked for.
-#[derive(Clone, Copy)]
-pub(super) struct Asked<'a> {
-    pub(super) setting: &'a Setting,
-    pub(super) demand: Wrench,
-    pub(super) tails: Option<&'a [f64]>,
-    pub(super) loss_tolerant: bool,
-    /// Which amplitudes may be negated for the way.
-    pub(super) signs: Signs,
-    /// Where the tails are not known, or rest in a neighbour's reach as at the start: all is open, and it happens once.
-    pub(super) once: bool,
-}
-
-impl<'a> Asked<'a> {
-    pub(super) fn rules(&self) -> Rules<'a> {
-        Rules { setting: self.setting, loss_tolerant: self.loss_tolerant }
-    }
-
-    /// What is taken off a score for the tails' travel by the shortest way.
-    fn price(&self, poses_rad: impl Iterator<Item = f64>) -> f64 {
-        let Some(tails) = self.tails else { return 0.0 };
-        let price_1_rad = match tails.len() {
-            ..SMALL if self.once => TRAVEL_AT_FIRST_1_RAD,
-            ..SMALL => TRAVEL_OF_THREE_1_RAD,
-            _ => TRAVEL_1_RAD,
-        };
-        let travel_rad: f64 = poses_rad.zip(tails).map(|(pose, tail)| wrap_rad(pose - tail).abs()).sum();
-        price_1_rad * travel_rad / tails.len() as f64
-    }
-}
 
 /// The best so far.
 #[derive(Default)]

@@ -3,13 +3,13 @@
 //! The tube about a motion comes nearer than the motion by at most what both tips move within their errors, 2·L·e. So the hexagon of
 //! a pair is looked at only where its motion is that near to the least found.
 
-use super::approach::Steps;
 use super::{Setting, swim_ends, turn_ends};
 use crate::motion::Swing;
 use crate::pairs::Pair;
 use crate::planner_config::LawOfTime;
 use crate::transition::STILL_RAD;
 use crate::tube::Tube;
+use crate::way::Steps;
 
 /// Least distances between the surfaces of two tails, m; +∞ if no two tails can meet.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,12 +13,12 @@
 //! A module that stops is braked, and does not leave what it was to sweep: the firmware's board shorts the motor in reset.
 //! Of the cycle before, its swing is minded and not its transition.
 
-use super::approach::Steps;
 use super::{Setting, swim_ends, turn_ends};
 use crate::motion::Swing;
 use crate::pairs::Pair;
 use crate::planner_config::LossTolerance;
 use crate::transition::STILL_RAD;
+use crate::way::Steps;
 
 /// What a module is good for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

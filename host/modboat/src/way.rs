@@ -49,22 +49,22 @@ impl Approach {
     }
 
     /// Its steps.
-    pub(super) fn steps(&self) -> Steps<'_> {
+    pub(crate) fn steps(&self) -> Steps<'_> {
         Steps { turns: &self.turns, via_rad: self.via_rad.as_deref() }
     }
 }
 
 /// The steps of a transition; none by default.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Steps<'a> {
+pub(crate) struct Steps<'a> {
     turns: &'a [Turn],
     /// Where the tails are between its two steps, if it has two.
-    pub(super) via_rad: Option<&'a [f64]>,
+    pub(crate) via_rad: Option<&'a [f64]>,
 }
 
 impl<'a> Steps<'a> {
     /// One after another.
-    pub(super) fn iter(self) -> impl DoubleEndedIterator<Item = Step<'a>> {
+    pub(crate) fn iter(self) -> impl DoubleEndedIterator<Item = Step<'a>> {
         let first = (!self.turns.is_empty()).then_some(Step { steps: self, second: false });
         let second = self.via_rad.map(|_| Step { steps: self, second: true });
         first.into_iter().chain(second)
@@ -73,14 +73,14 @@ impl<'a> Steps<'a> {
 
 /// One step as segments: each module's pose before and after.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step<'a> {
+pub(crate) struct Step<'a> {
     steps: Steps<'a>,
     second: bool,
 }
 
 impl Step<'_> {
     /// That of one module.
-    pub(super) fn turn(self, module: usize) -> Turn {
+    pub(crate) fn turn(self, module: usize) -> Turn {
         let Turn { from_rad, to_rad } = self.steps.turns[module];
         match self.steps.via_rad.map(|via_rad| via_rad[module]) {
             None => Turn { from_rad, to_rad },
