@@ -16,7 +16,7 @@ use rov::propulsion::{Propulsion, Steady};
 use rov::route::{Errand, Swimmer};
 use rov::water::Lattice;
 
-/// The last robot of the stem around everybody to the far end of the line, nobody having moved.
+/// The last robot of the stem around all others to the far end of the line, no robot having moved.
 fn errand(bench: &mut Bench, problem: &Problem) {
     let (rules, robot) = (&problem.rules, &problem.robots[3]);
     let vehicle = &problem.vehicles[robot.vehicle];

@@ -39,7 +39,7 @@ fn steps(criterion: &mut Criterion) {
         group.bench_function(format!("tank, {} modules", structure.len()), |b| {
             b.iter(|| {
                 t_s += 1e-3;
-                // Waveform (1) about sway with |A| = 0.7 rad, everybody the same way: nobody meets anybody.
+                // Waveform (1) about sway with |A| = 0.7 rad, all tails the same way: no two touch.
                 let (sin, cos) = (std::f64::consts::TAU * t_s / 1.5).sin_cos();
                 let rate = std::f64::consts::TAU / 1.5;
                 tails.fill(TailState {

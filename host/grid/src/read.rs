@@ -86,7 +86,7 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.lines().enumerate().map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// `value` is cut where nobody would read on.
+/// `value` is cut where it gets too long to read.
 fn unexpected(line: usize, value: &str, expected: &'static str) -> ReadError {
     ReadError::Unexpected { line, value: value.chars().take(40).collect(), expected }
 }

@@ -144,7 +144,7 @@ impl Search {
         while let Some(Reverse(entry)) = self.open.pop() {
             let vertex = entry as u32 as usize;
             let (g, parent, stamp) = self.nodes[vertex];
-            // Whoever was offered a cheaper way has an entry for each; the first to come closes it.
+            // A vertex has one queue entry for every cheaper way found to it; the first to come closes it.
             if stamp == closed {
                 continue;
             }

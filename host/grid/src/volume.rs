@@ -162,7 +162,7 @@ impl Space for Volume {
 
     fn for_neighbours(&self, vertex: usize, mut visit: impl FnMut(usize, f64)) {
         const LENGTH: [f64; 4] = [0.0, 1.0, std::f64::consts::SQRT_2, 1.732_050_807_568_877_2];
-        // The rim is blocked: nobody leaves from it, and a free cell has all 27 around it.
+        // The rim is blocked: no edge starts there, and a free cell has all 27 around it.
         if !self.free.is_set(vertex) {
             return;
         }

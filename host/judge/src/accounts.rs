@@ -27,7 +27,7 @@ pub(super) fn check(judge: &mut Judge<'_>) {
             );
             judge.add(Some(index), own.start_s, Condition::V1, message);
         } else if own.start_s > end_s + SAME_S {
-            let message = format!("nobody moves from {end_s:.3} s to {:.3} s", own.start_s);
+            let message = format!("no robot moves from {end_s:.3} s to {:.3} s", own.start_s);
             judge.add(Some(index), own.start_s, Condition::Timing, message);
         }
         end_s = own.start_s + own.duration_s;

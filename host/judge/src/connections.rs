@@ -1,4 +1,4 @@
-//! Who is connected with whom, found anew: faces that meet, and clusters by merging.
+//! Which bodies are connected, worked out independently of the planner: faces that meet, and clusters by merging.
 
 use super::{Body, distance_m};
 

@@ -9,13 +9,13 @@
 //! | v2 | it brings what the slot requires |
 //! | v3 | farther than d (19) from its own start and its own slot, its centre keeps d to the centre of everything at rest; everywhere, boxes do not overlap |
 //! | v4 | every tool keeps a connection while a robot is away |
-//! | v5 | nobody moves twice: whoever rests stays connected |
+//! | v5 | no robot moves twice: a resting robot stays connected |
 //! | v6 | thrusts balance weight and buoyancy of every waiting cluster, all six components |
 //! | connection | what is reached is one cluster |
 //! | bounds | no part of a mover leaves the water |
 //! | thrusters | no thrust beyond the measured table at the battery's voltage |
 //! | kinematics | legs are straight, turns in place, durations follow from speed and acceleration |
-//! | continuity, timing, energy, number | nobody jumps; no gaps; sums add up; everything is finite |
+//! | continuity, timing, energy, number | no robot jumps; no gaps; sums add up; everything is finite |
 //! | identity | the plan speaks of this problem |
 //!
 //! Limits. Motion is sampled every 5 mm and 0.01 rad at most. Between two samples a box corner of a BlueROV1 is never
@@ -52,7 +52,7 @@ pub enum Condition {
     V3,
     /// v4: tools keep a connection.
     V4,
-    /// v5: nobody disconnects to clear a passage.
+    /// v5: no robot disconnects to clear a passage.
     V5,
     /// v6: waiting clusters are balanced.
     V6,
@@ -64,7 +64,7 @@ pub enum Condition {
     Thrusters,
     /// Straight legs, turns in place, durations.
     Kinematics,
-    /// Nobody jumps.
+    /// Every action starts where the one before it ended.
     Continuity,
     /// Moves and actions follow each other without a gap.
     Timing,
@@ -301,7 +301,7 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Everybody at rest: robots but the mover, then tools.
+/// Bodies at rest: all robots but the mover, then tools.
 fn bodies<'a>(problem: &'a Problem, poses: &[Pose], mover: Option<usize>) -> Vec<Body<'a>> {
     let robots = problem.robots.iter().zip(poses).enumerate();
     let robots = robots.filter(|(index, _)| Some(*index) != mover).filter_map(|(_, (robot, &pose))| {

@@ -323,7 +323,7 @@ fn every_spoilt_plan_is_rejected_for_the_right_reason() {
             },
             &[V2],
         ),
-        ("somebody moves twice", |p| plan(p, Manner::Best, &[WAYS[0], WAYS[1], WAYS[0]]), &[V5]),
+        ("a robot moves twice", |p| plan(p, Manner::Best, &[WAYS[0], WAYS[1], WAYS[0]]), &[V5]),
         (
             "undocking under way",
             |p| {
@@ -453,7 +453,7 @@ fn every_spoilt_plan_is_rejected_for_the_right_reason() {
             &[V3],
         ),
         ("slot taken twice", |p| plan(p, Manner::Best, &[WAYS[0], Way { slot: 0, ..WAYS[1] }]), &[V1, V3]),
-        ("somebody left behind", |p| plan(p, Manner::Best, &WAYS[..1]), &[V1]),
+        ("a robot left behind", |p| plan(p, Manner::Best, &WAYS[..1]), &[V1]),
         (
             "what is reached falls apart",
             |p| {

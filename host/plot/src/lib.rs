@@ -102,7 +102,7 @@ fn write(
         .collect()
 }
 
-/// The kinds of neighbours whose tails can touch, with their collision regions.
+/// The kinds of neighbours with tails that can touch, with their collision regions.
 fn neighbour_kinds(record: &RunRecord) -> Vec<NeighbourKind> {
     let tail = Tail::new(&record.parameters);
     let region = |offset| CollisionRegion::new(&tail, offset).polygons().to_vec();

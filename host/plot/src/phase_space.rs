@@ -1,7 +1,7 @@
 //! `phase-space.svg`: the plane (φᵢ, φⱼ) of two neighbouring tails with everything the run swam in it; after the
 //! paper's Fig. 2.
 //!
-//! One panel per kind of neighbours whose tails can touch. Poses that collide are vermilion, all else is free. A swim
+//! One panel per kind of neighbours with tails that can touch. Poses that collide are vermilion, all else is free. A swim
 //! cycle is a straight segment between (φ₀ᵢ ± Aᵢ, φ₀ⱼ ± Aⱼ), drawn where its middle lies within (−π, π]²; one cycle of
 //! the run stands out, with the transition before it. Everything repeats every 2π along both axes.
 

@@ -123,7 +123,7 @@ fn styled(size_px: f64, colour: RGBColor, anchor: Anchor, weight: FontStyle) -> 
         .pos(Pos::new(horizontal, VPos::Center))
 }
 
-/// About how wide a text is, px. Nobody knows the viewer's font: this errs on the wide side.
+/// About how wide a text is, px. The viewer's font is unknown: this errs on the wide side.
 #[must_use]
 pub fn text_width(text: &str, size_px: f64) -> f64 {
     let ems: f64 = text

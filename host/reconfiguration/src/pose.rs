@@ -1,4 +1,4 @@
-//! Where a level robot is: roll and pitch are held at zero by whoever moves or waits (condition v6).
+//! Where a level robot is: roll and pitch are held at zero by moving and waiting robots alike (condition v6).
 
 use serde::{Deserialize, Serialize};
 

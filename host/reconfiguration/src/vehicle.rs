@@ -4,8 +4,8 @@
 //! without thrusters. All vectors are in the body frame (x forward, y right, z down) about the body origin, which is
 //! the centre of the hull's box.
 //!
-//! The integrals (1), (2) over mass and volume are done by whoever weighs the vehicle: [`Vehicle::r_g_m`] and
-//! [`Vehicle::r_b_m`] are what they give.
+//! The integrals (1), (2) over mass and volume are not computed here: [`Vehicle::r_g_m`] and [`Vehicle::r_b_m`] are
+//! their results.
 
 use std::borrow::Cow;
 

@@ -10,7 +10,7 @@ use crate::lines::{Point, thin_path};
 /// Points of an executed path nearer to each other than this are not told apart, m.
 const SAME_M: f64 = 0.02;
 
-/// Beyond this nobody swims, m: a broken record must not shrink the rest of a picture to nothing.
+/// No robot swims beyond this, m: a broken record must not shrink the rest of a picture to nothing.
 const FAR_M: f64 = 1e3;
 
 /// A robot where it rests.
@@ -50,11 +50,11 @@ pub struct Way {
 /// The cluster at rest.
 #[derive(Clone, Debug)]
 pub struct Rest {
-    /// Everybody, in the order of the problem.
+    /// All robots, in the order of the problem.
     pub robots: Vec<Resting>,
     /// Tools.
     pub tools: Vec<Solid>,
-    /// Slots that nobody has reached: their numbers and their boxes.
+    /// Slots that no robot has reached: their numbers and their boxes.
     pub slots: Vec<(usize, Solid)>,
     /// Starts that were left: in order, the last one just now.
     pub left: Vec<Vec3>,

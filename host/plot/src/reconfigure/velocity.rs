@@ -1,5 +1,5 @@
 //! `velocity.svg`: surge velocity u and yaw rate r of every mover, after the paper's Fig. 4; sway v and heave w where
-//! somebody uses them.
+//! a robot uses them.
 
 use record::reconfigure::{Record, Sample};
 
