@@ -25,7 +25,7 @@
 //! By (o4) what the model predicts passes without lag, and what only the fixes know passes T/2 later, rid of every
 //! harmonic of the period. The unknown acceleration takes away the lasting error that a current
 //! would leave; the controller takes (o6) off what it demands. By (o5) the same holds for position and heading: three modules
-//! whose tails swing in phase yaw by J/(I + I_a)·|ΣA| = 0.007 rad either way, and the decision always falls at one phase of
+//! with tails in phase yaw by J/(I + I_a)·|ΣA| = 0.007 rad either way, and the decision always falls at one phase of
 //! that. Angular momentum says so, Θ(t) = Θ₀ − J/(I + I_a)·Σφᵢ(t), and experiment 2 shows it.
 //!
 //! Assumptions and limits: mass, added mass and drag as in [`ObserverParameters`] and [`Parameters`]; no Coriolis

@@ -3,7 +3,7 @@
 //! Every law between two modules (distance to collision, repulsion, transitions) runs over this list; by
 //! module it is read through a compressed adjacency, so that the inner loops allocate nothing.
 
-/// Two modules whose tails can reach each other.
+/// Two modules with tails that can reach each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pair {
     /// First module.

@@ -1,9 +1,9 @@
 //! What a planner answers: one decision, a transition and a swim cycle for every module.
 //!
 //! There is always an answer. If no cycle can be reached, the one before is done again, if it starts where the
-//! tails are; if that will not do either, everybody holds still.
+//! tails are; if that will not do either, all modules hold still.
 //!
-//! A plan is *loss tolerant* if nobody collides when any subset of the modules never hears of it and stays as it is.
+//! A plan is *loss tolerant* if no tails collide when any subset of the modules never receives it and stays as it is.
 //! Collisions are between two modules, so that it suffices to look at each pair with both moving, only i, only j.
 
 use super::motion::{StepTime, Swing, Turn, Wrench};
@@ -39,11 +39,11 @@ pub struct Plan {
     pub outcome: Outcome,
     /// Each module's swim cycle.
     pub cycle: Vec<Swing>,
-    /// Each module's rotation before it; `None` if nobody needs one, or if the tails' angles are not known.
+    /// Each module's rotation before it; `None` if no module needs one, or if the tails' angles are unknown.
     pub transition: Option<Vec<Turn>>,
     /// Where the tails are between the two steps of a transition that needs two, rad by module.
     pub via_rad: Option<Vec<f64>>,
-    /// How long the transition takes, s: both steps of it where it has two, zero where nobody moves.
+    /// How long the transition takes, s: both steps of it where it has two, zero if no module turns.
     pub transition_s: f64,
     /// The times of each of its steps; the second counts only where there are two.
     pub step_times: [StepTime; 2],

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::distance::DistanceToCollision;
+use super::distance_table::DistanceTable;
 use super::exact::ExactPlanner;
 use super::motion::{Swing, Wrench};
 use super::parameters::Parameters;
@@ -10,9 +11,8 @@ use super::plan::Plan;
 use super::planner_config::{DistanceSource, PlannerConfig};
 use super::planner_kind::PlannerKind;
 use super::potential_field::planner::FieldPlanner;
-use super::setting::{Presence, Reach, Setting};
+use super::setting::{Participation, Reach, Setting};
 use super::structure::Structure;
-use super::table::Table;
 
 /// Plans for one structure.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ impl Planner {
         let planner = Self::with_distance(structure, parameters, config, distance);
         match (config.kind, config.distance) {
             (PlannerKind::PotentialField, DistanceSource::Table) => {
-                planner.with_table(Arc::new(Table::generate(parameters)))
+                planner.with_table(Arc::new(DistanceTable::generate(parameters)))
             }
             _ => planner,
         }
@@ -59,55 +59,59 @@ impl Planner {
         Self { modules: structure.len(), which }
     }
 
-    /// An exact planner where some modules do not take part, whatever `config` names: one that is absent has a tail that nobody
-    /// knows, and others keep out of its reach altogether. `None` where nobody takes part.
+    /// An exact planner for a structure in which some modules are not active, whichever planner `config` names. `None` if no
+    /// module is active.
     #[must_use]
     pub fn among(
         structure: &Structure,
         parameters: &Parameters,
         config: &PlannerConfig,
         distance: Arc<DistanceToCollision>,
-        presence: Vec<Presence>,
+        participation: Vec<Participation>,
     ) -> Option<Self> {
-        if presence.len() != structure.len() || !presence.contains(&Presence::Takes) {
+        if participation.len() != structure.len() || !participation.contains(&Participation::Active) {
             return None;
         }
-        let setting = Setting::new(structure, parameters, config, distance).with_presence(presence);
+        let setting = Setting::new(structure, parameters, config, distance).with_participation(participation);
         Some(Self { modules: structure.len(), which: Which::Exact(Box::new(ExactPlanner::new(setting))) })
     }
 
-    /// Who takes part where the tails of some modules are not known: those whose tails are, unless they rest within an unknown one's
-    /// reach. `poses_rad` are the tails' angles by module.
+    /// Each module's participation when some tail angles are unknown: a module with a known angle is active, unless its tail rests
+    /// within reach of an unknown one; then it is held. `poses_rad` are the tails' angles by module, rad, `None` if unknown.
     #[must_use]
-    pub fn presence(
+    pub fn participation(
         structure: &Structure,
         distance: &DistanceToCollision,
         poses_rad: &[Option<f64>],
-    ) -> Vec<Presence> {
+    ) -> Vec<Participation> {
         // The rule, at every decision.
         if poses_rad.iter().all(Option::is_some) {
-            return vec![Presence::Takes; poses_rad.len()];
+            return vec![Participation::Active; poses_rad.len()];
         }
-        let mut presence: Vec<Presence> = poses_rad
+        let mut participation: Vec<Participation> = poses_rad
             .iter()
-            .map(|pose| if pose.is_some() { Presence::Takes } else { Presence::Absent })
+            .map(|pose| if pose.is_some() { Participation::Active } else { Participation::Unknown })
             .collect();
         for &offset in distance.offsets() {
             let reach = Reach::new(distance, offset);
             for (i, j) in structure.neighbours(offset) {
                 match (poses_rad.get(i).copied().flatten(), poses_rad.get(j).copied().flatten()) {
-                    (Some(pose), None) if !reach.clears_i(pose) => presence[i] = Presence::Stays(pose),
-                    (None, Some(pose)) if !reach.clears_j(pose) => presence[j] = Presence::Stays(pose),
+                    (Some(pose), None) if !reach.clears_i(pose) => {
+                        participation[i] = Participation::Held(pose)
+                    }
+                    (None, Some(pose)) if !reach.clears_j(pose) => {
+                        participation[j] = Participation::Held(pose)
+                    }
                     _ => {}
                 }
             }
         }
-        presence
+        participation
     }
 
     /// The same planner; a potential field searches by the table of these very parameters from now on.
     #[must_use]
-    pub fn with_table(mut self, table: Arc<Table>) -> Self {
+    pub fn with_table(mut self, table: Arc<DistanceTable>) -> Self {
         if let Which::PotentialField(field) = self.which {
             self.which = Which::PotentialField(Box::new(field.with_table(table)));
         }

@@ -11,7 +11,7 @@
 //! distance to collision of at least the margin, so that a servo that lags does not touch either.
 //!
 //! Departures from the paper, each because the search works better with it:
-//! - *Modules move one after another*, in an order shuffled anew each time, and each sees the error that those
+//! - *Modules move one after another*, in an order shuffled each time, and each sees the error that those
 //!   before it left. Stepped all at once by the sign of the same error they overshoot together, and chatter.
 //! - *The step shrinks* from epoch to epoch: the last one decides how near the demand is met, the first how far
 //!   the search gets.

@@ -32,7 +32,7 @@ use clearance::Clearance;
 
 pub use crate::way::Approach;
 pub use reach::Reach;
-pub use tolerance::Presence;
+pub use tolerance::Participation;
 
 mod clearance;
 mod held;
@@ -60,16 +60,16 @@ pub struct Setting {
     pub cells: Vec<[i32; 2]>,
     /// Module centres in S by module, m.
     pub positions_m: Vec<[f64; 2]>,
-    /// Modules whose tails can touch.
+    /// Pairs of modules with tails that can touch.
     pub pairs: Pairs,
     /// Where they do.
     pub distance: Arc<DistanceToCollision>,
     /// By offset: the direction from a module to that neighbour, and the greatest angle off it at which a tail can still
     /// touch the neighbour's, rad.
     pub reaches: Vec<Reach>,
-    /// What each module is good for.
-    pub presence: Vec<Presence>,
-    /// By module, from where to where its tail swings in the cycle that still runs, rad; empty where that is not to be minded.
+    /// Each module's participation.
+    pub participation: Vec<Participation>,
+    /// By module, from where to where its tail swings in the cycle that still runs, rad; empty where that does not constrain the plan.
     pub before_rad: Vec<[f64; 2]>,
 }
 
@@ -96,16 +96,16 @@ impl Setting {
             pairs,
             reaches: distance.offsets().iter().map(|&offset| Reach::new(&distance, offset)).collect(),
             distance,
-            presence: vec![Presence::Takes; structure.len()],
+            participation: vec![Participation::Active; structure.len()],
             before_rad: Vec::new(),
         }
     }
 
-    /// The same with some modules that do not take part.
+    /// The same with a participation for each module; without this all are active.
     #[must_use]
-    pub fn with_presence(mut self, presence: Vec<Presence>) -> Self {
-        debug_assert_eq!(presence.len(), self.cells.len(), "one for each module");
-        self.presence = presence;
+    pub fn with_participation(mut self, participation: Vec<Participation>) -> Self {
+        debug_assert_eq!(participation.len(), self.cells.len(), "one for each module");
+        self.participation = participation;
         self
     }
 
@@ -254,7 +254,7 @@ impl Setting {
         tails: Option<&[f64]>,
     ) -> Option<Judged> {
         let steps = approach.filter(|a| !a.is_still()).map_or_else(Steps::default, Approach::steps);
-        if !self.minds_the_absent(steps, cycle) {
+        if !self.respects_participation(steps, cycle) {
             return None;
         }
         let slow = approach.is_some_and(|approach| approach.slow);
@@ -294,7 +294,7 @@ impl Setting {
         self.examine(Outcome::Repeated, cycle, approach, Some(tails), demand, buffers)
     }
 
-    /// Everybody holds still: at the present angles, or at the end of the previous cycle, or at zero.
+    /// A plan in which no module moves: tails at the present angles, or at the end of the previous cycle, or at zero.
     #[must_use]
     pub fn hold(
         &self,

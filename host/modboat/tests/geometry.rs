@@ -10,7 +10,7 @@ use modboat::tube::Tube;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Default, long enough for diagonals, slim, and one whose tails barely touch.
+/// Geometries of tails: the default, long enough for diagonals, slim, and barely long enough to touch.
 fn tails() -> Vec<Tail> {
     let tail = |length, width| Tail { pitch_m: 0.15, length_m: 0.15 * length, width_m: 0.15 * width };
     vec![tail(0.6, 0.1), tail(0.8, 0.15), tail(0.7, 0.03), tail(0.47, 0.1), tail(0.451, 0.1)]

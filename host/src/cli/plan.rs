@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use modboat::distance::DistanceToCollision;
+use modboat::distance_table::DistanceTable;
 use modboat::motion::{Swing, Turn, Wrench};
 use modboat::parameters::Parameters;
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
 use modboat::structure::Structure;
-use modboat::table::Table;
 use serde::Serialize;
 
 use super::planner::PlannerArguments;
@@ -84,7 +84,7 @@ struct Stream {
     parameters: Parameters,
     config: PlannerConfig,
     distance: Arc<DistanceToCollision>,
-    table: Option<Arc<Table>>,
+    table: Option<Arc<DistanceTable>>,
     planners: HashMap<Vec<[i32; 2]>, Planner>,
     previous: Option<Last>,
 }

@@ -16,10 +16,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use modboat::distance_table::DistanceTable;
 use modboat::parameters::Parameters;
 use modboat::planner_config::{DistanceSource, PlannerConfig};
 use modboat::planner_kind::PlannerKind;
-use modboat::table::Table;
 
 use super::progress::Progress;
 
@@ -33,7 +33,7 @@ pub fn table(
     parameters: &Parameters,
     config: &PlannerConfig,
     progress: &mut dyn Progress,
-) -> Option<Arc<Table>> {
+) -> Option<Arc<DistanceTable>> {
     if config.kind != PlannerKind::PotentialField || config.distance == DistanceSource::Direct {
         return None;
     }

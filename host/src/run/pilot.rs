@@ -33,12 +33,12 @@ use link::dispatcher::{Dispatcher, Event, ModuleLink};
 use link::identity::HostIdentity;
 use modboat::control::{Controller, Observation, Target};
 use modboat::distance::DistanceToCollision;
+use modboat::distance_table::DistanceTable;
 use modboat::motion::{Turn, Wrench};
 use modboat::observer::{Fix, Observer};
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
-use modboat::setting::Presence;
-use modboat::table::Table;
+use modboat::setting::Participation;
 use quantity::ParameterError;
 
 use super::scenario::{Demand, Leg, Scenario, Timing};
@@ -63,7 +63,7 @@ pub struct Pilot<A> {
     planner: Planner,
     distance: Arc<DistanceToCollision>,
     /// The planner without those who are missing.
-    partial: Option<(Vec<Presence>, Planner)>,
+    partial: Option<(Vec<Participation>, Planner)>,
     stopwatch: fn() -> Micros,
     lead: MicrosSpan,
     /// What the observer takes to act now.
@@ -93,7 +93,7 @@ impl<A: Copy> Pilot<A> {
         scenario: &Scenario,
         host: &HostIdentity,
         roster: &[ModuleId],
-        table: Option<Arc<Table>>,
+        table: Option<Arc<DistanceTable>>,
         stopwatch: fn() -> Micros,
     ) -> Result<Self, ParameterError> {
         let Scenario { structure, modboat, .. } = scenario;
@@ -315,7 +315,7 @@ impl<A: Copy> Pilot<A> {
 
         let began = (self.stopwatch)();
         let previous = self.decisions.last().map(|decision| decision.plan.cycle.as_slice());
-        let presence = Planner::presence(&self.scenario.structure, &self.distance, &known);
+        let presence = Planner::participation(&self.scenario.structure, &self.distance, &known);
         // Where nobody knows, any angle will do: nothing is sent there.
         let poses: Vec<f64> = known.iter().map(|pose| pose.unwrap_or(0.0)).collect();
         let Some(planner) =
@@ -457,12 +457,12 @@ fn all_have<A: Copy>(dispatcher: &Dispatcher<A>, decision: &Decision, number: u3
 /// The planner for those who take part; made anew when that changes. Nothing where nobody does.
 fn planner_for<'a>(
     whole: &'a mut Planner,
-    partial: &'a mut Option<(Vec<Presence>, Planner)>,
+    partial: &'a mut Option<(Vec<Participation>, Planner)>,
     scenario: &Scenario,
     distance: &Arc<DistanceToCollision>,
-    presence: &[Presence],
+    presence: &[Participation],
 ) -> Option<&'a mut Planner> {
-    if presence.iter().all(|presence| *presence == Presence::Takes) {
+    if presence.iter().all(|presence| *presence == Participation::Active) {
         return Some(whole);
     }
     if partial.as_ref().is_none_or(|(known, _)| known != presence) {

@@ -1,4 +1,4 @@
-//! Tables (g) and (h): modules that lose their power in mid-motion, and modules whose tails nobody knows. Both are held
+//! Tables (g) and (h): modules that lose their power in mid-motion, and modules with unknown tail angle. Both are checked
 //! against every pose there could be, by the checker's own geometry.
 
 use std::f64::consts::TAU;
@@ -10,7 +10,7 @@ use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
 use modboat::planner_config::{LossTolerance, PlannerConfig};
 use modboat::planner_kind::PlannerKind;
-use modboat::setting::Presence;
+use modboat::setting::Participation;
 use modboat::structure::Structure;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -70,7 +70,7 @@ fn meet(kind: &Kind, apart_m: [f64; 2], i: &[f64], j: &[f64]) -> Option<(f64, f6
 }
 
 #[test]
-fn table_g_whoever_loses_its_power_is_in_nobodys_way() {
+fn table_g_a_module_that_loses_its_power_meets_no_other_tail() {
     let _alone = alone();
     let kind = Kind::new(modboat::parameters::Parameters::default());
     let jobs: Vec<_> = SHAPES.iter().flat_map(|&shape| [(shape, NEAR), (shape, FAR)]).collect();
@@ -129,7 +129,7 @@ fn table_g_whoever_loses_its_power_is_in_nobodys_way() {
 }
 
 #[test]
-fn table_h_nobody_comes_within_reach_of_a_tail_that_nobody_knows() {
+fn table_h_no_tail_comes_within_reach_of_one_with_unknown_angle() {
     let _alone = alone();
     let kind = Kind::new(modboat::parameters::Parameters::default());
     let distance = Arc::new(DistanceToCollision::new(&kind.parameters));
@@ -143,17 +143,22 @@ fn table_h_nobody_comes_within_reach_of_a_tail_that_nobody_knows() {
         let mut order: Vec<usize> = (0..modules).collect();
         order.shuffle(&mut rng);
         let missing = &order[..rng.random_range(1..=(modules / 3).max(1))];
-        // Some rest out of everybody's reach, some wherever they stopped without touching a tail that is known.
+        // Some rest out of every neighbour's reach, some wherever they stopped without touching a tail that is known.
         let diagonal = [1.0, 3.0, 5.0, 7.0].map(|k| k * TAU / 8.0);
         let pairs = neighbours(&structure, kind.parameters.pitch_m);
         let known: Vec<Option<f64>> = (0..modules)
             .map(|module| (!missing.contains(&module)).then(|| diagonal[rng.random_range(0..4)]))
             .collect();
         let mut tails: Vec<f64> = known.iter().map(|pose| pose.unwrap_or(0.0)).collect();
-        let presence = Planner::presence(&structure, &distance, &known);
+        let participation = Planner::participation(&structure, &distance, &known);
         let config = settings(PlannerKind::Exact);
-        let among =
-            Planner::among(&structure, &kind.parameters, &config, Arc::clone(&distance), presence.clone());
+        let among = Planner::among(
+            &structure,
+            &kind.parameters,
+            &config,
+            Arc::clone(&distance),
+            participation.clone(),
+        );
         let Some(mut planner) = among else { return (0, 0, 0, Vec::new()) };
         let (mut plans, mut planned, mut exact, mut broken) = (0, 0, 0, Vec::new());
         let mut previous: Option<Vec<Swing>> = None;
@@ -164,17 +169,20 @@ fn table_h_nobody_comes_within_reach_of_a_tail_that_nobody_knows() {
             plans += 1;
             planned += usize::from(plan.outcome == Outcome::Planned);
             exact += usize::from(plan.error <= EXACT);
-            for module in (0..modules).filter(|&module| presence[module] != Presence::Takes) {
+            for module in (0..modules).filter(|&module| participation[module] != Participation::Active) {
                 if moves(&poses(&plan, module)) {
                     broken.push(format!(
                         "{shape}, seed {seed}: module {module} is moved, {:?}",
-                        presence[module]
+                        participation[module]
                     ));
                 }
             }
             for &(i, j, apart_m) in &pairs {
                 let (of_i, of_j) = (poses(&plan, i), poses(&plan, j));
-                let met = match (presence[i] == Presence::Absent, presence[j] == Presence::Absent) {
+                let met = match (
+                    participation[i] == Participation::Unknown,
+                    participation[j] == Participation::Unknown,
+                ) {
                     (true, false) if moves(&of_j) => meet(&kind, apart_m, &anywhere, &of_j),
                     (false, true) if moves(&of_i) => meet(&kind, apart_m, &of_i, &anywhere),
                     _ => None,

@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 
 use criterion::Criterion;
 use modboat::distance::DistanceToCollision;
+use modboat::distance_table::{DistanceTable, Row};
 use modboat::parameters::Parameters;
 use modboat::plan::Outcome;
 use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
 use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
-use modboat::table::{Row, Table};
 
 use crate::demands::{SHAPES, Sequence, demands, planner, stream};
 
@@ -91,7 +91,7 @@ fn on_all_cores(rows: Vec<Row<'_>>) {
 
 /// Prints the comparison on standard error; nothing is left to criterion.
 pub fn print(_: &mut Criterion) {
-    // Told to test or to list, there is nobody to read it.
+    // `cargo test` and listing have no use for it.
     if std::env::args().any(|argument| argument == "--test" || argument == "--list") {
         return;
     }
@@ -104,13 +104,13 @@ pub fn print(_: &mut Criterion) {
     let distance = Arc::new(DistanceToCollision::new(&parameters));
     timed("collision regions", began);
     let began = Instant::now();
-    let generated = Table::generate_with(&parameters, on_all_cores);
+    let generated = DistanceTable::generate_with(&parameters, on_all_cores);
     timed("table, generated on all cores", began);
     let file = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(file.path(), generated.encode(&parameters)).expect("written");
     let began = Instant::now();
     let bytes = std::fs::read(file.path()).expect("read");
-    let table = Table::decode(&bytes, &parameters).expect("its own file");
+    let table = DistanceTable::decode(&bytes, &parameters).expect("its own file");
     timed("table, loaded (with the regions)", began);
     assert!(table == generated, "what is kept is found again");
     let table = Arc::new(table);

@@ -4,9 +4,9 @@ use std::hint::black_box;
 
 use criterion::Criterion;
 use modboat::distance::DistanceToCollision;
+use modboat::distance_table::DistanceTable;
 use modboat::parameters::Parameters;
 use modboat::region::CollisionRegion;
-use modboat::table::Table;
 use modboat::tail::Tail;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -30,7 +30,7 @@ fn swims(parameters: &Parameters) -> Vec<[f64; 4]> {
 pub fn geometry(criterion: &mut Criterion) {
     let parameters = Parameters::default();
     let (tail, doc) = (Tail::new(&parameters), DistanceToCollision::new(&parameters));
-    let table = Table::generate(&parameters);
+    let table = DistanceTable::generate(&parameters);
     let swims = swims(&parameters);
     let ends = |[a, b, c, d]: [f64; 4]| ([a + b, c + d], [a - b, c - d]);
     let mut next = 0;

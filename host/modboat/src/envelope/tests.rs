@@ -38,7 +38,7 @@ fn close(found: f64, told: f64, what: &str) {
     assert!((found - told).abs() <= 1e-10 * told, "{what}: {found:.15e}, not {told:.15e}");
 }
 
-/// A point of the border and a normal there: everybody pushes along Mᵢn.
+/// A point of the border and a normal there: every module pushes along Mᵢn.
 fn border(positions_m: &[[f64; 2]], n: [f64; 3]) -> Wrench {
     positions_m.iter().fold(Wrench::default(), |sum, &[x, y]| {
         let (across, up) = (n[0] - n[2] * y, n[1] + n[2] * x);

@@ -77,7 +77,7 @@ fn find_by(
     let &Turning { setting, slow } = clear;
     let &Asked { signs, loss_tolerant, .. } = asked;
     let free = |module: usize| rest.is_free(module, tails[module]);
-    // Who rests in a free pose may always stay.
+    // A module in a free pose may always stay.
     let stranded = loss_tolerant && !(0..tails.len()).all(free);
     let problem = Problem {
         pairs: &setting.pairs,

@@ -5,7 +5,7 @@
 //!
 //! - the next cycle, φ₀' + A' = p, needs no transition: one free parameter per module is left, and three numbers to hit
 //!   ([`allocation`]);
-//! - anybody may miss a cycle: who holds its last pose is in nobody's way;
+//! - any module may miss a cycle: one that holds its last pose is in no other's way;
 //! - where tails must turn after all ([`orientation`] says whereto), there is always a way ([`approach`]), in two steps if not
 //!   in one.
 //!
@@ -20,7 +20,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`rest`] | rest poses out of everybody's reach |
+//! | [`rest`] | rest poses out of every neighbour's reach |
 //! | [`law`] | what a module can push from a rest pose |
 //! | [`neighbours`] | which cycles go together |
 //! | [`allocation`] | amplitudes for a wrench: coordinate descent, Newton's method |
@@ -52,9 +52,9 @@ use crate::envelope::{Envelope, ON_BORDER};
 use crate::motion::{Swing, Turn, Wrench};
 use crate::plan::{Outcome, Plan};
 use crate::planner_config::LossTolerance;
-use crate::setting::{Approach, Presence, Setting};
+use crate::setting::{Approach, Participation, Setting};
 use leaving::Leaving;
-use search::{Found, Search};
+use search::{CycleCandidate, Search};
 
 /// Halvings of the interval in which the farthest wrench in a direction is looked for.
 const HALVINGS: usize = 6;
@@ -80,9 +80,10 @@ impl ExactPlanner {
     /// For one structure.
     #[must_use]
     pub fn new(setting: Setting) -> Self {
-        let takes = setting.positions_m.iter().zip(&setting.presence);
-        let takes = takes.filter(|(_, presence)| **presence == Presence::Takes).map(|(at, _)| *at);
-        let envelope = Envelope::new(&takes.collect::<Vec<_>>(), &setting.parameters);
+        let active = setting.positions_m.iter().zip(&setting.participation);
+        let active =
+            active.filter(|(_, participation)| **participation == Participation::Active).map(|(at, _)| *at);
+        let envelope = Envelope::new(&active.collect::<Vec<_>>(), &setting.parameters);
         let search = Search::new(&setting);
         let leaving = Leaving::new(&setting);
         Self { all_free: search.all_free(), setting, envelope, search, leaving }
@@ -97,7 +98,7 @@ impl ExactPlanner {
         plan: &mut Plan,
     ) {
         self.discard(std::mem::take(plan));
-        self.setting.mind(previous);
+        self.setting.set_previous_cycle(previous);
         *plan = self.plan_as_asked(demand, tails, previous);
         let power = self.setting.config.loss_tolerant == LossTolerance::Power;
         if power && !(is_tolerant(plan) && (is_good(plan) || is_leaving(plan))) {
@@ -125,9 +126,9 @@ impl ExactPlanner {
         }
         let moved = previous.is_some_and(|cycle| cycle.iter().any(|swing| swing.amplitude_rad != 0.0));
         if moved && (!is_tolerant(plan) || plan.error > GOOD_ERROR) {
-            self.setting.mind(None);
+            self.setting.set_previous_cycle(None);
             let free = self.plan_as_asked(demand, tails, previous);
-            self.setting.mind(previous);
+            self.setting.set_previous_cycle(previous);
             let pauses = !is_tolerant(plan) || is_tolerant(&free) && free.error < 0.5 * plan.error;
             self.discard(free);
             if pauses {
@@ -157,7 +158,11 @@ impl ExactPlanner {
         let buffers = &mut self.search.buffers;
         let approach = self.setting.one_step(buffers.turns(tails?.iter().map(stay)));
         let cycle = buffers.cycle(tails?.iter().map(rest));
-        self.examine(Found { cycle, approach: Some(approach), error: 1.0, met: false }, tails, demand)
+        self.examine(
+            CycleCandidate { cycle, approach: Some(approach), error: 1.0, met: false },
+            tails,
+            demand,
+        )
     }
 
     fn hold(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
@@ -207,9 +212,9 @@ impl ExactPlanner {
     }
 
     /// The plan that comes of what was found, if no two tails touch in it and it is as tolerant as it must be.
-    fn examine(&mut self, found: Found, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
+    fn examine(&mut self, found: CycleCandidate, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
         let Self { setting, search, .. } = self;
-        let Found { cycle, approach, .. } = found;
+        let CycleCandidate { cycle, approach, .. } = found;
         let plan = setting.examine(Outcome::Planned, cycle, approach, tails, demand, &mut search.buffers)?;
         if is_kept(setting, plan.loss_tolerant, plan.power_tolerant, tails) {
             return Some(plan);
@@ -226,7 +231,7 @@ impl ExactPlanner {
         [false, true].into_iter().find_map(|slow| {
             let Self { setting, search, leaving, .. } = &mut *self;
             let (cycle, approach) = leaving.find(setting, &search.rest, tails, slow, &mut search.buffers)?;
-            let found = Found { cycle, approach: Some(approach), error: 1.0, met: false };
+            let found = CycleCandidate { cycle, approach: Some(approach), error: 1.0, met: false };
             self.examine(found, Some(tails), demand)
         })
     }
@@ -239,7 +244,7 @@ impl ExactPlanner {
         tails: Option<&[f64]>,
         previous: Option<&[Swing]>,
         field_modules: usize,
-    ) -> Option<Found> {
+    ) -> Option<CycleCandidate> {
         // Between free poses whatever is clear is loss tolerant.
         let free = self.all_free && tails.is_none_or(|tails| self.search.may_stay(tails));
         let tolerances: &[bool] = match self.setting.config.loss_tolerant {
@@ -284,7 +289,7 @@ impl ExactPlanner {
         share: f64,
         tails: Option<&[f64]>,
         previous: Option<&[Swing]>,
-    ) -> Option<Found> {
+    ) -> Option<CycleCandidate> {
         let (mut low, mut high, mut best) = (0.0, share, None);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -332,14 +337,14 @@ fn is_leaving(plan: &Plan) -> bool {
 struct Cheapest<'a> {
     setting: &'a Setting,
     tails: Option<&'a [f64]>,
-    found: Option<Found>,
+    found: Option<CycleCandidate>,
     price: f64,
 }
 
 impl Cheapest<'_> {
     /// What the search asks of each motion holds of each: a tail that stops in the transition stands there in the swim too. So where
     /// any module may lose its power, the whole is judged.
-    fn is_kept(&self, found: &Found) -> bool {
+    fn is_kept(&self, found: &CycleCandidate) -> bool {
         let Self { setting, tails, .. } = *self;
         setting.config.loss_tolerant != LossTolerance::Power
             || setting
@@ -348,7 +353,7 @@ impl Cheapest<'_> {
     }
 
     /// True if nothing much better can come.
-    fn offer(&mut self, found: Option<Found>, buffers: &mut Buffers) -> bool {
+    fn offer(&mut self, found: Option<CycleCandidate>, buffers: &mut Buffers) -> bool {
         let Some(found) = found else { return false };
         if !self.is_kept(&found) {
             found.discard(buffers);

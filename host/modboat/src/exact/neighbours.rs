@@ -2,7 +2,7 @@
 
 use crate::motion::Swing;
 use crate::pairs::Pair;
-use crate::setting::{Presence, Setting, ends};
+use crate::setting::{Participation, Setting, ends};
 
 /// One module's cycle as the search sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,7 +30,7 @@ impl Cycle {
 pub struct Rules<'a> {
     /// The structure.
     pub setting: &'a Setting,
-    /// Whether anybody may miss the cycle and stay where it rests.
+    /// Whether any module may miss the cycle and stay where it rests.
     pub loss_tolerant: bool,
 }
 
@@ -40,8 +40,8 @@ impl Rules<'_> {
     pub fn allow(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {
         let stays_i = Cycle { amplitude_rad: 0.0, ..i };
         let stays_j = Cycle { amplitude_rad: 0.0, ..j };
-        let takes = |module: usize| self.setting.presence[module] == Presence::Takes;
-        if (!takes(pair.i) && i.amplitude_rad != 0.0) || (!takes(pair.j) && j.amplitude_rad != 0.0) {
+        let active = |module: usize| self.setting.participation[module] == Participation::Active;
+        if (!active(pair.i) && i.amplitude_rad != 0.0) || (!active(pair.j) && j.amplitude_rad != 0.0) {
             return false;
         }
         if self.setting.is_unknown(pair) {
@@ -52,7 +52,7 @@ impl Rules<'_> {
         if !self.setting.may_stop(pair, from, to) {
             return false;
         }
-        // Who rests in a free pose is in nobody's way.
+        // A module at rest in a free pose is in no other's way.
         match (i.amplitude_rad != 0.0, j.amplitude_rad != 0.0) {
             (false, false) => true,
             (true, false) => j.free || self.clear(pair, i, stays_j),

@@ -20,7 +20,7 @@ use super::rest::RestPoses;
 const SHARPNESS: f64 = 20.0;
 /// Sweeps over all modules.
 const SWEEPS: usize = 2;
-/// Weights are worked out anew so many times a sweep.
+/// Weights are recomputed so many times a sweep.
 const REFRESHES: usize = 8;
 
 /// Whether a demand with these slacks may be within what can be pushed.

@@ -7,7 +7,7 @@
 //!
 //! With the default geometry reach = 0.76 rad < π/4: in the middle of a lattice the four diagonals are left, ±0.02 rad;
 //! where a neighbour is missing, much more. From free poses
-//! - a plan is loss tolerant if it is free of collisions: who misses it rests where nobody gets,
+//! - a plan is loss tolerant if it is free of collisions: a module that misses it rests out of every tail's reach,
 //! - a transition in two steps always exists: black cells of the lattice turn first, white cells second.
 //!
 //! Reach includes how far a tail may be from where it rests ([`Reach::within_rad`]).
@@ -15,7 +15,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::neighbours::Cycle;
-use crate::setting::{Presence, Reach, Setting};
+use crate::setting::{Participation, Reach, Setting};
 use quantity::wrap_rad;
 
 /// Arcs are offered at least this densely, rad.
@@ -77,12 +77,12 @@ impl RestPoses {
             first_station: vec![0],
             free: Vec::with_capacity(modules),
         };
-        for (blocked, presence) in blocked.iter_mut().zip(&setting.presence) {
-            // Who takes no part stays where it is: for one that nobody knows any angle will do.
-            let stays_rad = match presence {
-                Presence::Takes => None,
-                Presence::Stays(pose_rad) => Some(*pose_rad),
-                Presence::Absent => Some(0.0),
+        for (blocked, participation) in blocked.iter_mut().zip(&setting.participation) {
+            // A module that is not active stays where it is; if its angle is unknown, any value will do.
+            let stays_rad = match participation {
+                Participation::Active => None,
+                Participation::Held(pose_rad) => Some(*pose_rad),
+                Participation::Unknown => Some(0.0),
             };
             if let Some(pose_rad) = stays_rad {
                 rest.free.push(false);

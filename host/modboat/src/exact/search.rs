@@ -40,9 +40,9 @@ const MIDDLE_RAD: f64 = 1.75;
 /// A cycle belongs to where a tail is if it starts no further from it, rad.
 const SAME_RAD: f64 = 1e-6;
 
-/// What was found for a demand.
+/// A cycle found for a demand, with the transition before it.
 #[derive(Debug)]
-pub struct Found {
+pub struct CycleCandidate {
     /// Each module's cycle.
     pub cycle: Vec<Swing>,
     /// The way there; `None` where the tails' angles are not known.
@@ -53,7 +53,7 @@ pub struct Found {
     pub met: bool,
 }
 
-impl Found {
+impl CycleCandidate {
     /// Takes the place of another.
     pub(super) fn replace(self, other: &mut Option<Self>, buffers: &mut Buffers) {
         if let Some(other) = other.replace(self) {
@@ -163,7 +163,7 @@ impl Search {
         tails: &[f64],
         previous: Option<&[Swing]>,
         loss_tolerant: bool,
-    ) -> Option<Found> {
+    ) -> Option<CycleCandidate> {
         if !self.may_stay(tails) {
             return None;
         }
@@ -192,7 +192,7 @@ impl Search {
         }
         let turns = self.buffers.turns(tails.iter().map(|&tail| Turn { from_rad: tail, to_rad: tail }));
         let cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
-        Some(Found {
+        Some(CycleCandidate {
             error: setting.error(demand, setting.wrench(&cycle)),
             cycle,
             approach: Some(Approach { turns, ..Approach::default() }),

@@ -270,7 +270,7 @@ fn stream(word: &str, config: &PlannerConfig, share: f64, check: impl Fn(&str, &
 }
 
 #[test]
-fn demands_inside_are_met_and_anybody_may_miss_them() {
+fn demands_inside_are_met_and_any_module_may_miss_them() {
     for word in ["3x1", "2x2", "ring", "4x3"] {
         stream(word, &PlannerConfig::default(), 0.5, |at, plan, _| {
             assert_eq!(plan.outcome, Outcome::Planned, "{at}");
@@ -325,7 +325,7 @@ fn odd_input_is_answered() {
     assert!(plan.outcome == Outcome::Held && plan.clearance_m < 0.0 && !plan.loss_tolerant);
     let reason = plan.reason.expect("held").to_string();
     assert_eq!(reason, "tails of modules 0 and 1 touch at -15.0 mm");
-    // Nothing asked: everybody rests, at once if the tails may stay.
+    // A demand of zero: all modules rest, at once if the tails may stay.
     let plan = planner.plan(Wrench::default(), Some(&[PI / 2.0; 3]), None);
     assert!(plan.outcome == Outcome::Planned && plan.transition.is_none() && plan.error < 1e-9, "{plan:?}");
     // A cycle before that is none of this planner's.

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use super::allocation::{Aim, Met};
 use super::asked::Asked;
 use super::neighbours::{Cycle, Rules};
-use super::search::{Found, Search};
+use super::search::{CycleCandidate, Search};
 use super::turning::Best;
 use crate::envelope::Envelope;
 use crate::motion::Wrench;
@@ -45,7 +45,7 @@ impl Search {
         envelope: &Envelope,
         demand: Wrench,
         tails: Option<&[f64]>,
-    ) -> Option<Found> {
+    ) -> Option<CycleCandidate> {
         let mut thrusts_n = std::mem::take(&mut self.thrusts_n);
         envelope.thrusts(demand, &mut thrusts_n);
         let asked =

@@ -19,7 +19,7 @@ use super::choice::{Choice, FEW, SMALL};
 use super::law::Sign;
 use super::neighbours::Cycle;
 use super::orientation::may_hold;
-use super::search::{Found, Search};
+use super::search::{CycleCandidate, Search};
 use crate::motion::{Swing, Wrench};
 use crate::setting::{Setting, ends};
 use crate::transition::solver::Signs;
@@ -72,7 +72,7 @@ const NEAREST: usize = 4;
 /// The best so far.
 #[derive(Default)]
 pub(super) struct Best {
-    pub(super) found: Option<Found>,
+    pub(super) found: Option<CycleCandidate>,
     score: f64,
     /// How many that meet the demand were compared.
     compared: usize,
@@ -94,7 +94,7 @@ impl Search {
         demand: Wrench,
         tails: Option<&[f64]>,
         loss_tolerant: bool,
-    ) -> Option<Found> {
+    ) -> Option<CycleCandidate> {
         let modules = self.order.len();
         let once = !tails.is_some_and(|tails| self.may_stay(tails));
         let asked = Asked {
@@ -239,7 +239,7 @@ impl Search {
         demand: Wrench,
         tails: Option<&[f64]>,
         previous: Option<&[Swing]>,
-    ) -> Option<Found> {
+    ) -> Option<CycleCandidate> {
         let mut field = self.field.take()?;
         let distance = &setting.distance;
         let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
@@ -332,6 +332,6 @@ impl Search {
             }
         };
         best.score = score;
-        Found { cycle, approach, error, met }.replace(&mut best.found, &mut self.buffers);
+        CycleCandidate { cycle, approach, error, met }.replace(&mut best.found, &mut self.buffers);
     }
 }

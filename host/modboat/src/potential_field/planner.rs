@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 use super::{Candidate, PotentialField};
 use crate::buffers::Buffers;
+use crate::distance_table::{DistanceTable, LOOK_UP_RAD};
 use crate::motion::{Swing, Wrench};
 use crate::pairs::Pair;
 use crate::plan::{Outcome, Plan};
 use crate::setting::{Approach, Setting, ends, swim_ends};
-use crate::table::{LOOK_UP_RAD, Table};
 use crate::transition::solver::Solver;
 use crate::transition::{self, Transition};
 
@@ -24,7 +24,7 @@ use crate::transition::{self, Transition};
 pub struct FieldPlanner {
     setting: Setting,
     /// What the search looks distances up in, if not the collision regions.
-    table: Option<Arc<Table>>,
+    table: Option<Arc<DistanceTable>>,
     field: PotentialField,
     solver: Solver,
     buffers: Buffers,
@@ -53,7 +53,7 @@ impl FieldPlanner {
 
     /// The same planner, searching by the table of these very parameters.
     #[must_use]
-    pub fn with_table(mut self, table: Arc<Table>) -> Self {
+    pub fn with_table(mut self, table: Arc<DistanceTable>) -> Self {
         self.table = Some(table);
         self
     }
@@ -111,7 +111,7 @@ impl FieldPlanner {
 /// Cycles near the demand, best first. By a table they are collision-free but for its error.
 fn solve<'f>(
     setting: &Setting,
-    table: Option<&Table>,
+    table: Option<&DistanceTable>,
     field: &'f mut PotentialField,
     demand: Wrench,
     previous: Option<&[Swing]>,

@@ -1,6 +1,6 @@
 //! What keeps the tails from moving.
 
-use super::{Presence, Setting};
+use super::{Participation, Setting};
 use crate::motion::Wrench;
 use crate::pairs::Pair;
 use crate::reason::Reason;
@@ -15,7 +15,11 @@ impl Setting {
         if let Some(module) = tails.and_then(|tails| tails.iter().position(|tail| !tail.is_finite())) {
             return Reason::Tail { module };
         }
-        let missing = self.presence.iter().filter(|presence| **presence != Presence::Takes).count();
+        let missing = self
+            .participation
+            .iter()
+            .filter(|participation| **participation != Participation::Active)
+            .count();
         let nearest = tails.and_then(|tails| self.nearest(tails));
         match nearest {
             Some((modules, clearance_m)) if clearance_m <= 0.0 => Reason::Touch { modules, clearance_m },

@@ -1,17 +1,17 @@
-//! What plans are safe against beside a missed one: tails that nobody knows, and modules that lose their power.
+//! Constraints that keep a plan safe beside tails of unknown angle, and when modules lose power in mid-motion.
 //!
 //! Both come down to one question: does a tail stay out of a neighbour's reach all the way? A tail at angle φ can touch that of a
 //! neighbour only within ±reach of the direction towards it, wherever the other one is ([`Reach`]). So
 //!
-//! - beside a module whose tail nobody knows, everybody keeps out of its reach;
+//! - beside a module with unknown tail angle, its neighbours keep out of its reach;
 //! - of two neighbours that move, one keeps out of the other's reach: then either may stop anywhere, as one does that loses its
 //!   power, and the other goes on. Each shared side belongs to one of the two while a cycle lasts. A module may stop in
-//!   one cycle and its neighbours begin the next before anybody knows, so a side changes hands only over a cycle in which
+//!   one cycle and its neighbours begin the next before the host knows, so a side changes hands only over a cycle in which
 //!   neither uses it.
 //!
 //! Assumptions and limits: sufficient, not necessary (the region in which two tails collide is smaller than the square about it).
 //! A module that stops is braked, and does not leave what it was to sweep: the firmware's board shorts the motor in reset.
-//! Of the cycle before, its swing is minded and not its transition.
+//! Of the cycle before, the swing is taken into account, the transition is not.
 
 use super::{Setting, swim_ends, turn_ends};
 use crate::motion::Swing;
@@ -20,40 +20,40 @@ use crate::planner_config::LossTolerance;
 use crate::transition::STILL_RAD;
 use crate::way::Steps;
 
-/// What a module is good for.
+/// Participation of a module in a plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Presence {
-    /// It does what it is told.
+pub enum Participation {
+    /// It executes its setpoints.
     #[default]
-    Takes,
-    /// It stays at this angle, rad: it would have to move past a tail that nobody knows.
-    Stays(f64),
-    /// Nobody knows where its tail is: others keep out of its reach altogether.
-    Absent,
+    Active,
+    /// It stays at this angle, rad: its tail is within reach of one with unknown angle.
+    Held(f64),
+    /// Its tail angle is unknown: its neighbours keep out of its reach altogether.
+    Unknown,
 }
 
 impl Setting {
-    /// Whether everybody takes part.
+    /// Whether all modules are active.
     #[must_use]
     pub fn all_take_part(&self) -> bool {
-        self.presence.iter().all(|presence| *presence == Presence::Takes)
+        self.participation.iter().all(|participation| *participation == Participation::Active)
     }
 
-    /// Whether nobody knows where either tail of a pair is.
+    /// Whether a tail angle of the pair is unknown.
     #[must_use]
     pub fn is_unknown(&self, pair: &Pair) -> bool {
-        [pair.i, pair.j].iter().any(|&module| self.presence[module] == Presence::Absent)
+        [pair.i, pair.j].iter().any(|&module| self.participation[module] == Participation::Unknown)
     }
 
-    /// Whether the one of a pair whose tail is known may move it all the way from → to, given for both: never within reach of
-    /// the other. Who does not move is as good as anywhere.
+    /// Whether beside an unknown tail the other one of the pair may move all the way from → to, given for both: never within
+    /// the unknown one's reach. A tail that does not move may be anywhere.
     #[must_use]
     pub fn keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
         let reach = &self.reaches[pair.offset];
-        (self.presence[pair.j] != Presence::Absent
+        (self.participation[pair.j] != Participation::Unknown
             || rests(from_rad[0], to_rad[0])
             || reach.clears_i_along(from_rad[0], to_rad[0]))
-            && (self.presence[pair.i] != Presence::Absent
+            && (self.participation[pair.i] != Participation::Unknown
                 || rests(from_rad[1], to_rad[1])
                 || reach.clears_j_along(from_rad[1], to_rad[1]))
     }
@@ -64,9 +64,9 @@ impl Setting {
         self.config.loss_tolerant != LossTolerance::Power || self.stops_clear(pair, from_rad, to_rad)
     }
 
-    /// Minds from now on that a module may stop anywhere in `cycle`, and its neighbours begin the next one before anybody
-    /// knows.
-    pub fn mind(&mut self, cycle: Option<&[Swing]>) {
+    /// Constrains plans from now on by the cycle before: a module may stop anywhere in it, and its neighbours begin the next
+    /// one before the host knows. `None` lifts the constraint.
+    pub fn set_previous_cycle(&mut self, cycle: Option<&[Swing]>) {
         self.before_rad.clear();
         let span = |swing: &Swing| [swing.start_rad(), swing.start_rad() - 2.0 * swing.amplitude_rad];
         self.before_rad.extend(cycle.into_iter().flatten().map(span));
@@ -114,10 +114,10 @@ impl Setting {
         })
     }
 
-    /// Whether those who do not take part rest, and everybody else keeps out of the reach of tails that nobody knows.
-    pub(super) fn minds_the_absent(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
+    /// Whether modules that are not active rest, and the active ones keep out of reach of tails with unknown angle.
+    pub(super) fn respects_participation(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
         let idle = |module: usize| {
-            self.presence[module] == Presence::Takes
+            self.participation[module] == Participation::Active
                 || cycle[module].amplitude_rad == 0.0
                     && steps.iter().all(|step| step.turn(module).rotation_rad().abs() < STILL_RAD)
         };
@@ -130,7 +130,7 @@ impl Setting {
     }
 }
 
-/// To the bit: who stays is given the same angle twice.
+/// Equal to the bit: a tail that stays is given the same angle twice.
 fn rests(from_rad: f64, to_rad: f64) -> bool {
     from_rad.to_bits() == to_rad.to_bits()
 }

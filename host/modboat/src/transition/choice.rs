@@ -1,11 +1,11 @@
-//! One option for everybody at the least total cost, where neighbours forbid each other some combinations. Exact, and about
-//! graphs only.
+//! One option for every node of a graph at the least total cost, where neighbours forbid each other some combinations: exact
+//! within [`Limits`]. A problem on graphs only.
 //!
 //! ```text
 //! least Σᵢ cᵢ(xᵢ)   over xᵢ ∈ {0 … mᵢ − 1}   subject to   (xᵢ, xⱼ) allowed for every pair (i, j)
 //! ```
 //!
-//! - *Verdicts are asked for when they matter.* Everybody takes the cheapest option. Only pairs that the present choice breaks
+//! - *Verdicts are asked for when they matter.* Every node takes its cheapest option. Only pairs that the present choice breaks
 //!   become constraints, with all their verdicts; what they join is solved again, until nothing is broken. The constraints so
 //!   far are a relaxation: a choice that is least for them and breaks no other pair is least. Where the cheapest options
 //!   agree with each other, the first look at every pair is all the work.
@@ -17,7 +17,7 @@
 //!   beforehand whether there is an answer.
 //!
 //! Limits: the least cost is NP-hard in general. Beyond [`Limits`] the answer is the best that was met, with a proved lower
-//! bound; whether there is an answer at all stays decided as long as nobody in the group has more than two options. Costs within
+//! bound; whether there is an answer at all stays decided as long as no node of the group has more than two options. Costs within
 //! 1e-9 of each other count as equal.
 //!
 //! *What is exact*, by the limits that are the default, two options each:
@@ -34,7 +34,7 @@ pub mod graph;
 pub mod tables;
 pub mod two_sat;
 
-use self::descent::{Descent, Found};
+use self::descent::{Descent, DescentOutcome};
 use self::graph::Graph;
 use crate::pairs::Pairs;
 
@@ -68,7 +68,7 @@ pub enum Answer {
     },
     /// Proved: there is no choice.
     Impossible,
-    /// The limits ran out before a choice was met. Never where nobody has more than two options.
+    /// The limits ran out before a choice was met. Never where no node has more than two options.
     Unknown,
 }
 
@@ -185,7 +185,7 @@ impl Chooser {
         graph::bits(self.domains[module]).min_by(less).unwrap_or(0)
     }
 
-    /// Everything open, everybody at the cheapest. False if somebody has no option at all.
+    /// Opens all options, and puts every node at its cheapest. False if a node has no option at all.
     fn reset(&mut self, pairs: &Pairs) -> bool {
         let modules = pairs.modules();
         if self.first.len() != modules + 1 || self.first.windows(2).any(|ends| ends[0] == ends[1]) {
@@ -300,9 +300,9 @@ impl Chooser {
                 continue;
             }
             let gap = match self.descent.solve(&mut self.graph, self.limits) {
-                Found::Best { gap } => gap,
-                Found::Nothing { proved: true } => return Some(Answer::Impossible),
-                Found::Nothing { proved: false } => return Some(Answer::Unknown),
+                DescentOutcome::Best { gap } => gap,
+                DescentOutcome::Nothing { proved: true } => return Some(Answer::Impossible),
+                DescentOutcome::Nothing { proved: false } => return Some(Answer::Unknown),
             };
             self.slack[start] = gap;
             for place in 0..self.group.len() {

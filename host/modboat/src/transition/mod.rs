@@ -45,7 +45,7 @@ impl Transition {
     }
 }
 
-/// Turns only: nobody asks about swims where all amplitudes keep or change their sign together.
+/// Clearance of turns only: swims need no check where all amplitudes keep or change their sign together.
 struct Turns<F>(F);
 
 impl<F: Fn(usize, [f64; 2], [f64; 2]) -> bool> Clearance for Turns<F> {

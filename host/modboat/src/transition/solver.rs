@@ -10,12 +10,12 @@
 //! or does not, which makes it a problem for [`super::choice`]; with the signs as given, every module has at most two ways, and
 //! whether there is a transition is 2-SAT.
 //!
-//! *Two steps are always enough between poses out of everybody's reach.* Colour the cells of the lattice black and white like a
+//! *Two steps are always enough between poses out of every neighbour's reach.* Colour the cells of the lattice black and white like a
 //! chessboard. White rests out of reach while black turns, then black while white turns. Neighbours side by side have different
 //! colours, so in either step a pair has one tail at rest, out of the other's reach wherever that is. All of that is among the
 //! choices, so the planner is never stuck there, as long as only tails side by side can touch.
 //!
-//! *Loss.* `stranded` asks further that nobody collides when any subset of the modules misses the transition and stays where it
+//! *Loss.* `stranded` asks further that no tails collide when any subset of the modules misses the transition and stays where it
 //! is. Collisions are between two, so it is enough that of each pair both turn, only i turns, or only j turns. Whether i may swim
 //! beside a j that stayed behind does not depend on the ways taken, nor on signs: that is for the planner to ask beforehand.
 //!
@@ -51,7 +51,7 @@ pub struct Problem<'a> {
     pub cycle: &'a [Swing],
     /// Greatest |rotation| in one step: the tail's speed limit times the step's time, rad.
     pub limit_rad: f64,
-    /// Also ask that nobody collides when any subset of the modules stays where it is.
+    /// Also ask that no tails collide when any subset of the modules stays where it is.
     pub stranded: bool,
 }
 
@@ -264,7 +264,7 @@ impl Solver {
         self.first.push(self.ways.len());
     }
 
-    /// The least travel if nobody were in anybody's way.
+    /// The least travel if no tail were in another's way.
     fn ways_alone_rad(&self) -> f64 {
         self.first
             .windows(2)

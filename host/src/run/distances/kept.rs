@@ -9,8 +9,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
+use modboat::distance_table::DistanceTable;
 use modboat::parameters::Parameters;
-use modboat::table::Table;
 use thiserror::Error;
 
 /// A table that could not be kept.
@@ -35,9 +35,9 @@ pub fn load_or_generate(
     folders: &[PathBuf],
     parameters: &Parameters,
     progress: Progress<'_>,
-) -> (Table, Option<TableError>) {
-    let name = Table::file_name(parameters);
-    let read = |folder: &PathBuf| Table::decode(&fs::read(folder.join(&name)).ok()?, parameters);
+) -> (DistanceTable, Option<TableError>) {
+    let name = DistanceTable::file_name(parameters);
+    let read = |folder: &PathBuf| DistanceTable::decode(&fs::read(folder.join(&name)).ok()?, parameters);
     if let Some(table) = folders.iter().find_map(read) {
         return (table, None);
     }
@@ -54,8 +54,8 @@ pub fn load_or_generate(
 }
 
 /// Generates the table on all available cores.
-fn generate(parameters: &Parameters, progress: Progress<'_>) -> Table {
-    Table::generate_with(parameters, |rows| {
+fn generate(parameters: &Parameters, progress: Progress<'_>) -> DistanceTable {
+    DistanceTable::generate_with(parameters, |rows| {
         let total: usize = rows.iter().map(|row| row.len()).sum();
         let rows = Mutex::new(rows.into_iter());
         let done = AtomicU64::new(0);
@@ -102,7 +102,7 @@ mod tests {
     fn a_table_on_all_cores_is_the_one_on_a_single_core() {
         let total = AtomicU64::new(0);
         let table = generate(&small(), &|_, all| total.store(all, Ordering::Relaxed));
-        assert!(table == Table::generate(&small()));
+        assert!(table == DistanceTable::generate(&small()));
         assert_eq!(total.load(Ordering::Relaxed), table.len() as u64);
     }
 

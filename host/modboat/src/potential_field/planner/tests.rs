@@ -165,7 +165,7 @@ fn a_search_by_the_table_keeps_the_margin_too() {
     let config = PlannerConfig { distance: DistanceSource::Table, ..Default::default() };
     let structure = Structure::from_word("2x2").expect("a square");
     let distance = Arc::new(DistanceToCollision::new(&parameters));
-    let table = Arc::new(Table::generate(&parameters));
+    let table = Arc::new(DistanceTable::generate(&parameters));
     let setting = Setting::new(&structure, &parameters, &config, distance);
     let mut planner = FieldPlanner::new(setting).with_table(table);
     let mut tails: Option<Vec<f64>> = None;

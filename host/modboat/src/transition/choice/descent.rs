@@ -18,9 +18,9 @@ pub const SAME_COST: f64 = 1e-9;
 /// How many times the limit of nodes may be spent to meet a first answer.
 const PATIENCE: usize = 16;
 
-/// What became of a group.
+/// Outcome of the descent in one group.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Found {
+pub enum DescentOutcome {
     /// The choice in [`Descent::best`].
     Best {
         /// Its cost is at most this much above the least.
@@ -76,14 +76,14 @@ impl Descent {
     }
 
     /// The least choice for an arc-consistent graph.
-    pub fn solve(&mut self, graph: &mut Graph, limits: Limits) -> Found {
+    pub fn solve(&mut self, graph: &mut Graph, limits: Limits) -> DescentOutcome {
         graph.index();
         self.tables.make(graph, limits.entries);
         if self.tables.least.is_infinite() {
-            return Found::Nothing { proved: true };
+            return DescentOutcome::Nothing { proved: true };
         }
         if !self.tables.exact && self.two_sat.satisfiable(graph) == Some(false) {
-            return Found::Nothing { proved: true };
+            return DescentOutcome::Nothing { proved: true };
         }
         let nodes = graph.nodes.len();
         self.domains.clear();
@@ -94,7 +94,7 @@ impl Descent {
         self.descend(graph, limits.nodes)
     }
 
-    fn descend(&mut self, graph: &Graph, limit: usize) -> Found {
+    fn descend(&mut self, graph: &Graph, limit: usize) -> DescentOutcome {
         let (nodes, mut tried, mut best) = (graph.nodes.len(), 0, f64::INFINITY);
         self.push(graph, self.tables.least);
         while let Some(level) = self.levels.last_mut() {
@@ -115,9 +115,9 @@ impl Descent {
             let allowance = if best.is_finite() { limit } else { PATIENCE.saturating_mul(limit) };
             if tried > allowance.saturating_add(2 * nodes) {
                 return if best.is_finite() {
-                    Found::Best { gap: (best - self.tables.least).max(0.0) }
+                    DescentOutcome::Best { gap: (best - self.tables.least).max(0.0) }
                 } else {
-                    Found::Nothing { proved: false }
+                    DescentOutcome::Nothing { proved: false }
                 };
             }
             let node = self.tables.order[nodes - self.levels.len()];
@@ -135,7 +135,11 @@ impl Descent {
                 break;
             }
         }
-        if best.is_finite() { Found::Best { gap: 0.0 } } else { Found::Nothing { proved: true } }
+        if best.is_finite() {
+            DescentOutcome::Best { gap: 0.0 }
+        } else {
+            DescentOutcome::Nothing { proved: true }
+        }
     }
 
     /// The next node's options, by ascending bound; `bound` is that of everything before.
@@ -165,7 +169,7 @@ impl Descent {
         self.levels.push(level);
     }
 
-    /// A node takes an option, and everybody else what goes with that. False if somebody is left without an option.
+    /// Fixes a node's option and drops what its neighbours can no longer take. False if a node is left without an option.
     fn propagate(&mut self, graph: &Graph, node: usize, option: u8) -> bool {
         self.trail.push((node, self.domains[node]));
         self.domains[node] = 1 << option;

@@ -149,7 +149,7 @@ impl Tables {
             let frontier = std::mem::take(&mut self.neighbours[node]);
             for (place, &one) in frontier.iter().enumerate() {
                 self.neighbours[one].retain(|&other| other != node);
-                // Beyond the limit tables are shared out, and do not join everybody on the frontier.
+                // Beyond the limit tables are shared out, and do not join all nodes on the frontier.
                 for &other in frontier[place + 1..].iter().filter(|_| total <= limit) {
                     join(&mut self.neighbours[one], other);
                     join(&mut self.neighbours[other], one);
@@ -287,13 +287,13 @@ impl Tables {
         }
     }
 
-    /// The sum of the tables made at a position, with everybody at later positions at `chosen`.
+    /// The sum of the tables made at a position, with all nodes at later positions at `chosen`.
     #[must_use]
     pub fn made(&self, position: usize, chosen: &[u8]) -> f64 {
         (self.made[position]..self.made[position + 1]).map(|table| self.value(table, chosen)).sum()
     }
 
-    /// The sum of the tables used at a position, with its node and everybody at later positions at `chosen`.
+    /// The sum of the tables used at a position, with its node and all at later positions at `chosen`.
     #[must_use]
     pub fn used(&self, position: usize, chosen: &[u8]) -> f64 {
         let (mut sum, mut next) = (0.0, self.placed[position]);

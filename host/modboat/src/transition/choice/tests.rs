@@ -185,7 +185,8 @@ fn squares_that_are_exact() {
                 verdicts[0][0] = false;
             }
             let answer = case.solve(&mut chooser);
-            let (cost, bound) = case.checked(&chooser, answer, seed).expect("everybody may take the other");
+            let (cost, bound) =
+                case.checked(&chooser, answer, seed).expect("every node may take its other option");
             exact += usize::from(cost - bound < 1e-9);
             gap = gap.max(cost - bound);
             share = share.max((cost - bound) / cost);

@@ -1,4 +1,4 @@
-//! 2-SAT: is there any choice where nobody has more than two options? Decided in time linear in nodes and edges.
+//! 2-SAT: whether there is a choice at all, where no node has more than two options. Time linear in nodes and edges.
 //!
 //! With two options, "module i takes option x" is a literal, and its negation is "i takes the other option". A forbidden
 //! combination (xᵢ, xⱼ) is the clause ¬xᵢ ∨ ¬xⱼ of two literals, so the constraints between pairs are an instance of 2-SAT.

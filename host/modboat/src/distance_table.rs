@@ -54,7 +54,7 @@ const HEADER: usize = 32;
 pub struct GridSwing {
     /// Index of φ₀, below [`CENTERLINES`].
     pub centerline: usize,
-    /// Index of |A|, below [`Table::amplitudes`].
+    /// Index of |A|, below [`DistanceTable::amplitudes`].
     pub amplitude: usize,
     /// True if A < 0.
     pub negative: bool,
@@ -62,7 +62,7 @@ pub struct GridSwing {
 
 /// DoC of every pair of swim cycles on the grid, for every reachable lattice offset.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub struct DistanceTable {
     offsets: usize,
     amplitude_min_rad: f64,
     amplitude_max_rad: f64,
@@ -74,14 +74,14 @@ pub struct Table {
 /// The values of one offset and centerline φ₀ᵢ, to be computed.
 #[derive(Debug)]
 pub struct Row<'a> {
-    table: &'a Table,
+    table: &'a DistanceTable,
     direct: &'a DistanceToCollision,
     offset: usize,
     centerline: usize,
     values: &'a mut [i16],
 }
 
-impl Table {
+impl DistanceTable {
     /// The table of these parameters, computed row by row.
     #[must_use]
     pub fn generate(parameters: &Parameters) -> Self {
@@ -297,7 +297,7 @@ mod tests {
     #[test]
     fn a_grid_point_holds_the_direct_value_rounded_down() {
         let direct = DistanceToCollision::new(&small());
-        let table = Table::generate(&small());
+        let table = DistanceTable::generate(&small());
         assert_eq!((table.len(), table.amplitudes()), (2 * 63 * 63 * 2 * 2 * 2, 2));
         let mut negatives = 0;
         for k in 0..20_000_usize {
@@ -326,7 +326,7 @@ mod tests {
         // Four amplitudes, so that there is something between them.
         let parameters = Parameters { amplitude_max_rad: 1.2, ..small() };
         let direct = DistanceToCollision::new(&parameters);
-        let table = Table::generate(&parameters);
+        let table = DistanceTable::generate(&parameters);
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut most_rad = 0.0_f64;
         for k in 0..40_000 {
@@ -348,7 +348,8 @@ mod tests {
 
     #[test]
     fn the_ends_of_the_grid_are_the_nearest_beyond_them() {
-        let table = Table::empty(&DistanceToCollision::new(&Parameters::default()), &Parameters::default());
+        let table =
+            DistanceTable::empty(&DistanceToCollision::new(&Parameters::default()), &Parameters::default());
         assert_eq!(table.amplitudes(), 18);
         assert!((table.amplitude_rad(17) - 2.6).abs() < 1e-12);
         assert_eq!(table.len(), 2 * 63 * 63 * 18 * 18 * 2);
@@ -361,9 +362,9 @@ mod tests {
 
     #[test]
     fn a_file_is_trusted_only_if_whole_and_of_these_parameters() {
-        let table = Table::generate(&small());
+        let table = DistanceTable::generate(&small());
         let good = table.encode(&small());
-        assert!(Table::decode(&good, &small()).as_ref() == Some(&table));
+        assert!(DistanceTable::decode(&good, &small()).as_ref() == Some(&table));
         let flipped = |place: usize| {
             let mut bytes = good.clone();
             bytes[place] ^= 0x10;
@@ -373,10 +374,10 @@ mod tests {
         let mut spoilt: Vec<_> = [0, 9, 17, 25, 1000, good.len() - 1].map(flipped).to_vec();
         spoilt.extend([good[..good.len() - 2].to_vec(), [&good[..], &[0, 0]].concat(), Vec::new()]);
         for bytes in spoilt {
-            assert!(Table::decode(&bytes, &small()).is_none());
+            assert!(DistanceTable::decode(&bytes, &small()).is_none());
         }
         let other = Parameters { tail_width_m: 0.014, ..small() };
-        assert!(Table::decode(&good, &other).is_none());
-        assert_ne!(Table::file_name(&other), Table::file_name(&small()));
+        assert!(DistanceTable::decode(&good, &other).is_none());
+        assert_ne!(DistanceTable::file_name(&other), DistanceTable::file_name(&small()));
     }
 }
