@@ -6,7 +6,7 @@ use std::time::Instant;
 use criterion::{Criterion, criterion_group, criterion_main};
 use grid::Map;
 use grid::plane::Plane;
-use grid::theta::{Found, Search};
+use grid::theta::{FoundPath, Search};
 use grid::volume::Volume;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 const QUERIES: usize = 10;
 
 /// Either search on a map.
-type Find<M> = fn(&mut Search, &M, usize, usize) -> Option<Found>;
+type Find<M> = fn(&mut Search, &M, usize, usize) -> Option<FoundPath>;
 
 fn random_plane(side: u32, share: f64) -> Plane {
     let mut rng = ChaCha8Rng::seed_from_u64(1);

@@ -71,9 +71,9 @@ pub trait Space {
     fn bound(&self, vertex: usize, goal: usize) -> f64;
 }
 
-/// A path.
+/// The path that a search found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundPath {
     /// The sum of its legs' and turns' costs.
     pub cost: f64,
     /// Its vertices, start and goal included.
@@ -111,12 +111,12 @@ impl Search {
     }
 
     /// Basic Theta* from `start` to `goal`; nothing when the open list ran empty, which proves that there is no path.
-    pub fn theta_star(&mut self, space: &impl Space, start: usize, goal: usize) -> Option<Found> {
+    pub fn theta_star(&mut self, space: &impl Space, start: usize, goal: usize) -> Option<FoundPath> {
         self.run(space, start, goal, Parents::Visible)
     }
 
     /// A* from `start` to `goal` along edges of the graph, at least cost; nothing proves that there is no path.
-    pub fn a_star(&mut self, space: &impl Space, start: usize, goal: usize) -> Option<Found> {
+    pub fn a_star(&mut self, space: &impl Space, start: usize, goal: usize) -> Option<FoundPath> {
         self.run(space, start, goal, Parents::Neighbours)
     }
 
@@ -132,7 +132,7 @@ impl Search {
         self.nodes.capacity() * size_of::<Node>() + self.open.capacity() * size_of::<u128>()
     }
 
-    fn run(&mut self, space: &impl Space, start: usize, goal: usize, parents: Parents) -> Option<Found> {
+    fn run(&mut self, space: &impl Space, start: usize, goal: usize, parents: Parents) -> Option<FoundPath> {
         self.expanded = 0;
         if start.max(goal) >= space.vertices() {
             return None;
@@ -149,7 +149,7 @@ impl Search {
                 continue;
             }
             if vertex == goal {
-                return Some(Found { cost: g, path: self.path(start, goal), expanded: self.expanded });
+                return Some(FoundPath { cost: g, path: self.path(start, goal), expanded: self.expanded });
             }
             self.nodes[vertex].2 = closed;
             if vertex != start && space.is_dead_end(vertex) {

@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use grid::Map;
 use grid::plane::Plane;
 use grid::read::{self, Query, ReadError};
-use grid::theta::{self, Found, Search};
+use grid::theta::{self, FoundPath, Search};
 use grid::volume::Volume;
 use serde::Serialize;
 
@@ -230,7 +230,7 @@ fn ask<const N: usize>(
         Algorithm::AStar => search.a_star(map, start, goal),
         Algorithm::AStarSmoothed => search.a_star(map, start, goal).and_then(|found| {
             let path = theta::smooth(map, &found.path);
-            Some(Found { cost: theta::cost(map, &path)?, path, ..found })
+            Some(FoundPath { cost: theta::cost(map, &path)?, path, ..found })
         }),
     });
     let time_us = began.elapsed().as_micros() as u64;

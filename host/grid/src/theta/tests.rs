@@ -143,7 +143,7 @@ fn a_straight_line_is_one_leg_unless_short_legs_are_cheaper() {
 fn ends_of_the_search() {
     let line = Line(5, |distance| distance);
     let mut search = Search::new();
-    assert_eq!(search.theta_star(&line, 2, 2), Some(Found { cost: 0.0, path: vec![2], expanded: 0 }));
+    assert_eq!(search.theta_star(&line, 2, 2), Some(FoundPath { cost: 0.0, path: vec![2], expanded: 0 }));
     assert_eq!(search.theta_star(&line, 2, 5), None);
     assert_eq!(search.a_star(&line, 5, 2), None);
     assert!(smooth(&line, &[]).is_empty());
