@@ -13,16 +13,16 @@ use rov::conditions::Conditions;
 use rov::planner::{OrderRule, Request, plan as planned};
 use rov::power::PowerLaw;
 use rov::propulsion::{Propulsion, Steady};
-use rov::route::{Errand, Swimmer};
-use rov::water::Lattice;
+use rov::route::{Mover, RouteQuery};
+use rov::search_graph::Lattice;
 
 /// The last robot of the stem around all others to the far end of the line, no robot having moved.
-fn errand(bench: &mut Bench, problem: &Problem) {
+fn route(bench: &mut Bench, problem: &Problem) {
     let (rules, robot) = (&problem.rules, &problem.robots[3]);
     let vehicle = &problem.vehicles[robot.vehicle];
     let law = PowerLaw::fitted(rules.battery_v).expect("in the table");
     let propulsion = Propulsion::new(vehicle, law, rules.battery_v, Steady::Whole).expect("six thrusters");
-    let swimmer = Swimmer::new(propulsion, rules);
+    let mover = Mover::new(propulsion, rules);
     let half_m = vehicle.box_m.map(|side| side / 2.0);
     let others = problem.robots.iter().filter(|other| other.id != robot.id).map(|other| other.start);
     let resting = others.chain(problem.tools.iter().map(|tool| tool.pose));
@@ -36,11 +36,11 @@ fn errand(bench: &mut Bench, problem: &Problem) {
     };
     let cell_m = std::array::from_fn(|k| vehicle.box_m[k] / f64::from(rules.grid_divisions[k]));
     let lattice = Lattice::new(problem.robots[0].start.position_m, cell_m, problem.bounds_m());
-    let errand = Errand { swimmer: &swimmer, clearance: &clearance, lattice: &lattice, rules, lambda_w: 0.5 };
+    let query = RouteQuery { mover: &mover, clearance: &clearance, lattice: &lattice, rules, lambda_w: 0.5 };
     let mut search = Search::new();
     for criterion in [Criterion::Energy, Criterion::Euclidean] {
         bench.bench_function(&format!("plan/one way of T to I/{criterion:?}"), |b| {
-            b.iter(|| errand.route(black_box(criterion), Manner::Best, &mut search));
+            b.iter(|| query.route(black_box(criterion), Manner::Best, &mut search));
         });
     }
 }
@@ -48,7 +48,7 @@ fn errand(bench: &mut Bench, problem: &Problem) {
 /// The bench lines `plan/…`.
 fn plan(bench: &mut Bench) {
     let problem = ReconfigureScenario::open("t-to-i-far").expect("it comes with the program").problem;
-    errand(bench, &problem);
+    route(bench, &problem);
     let law = PowerLaw::fitted(problem.rules.battery_v).expect("in the table");
     let mut group = bench.benchmark_group("plan/T to I, best, exact");
     group.sample_size(10).measurement_time(Duration::from_secs(10));

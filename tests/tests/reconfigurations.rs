@@ -19,8 +19,8 @@ use rov::conditions::Conditions;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::{PowerLaw, limits_n};
 use rov::propulsion::{Propulsion, Steady};
-use rov::route::{Errand, Swimmer};
-use rov::water::Lattice;
+use rov::route::{Mover, RouteQuery};
+use rov::search_graph::Lattice;
 use tests::figures::mean;
 use tests::reconfigure::{Kind, problem};
 use tests::spoil::SPOILERS;
@@ -56,31 +56,31 @@ fn for_seeds<T: Send>(seeds: usize, work: impl Fn(u64) -> T + Sync) -> Vec<T> {
                 break;
             }
             let result = work(seed as u64);
-            results.lock().expect("nobody panics with it").push((seed, result));
+            results.lock().expect("no thread panics with it").push((seed, result));
         }
     };
     std::thread::scope(|scope| (0..2).for_each(|_| drop(scope.spawn(run))));
-    let mut results = results.into_inner().expect("nobody panicked with it");
+    let mut results = results.into_inner().expect("no thread panicked with it");
     results.sort_by_key(|(seed, _)| *seed);
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// What a swimmer of the first kind of robot is to a manner.
-fn swimmer(problem: &Problem, manner: Manner) -> Swimmer {
+/// The first kind of robot of a problem as a mover under a manner.
+fn mover(problem: &Problem, manner: Manner) -> Mover {
     let steady = if manner == Manner::Paper { Steady::Published } else { Steady::Whole };
     let vehicle = &problem.vehicles[problem.robots[0].vehicle];
     let propulsion = Propulsion::new(vehicle, law(problem), problem.rules.battery_v, steady);
-    Swimmer::new(propulsion.expect("six thrusters"), &problem.rules)
+    Mover::new(propulsion.expect("six thrusters"), &problem.rules)
 }
 
 /// The bound of every move of a plan is at most what it costs, by energy and by length.
 fn bounds_hold(problem: &Problem, planned: &Planned, what: &str) {
     let plan = &planned.plan;
-    let swimmer = swimmer(problem, plan.manner);
+    let mover = mover(problem, plan.manner);
     for own in &plan.moves {
         let (from, to) = (own.path[0], own.path[own.path.len() - 1]);
         let way_m = std::array::from_fn(|k| to[k] - from[k]);
-        let bound_j = swimmer.bound(Criterion::Energy, plan.manner, way_m, own.balance_w);
+        let bound_j = mover.bound(Criterion::Energy, plan.manner, way_m, own.balance_w);
         let cost_j = own.energy_navigate_j + own.energy_balance_j;
         assert!(
             bound_j <= cost_j * (1.0 + 1e-9),
@@ -89,7 +89,7 @@ fn bounds_hold(problem: &Problem, planned: &Planned, what: &str) {
         );
         let squares = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>();
         let path_m: f64 = own.path.windows(2).map(|leg| squares(&leg[0], &leg[1]).sqrt()).sum();
-        let bound_m = swimmer.bound(Criterion::Euclidean, plan.manner, way_m, own.balance_w);
+        let bound_m = mover.bound(Criterion::Euclidean, plan.manner, way_m, own.balance_w);
         assert!(bound_m <= path_m * (1.0 + 1e-9), "{what}, robot {}: {bound_m} m, {path_m} m", own.robot);
     }
 }
@@ -249,7 +249,7 @@ struct Oracle<'a> {
     problem: &'a Problem,
     criterion: Criterion,
     manner: Manner,
-    swimmer: Swimmer,
+    mover: Mover,
     lattice: Lattice,
     search: Search,
 }
@@ -259,8 +259,8 @@ impl<'a> Oracle<'a> {
         let (rules, vehicle) = (&problem.rules, &problem.vehicles[problem.robots[0].vehicle]);
         let cell_m = std::array::from_fn(|k| vehicle.box_m[k] / f64::from(rules.grid_divisions[k]));
         let lattice = Lattice::new(problem.robots[0].start.position_m, cell_m, problem.bounds_m());
-        let swimmer = swimmer(problem, manner);
-        Self { problem, criterion, manner, swimmer, lattice, search: Search::new() }
+        let mover = mover(problem, manner);
+        Self { problem, criterion, manner, mover, lattice, search: Search::new() }
     }
 
     /// The least that is still to be paid when robots are in these slots and the others at their starts.
@@ -313,9 +313,9 @@ impl<'a> Oracle<'a> {
             distance_m: problem.clearance_m(vehicle),
             bounds_m: problem.bounds_m(),
         };
-        let (swimmer, lattice, rules) = (&self.swimmer, &self.lattice, &problem.rules);
-        let errand = Errand { swimmer, clearance: &clearance, lattice, rules, lambda_w };
-        let route = errand.route(self.criterion, self.manner, &mut self.search)?;
+        let (mover, lattice, rules) = (&self.mover, &self.lattice, &problem.rules);
+        let query = RouteQuery { mover, clearance: &clearance, lattice, rules, lambda_w };
+        let route = query.route(self.criterion, self.manner, &mut self.search)?;
         Some(route.cost(self.criterion, lambda_w))
     }
 }

@@ -33,7 +33,7 @@ pub struct Resting {
 /// The water around one mover.
 #[derive(Clone, Debug)]
 pub struct Clearance {
-    /// Who rests.
+    /// Bodies at rest.
     pub resting: Vec<Resting>,
     /// Half the mover's length, width and height, m.
     pub half_m: [f64; 3],
@@ -58,7 +58,7 @@ impl Clearance {
         if !self.is_inside(from_m, reach_m) || !self.is_inside(to_m, reach_m) {
             return false;
         }
-        // Most of the water is far from everybody: only who is near the leg is looked at closely.
+        // Most of the water is far from all bodies: only those near the leg are looked at closely.
         let leg_m = offset(from_m, to_m);
         let per_length = 1.0 / dot(leg_m, leg_m).max(f64::MIN_POSITIVE);
         let own_m2 = dot(self.half_m, self.half_m);
@@ -77,7 +77,7 @@ impl Clearance {
         })
     }
 
-    /// Whether the robot may turn in place: the upright cylinder around its hull overlaps nobody and stays in the water.
+    /// Whether the robot may turn in place: the upright cylinder around its hull overlaps no body and stays in the water.
     #[must_use]
     pub fn turn_is_free(&self, at_m: [f64; 3]) -> bool {
         let radius_m = self.half_m[0].hypot(self.half_m[1]);

@@ -31,7 +31,7 @@ use super::hydrostatics::Hydrostatics;
 /// Why there is no such cluster.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ClusterError {
-    /// Nobody is in it.
+    /// It has no members.
     #[error("a cluster of no members")]
     Empty,
     /// A pose that is no pose.
@@ -67,7 +67,7 @@ impl Cluster {
     /// Vehicles at level poses in the world, as one body whose frame is that of a level body at `origin`.
     ///
     /// # Errors
-    /// [`ClusterError`] when nobody is there, or somewhere that is no place.
+    /// [`ClusterError`] for no members, or a pose that is not finite.
     pub fn new(origin: &Pose, members: &[(Pose, &Vehicle)]) -> Result<Self, ClusterError> {
         for (member, pose) in std::iter::once(origin).chain(members.iter().map(|(pose, _)| pose)).enumerate()
         {

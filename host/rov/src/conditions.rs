@@ -1,16 +1,16 @@
-//! Which problems are refused, and why: everything about g1–g8 that can be said before anybody plans.
+//! Which problems are refused, and why: everything about g1–g8 that can be checked before planning.
 //!
 //! | condition | what is asked of the problem |
 //! |---|---|
 //! | v1 | at least as many slots as robots, all in the water, no two bodies in one place or in each other |
-//! | v2 | somebody brings what a slot requires, and robots fit one-to-one into slots |
+//! | v2 | some robot brings what a slot requires, and robots fit one-to-one into slots |
 //! | v4 | every tool has a connection at the start and at the goal |
 //! | g5, g6 | start and goal are one cluster each (18) |
 //!
 //! Which robot ends in which slot is for the planner to choose, so a goal is refused only if no choice can mend it: two
 //! slots overlap when every two kinds of robot that may be there do, and they may be connected when any two kinds are.
-//! With one kind of robot that is exact. A goal may have more slots than robots; a slot's requirement says who may be
-//! there, not that somebody must.
+//! With one kind of robot that is exact. A goal may have more slots than robots; a slot's requirement says which robots
+//! may be there, not that one must.
 //!
 //! Poses off the planner's grid are no mistake.
 
@@ -86,7 +86,7 @@ impl Conditions for Problem {
         check_slots(self)?;
         let bounds_m = self.bounds_m();
         for node in start(self).into_iter().chain(goal(self)) {
-            // A slot is refused only if nobody who may be there fits.
+            // A slot is refused only if no robot that may be there fits.
             if !node.kinds.iter().any(|kind| LevelBox::around(node.pose, kind).is_within(bounds_m)) {
                 let position_m = node.pose.position_m;
                 return Err(ProblemError::OutsideWater { place: node.place, position_m, bounds_m });
@@ -126,7 +126,7 @@ fn goal(problem: &Problem) -> Vec<Node<'_>> {
     slots.chain(tools(problem)).collect()
 }
 
-/// Everybody is somebody, somewhere.
+/// Robots and tools have valid ids and finite poses.
 fn check_bodies(problem: &Problem) -> Result<(), ProblemError> {
     if problem.robots.is_empty() {
         return Err(ProblemError::NoRobots);
@@ -167,7 +167,7 @@ fn check_bodies(problem: &Problem) -> Result<(), ProblemError> {
     Ok(())
 }
 
-/// Everybody has somewhere to go (v1, v2).
+/// Every robot has a slot to go to (v1, v2).
 fn check_slots(problem: &Problem) -> Result<(), ProblemError> {
     if problem.slots.len() < problem.robots.len() {
         return Err(ProblemError::TooFewSlots { slots: problem.slots.len(), robots: problem.robots.len() });
@@ -177,7 +177,7 @@ fn check_slots(problem: &Problem) -> Result<(), ProblemError> {
             problem.robots.iter().any(|robot| robot.capabilities.contains(*capability))
         };
         if let Some(capability) = slot.requires.iter().find(|capability| !brought(capability)) {
-            return Err(ProblemError::NobodyBrings { slot: index, capability: capability.clone() });
+            return Err(ProblemError::MissingCapability { slot: index, capability: capability.clone() });
         }
     }
     let fits: Vec<Vec<usize>> = problem

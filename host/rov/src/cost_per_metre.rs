@@ -17,7 +17,7 @@
 //! since each leg's cost is at least q_k·(its displacement) and displacements add up. It is the support function of the
 //! q_k: the greatest norm below c up to the fineness of the directions n_k.
 //!
-//! Headings: a robot that holds its heading has a rate for every direction; one that may choose takes the cheapest
+//! Headings: a robot that holds its heading has a cost per metre for every direction; one that may choose takes the cheapest
 //! heading for the leg's elevation.
 
 use std::f64::consts::{PI, TAU};
@@ -31,7 +31,7 @@ const ELEVATIONS: usize = 24;
 const SPEEDS: usize = 24;
 /// Directions n_k of the bound.
 const PLANES: usize = 120;
-/// Samples of the rate between two nodes of the table, and what the bound leaves for directions between those.
+/// Samples of the cost per metre between two nodes of the table, and what the bound leaves for directions between those.
 const BETWEEN: usize = 2;
 const SAMPLING: f64 = 0.995;
 
@@ -64,12 +64,12 @@ impl PowerMap {
     }
 
     /// min over v of (P + λ)/v at every node, J/m.
-    fn rates(&self, lambda_w: f64) -> Vec<f64> {
+    fn costs_per_metre(&self, lambda_w: f64) -> Vec<f64> {
         self.powers_w
             .chunks(self.speeds_m_s.len())
             .map(|powers_w| {
-                let rate = |(&power_w, &speed): (&f64, &f64)| (power_w + lambda_w) / speed;
-                powers_w.iter().zip(&self.speeds_m_s).map(rate).fold(f64::INFINITY, f64::min)
+                let cost_per_metre = |(&power_w, &speed): (&f64, &f64)| (power_w + lambda_w) / speed;
+                powers_w.iter().zip(&self.speeds_m_s).map(cost_per_metre).fold(f64::INFINITY, f64::min)
             })
             .collect()
     }
@@ -88,7 +88,7 @@ pub enum Heading {
 
 /// Cost of a metre by direction in the world, and its bound.
 #[derive(Clone, Debug)]
-pub struct Rate {
+pub struct CostPerMetre {
     /// [elevation][azimuth], a ring of one azimuth where it does not matter; empty where a metre is a metre.
     nodes: Vec<f64>,
     azimuths: usize,
@@ -96,7 +96,7 @@ pub struct Rate {
     planes: Vec<[f64; 3]>,
 }
 
-impl Rate {
+impl CostPerMetre {
     /// Length itself: the Euclidean criterion.
     #[must_use]
     pub const fn euclidean() -> Self {
@@ -106,7 +106,7 @@ impl Rate {
     /// Energy for itself and for those who wait, at λ = `lambda_w`.
     #[must_use]
     pub fn energy(map: &PowerMap, heading: Heading, lambda_w: f64) -> Self {
-        let all = map.rates(lambda_w);
+        let all = map.costs_per_metre(lambda_w);
         let (nodes, azimuths, yaw_rad) = match heading {
             Heading::Held(yaw_rad) => (all, AZIMUTHS, yaw_rad),
             Heading::Along => (all.chunks(AZIMUTHS).map(|ring| ring[0]).collect(), 1, 0.0),
@@ -115,9 +115,9 @@ impl Rate {
                 (all.chunks(AZIMUTHS).map(least).collect(), 1, 0.0)
             }
         };
-        let mut rate = Self { nodes, azimuths, yaw_rad, planes: Vec::new() };
-        rate.planes = rate.supporting_planes();
-        rate
+        let mut cost_per_metre = Self { nodes, azimuths, yaw_rad, planes: Vec::new() };
+        cost_per_metre.planes = cost_per_metre.supporting_planes();
+        cost_per_metre
     }
 
     /// Cost of a straight leg along `leg_m`, J (m for the Euclidean criterion).
@@ -167,7 +167,7 @@ impl Rate {
         let azimuths = if is_round { 1 } else { BETWEEN * AZIMUTHS };
         for elevation in 0..=BETWEEN * ELEVATIONS {
             for azimuth in 0..azimuths {
-                // Least rates are at nodes of the table, so samples are taken there, turned as the robot is.
+                // Least costs per metre are at nodes of the table, so samples are taken there, turned as the robot is.
                 let d = unit(self.yaw_rad + azimuth_rad(node(azimuth)), elevation_rad(node(elevation)));
                 samples.push((d, self.cost(d)));
             }

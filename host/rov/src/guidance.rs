@@ -3,14 +3,13 @@
 //! | file | what |
 //! |---|---|
 //! | [`profile`] | from rest to rest: way, speed and acceleration over time |
-//! | [`course`] | the reference along one action of a plan |
-//! | [`sight`] | line-of-sight steering: the velocity that leads back to a course |
-//! | [`helm`] | from reference and state to thrusts: feedforward, feedback, allocation |
+//! | [`reference`] | the reference trajectory of one action of a plan |
+//! | [`los`] | line-of-sight (LOS) guidance: the velocity that leads back to a path |
+//! | [`tracking`] | tracking controller, from reference and state to thrusts: feedforward, feedback, allocation |
 //!
-//! A robot that moves and a cluster that waits are steered alike: the one follows a course, the other has a course of
-//! length zero.
+//! A robot that moves and a cluster that waits are controlled alike: the reference of the one moves, that of the other rests.
 
-pub mod course;
-pub mod helm;
+pub mod los;
 pub mod profile;
-pub mod sight;
+pub mod reference;
+pub mod tracking;

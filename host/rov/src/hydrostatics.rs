@@ -94,7 +94,7 @@ mod tests {
         Vehicle::built_in(name).expect(name)
     }
 
-    /// Section VIII-A: the tool asks for 0.6 N·m, whoever is docked to it and wherever the origin is.
+    /// Section VIII-A: the tool asks for 0.6 N·m, whatever is docked to it and wherever the origin is.
     #[test]
     fn the_papers_tool_asks_for_its_moment() {
         let (robot, tool) = (vehicle("bluerov1"), vehicle("tool-20n"));

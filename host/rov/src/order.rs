@@ -1,4 +1,4 @@
-//! Who moves next, and where to: the paper's rule, and the exact optimum over all orders and assignments.
+//! The order of moves and the assignment of robots to slots: the paper's rule, and the exact optimum.
 //!
 //! What a move costs depends on who has moved before and which slots are filled, not on the order in which that came
 //! about, and not on which of several equal robots fills a slot. So a *state* is the set of robots that have moved and
@@ -18,8 +18,8 @@ use std::collections::{BinaryHeap, HashMap, HashSet};
 /// Robots and slots at most.
 pub const MOST: usize = 16;
 
-/// What is decided over.
-pub trait Errands {
+/// Costs of moves, and lower bounds of them: what an order is chosen by.
+pub trait MoveCosts {
     /// How many robots.
     fn robots(&self) -> usize;
     /// How many slots.
@@ -34,7 +34,7 @@ pub trait Errands {
     fn cost(&mut self, state: &State, robot: usize, slot: usize) -> Option<f64>;
 }
 
-/// Who has moved, and what is in the slots.
+/// Which robots have moved, and what is in the slots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct State {
     /// Bit k: robot k has moved.
@@ -75,19 +75,19 @@ pub struct Order {
 /// The paper's rule: of all robots and slots left, the pair of least cost moves next.
 ///
 /// # Errors
-/// How many moves were made before nobody could move.
-pub fn by_paper(errands: &mut impl Errands) -> Result<Order, usize> {
+/// How many moves were made before no robot could move.
+pub fn by_paper(costs: &mut impl MoveCosts) -> Result<Order, usize> {
     let mut state = State::default();
     let mut order = Order { moves: Vec::new(), cost: 0.0, proved: false, priced: 0 };
-    for done in 0..errands.robots() {
+    for done in 0..costs.robots() {
         let mut best: Option<(f64, usize, usize)> = None;
-        for robot in (0..errands.robots()).filter(|&robot| !state.has_moved(robot)) {
-            for slot in (0..errands.slots()).filter(|&slot| state.filled[slot] == 0) {
-                if errands.bound(robot, slot).is_none() {
+        for robot in (0..costs.robots()).filter(|&robot| !state.has_moved(robot)) {
+            for slot in (0..costs.slots()).filter(|&slot| state.filled[slot] == 0) {
+                if costs.bound(robot, slot).is_none() {
                     continue;
                 }
                 order.priced += 1;
-                let Some(cost) = errands.cost(&state, robot, slot) else { continue };
+                let Some(cost) = costs.cost(&state, robot, slot) else { continue };
                 if best.is_none_or(|(least, ..)| cost < least) {
                     best = Some((cost, robot, slot));
                 }
@@ -96,7 +96,7 @@ pub fn by_paper(errands: &mut impl Errands) -> Result<Order, usize> {
         let (cost, robot, slot) = best.ok_or(done)?;
         order.moves.push((robot, slot));
         order.cost += cost;
-        state = state.after(robot, slot, errands.kind(robot));
+        state = state.after(robot, slot, costs.kind(robot));
     }
     Ok(order)
 }
@@ -149,9 +149,9 @@ pub enum NoOrder {
 ///
 /// # Errors
 /// [`NoOrder`]; never when one is known.
-pub fn exact(errands: &mut impl Errands, known: Option<Order>, patience: usize) -> Result<Order, NoOrder> {
-    let all = ((1_u32 << errands.robots()) - 1) as u16;
-    let mut remaining = Remaining::new(errands);
+pub fn exact(costs: &mut impl MoveCosts, known: Option<Order>, patience: usize) -> Result<Order, NoOrder> {
+    let all = ((1_u32 << costs.robots()) - 1) as u16;
+    let mut remaining = Remaining::new(costs);
     // What is not better than the order known is not worth a look; rounding apart.
     let limit = known.as_ref().map_or(f64::INFINITY, |order| order.cost * (1.0 - 1e-9));
     let mut reached = Reached::new();
@@ -173,10 +173,10 @@ pub fn exact(errands: &mut impl Errands, known: Option<Order>, patience: usize) 
             if !expanded.insert(state) {
                 continue;
             }
-            for robot in (0..errands.robots()).filter(|&robot| !state.has_moved(robot)) {
-                for slot in (0..errands.slots()).filter(|&slot| state.filled[slot] == 0) {
-                    let Some(bound) = errands.bound_from(&state, robot, slot) else { continue };
-                    let after = state.after(robot, slot, errands.kind(robot));
+            for robot in (0..costs.robots()).filter(|&robot| !state.has_moved(robot)) {
+                for slot in (0..costs.slots()).filter(|&slot| state.filled[slot] == 0) {
+                    let Some(bound) = costs.bound_from(&state, robot, slot) else { continue };
+                    let after = state.after(robot, slot, costs.kind(robot));
                     let f = (g + bound + remaining.bound(&after)).max(f);
                     if f < limit {
                         queue.push(Entry { f, g, state, next: Some((robot, slot)) });
@@ -189,8 +189,8 @@ pub fn exact(errands: &mut impl Errands, known: Option<Order>, patience: usize) 
             return known.map(|order| Order { priced, ..order }).ok_or(NoOrder::OutOfPatience);
         }
         priced += 1;
-        let Some(cost) = errands.cost(&state, robot, slot) else { continue };
-        let after = state.after(robot, slot, errands.kind(robot));
+        let Some(cost) = costs.cost(&state, robot, slot) else { continue };
+        let after = state.after(robot, slot, costs.kind(robot));
         let g = g + cost;
         if reached.get(&after).is_none_or(|(before, _)| g < *before) {
             reached.insert(after, (g, Some((state, robot, slot))));
@@ -222,10 +222,10 @@ struct Remaining {
 }
 
 impl Remaining {
-    fn new(errands: &impl Errands) -> Self {
-        let (robots, slots) = (errands.robots(), errands.slots());
+    fn new(costs: &impl MoveCosts) -> Self {
+        let (robots, slots) = (costs.robots(), costs.slots());
         let pairs = (0..robots).flat_map(|robot| (0..slots).map(move |slot| (robot, slot)));
-        let bounds = pairs.map(|(robot, slot)| errands.bound(robot, slot)).collect();
+        let bounds = pairs.map(|(robot, slot)| costs.bound(robot, slot)).collect();
         Self { robots, slots, bounds, known: HashMap::new() }
     }
 
@@ -275,7 +275,7 @@ mod tests {
         }
     }
 
-    impl Errands for Drawn {
+    impl MoveCosts for Drawn {
         fn robots(&self) -> usize {
             self.robots
         }
@@ -299,16 +299,16 @@ mod tests {
     }
 
     /// Every order and assignment, one after the other.
-    fn brute_force(errands: &mut Drawn, state: State) -> Option<f64> {
-        if (0..errands.robots).all(|robot| state.has_moved(robot)) {
+    fn brute_force(costs: &mut Drawn, state: State) -> Option<f64> {
+        if (0..costs.robots).all(|robot| state.has_moved(robot)) {
             return Some(0.0);
         }
         let mut least: Option<f64> = None;
-        for robot in (0..errands.robots).filter(|&robot| !state.has_moved(robot)) {
-            for slot in (0..errands.slots).filter(|&slot| state.filled[slot] == 0) {
-                let Some(cost) = errands.cost(&state, robot, slot) else { continue };
-                let after = state.after(robot, slot, errands.kind(robot));
-                if let Some(rest) = brute_force(errands, after) {
+        for robot in (0..costs.robots).filter(|&robot| !state.has_moved(robot)) {
+            for slot in (0..costs.slots).filter(|&slot| state.filled[slot] == 0) {
+                let Some(cost) = costs.cost(&state, robot, slot) else { continue };
+                let after = state.after(robot, slot, costs.kind(robot));
+                if let Some(rest) = brute_force(costs, after) {
                     least = Some(least.map_or(cost + rest, |least| least.min(cost + rest)));
                 }
             }
@@ -322,11 +322,11 @@ mod tests {
         for seed in 0..300_u64 {
             let robots = 1 + (seed % 4) as usize;
             let slots = robots + (seed / 4 % 2) as usize;
-            let mut errands = Drawn { seed, robots, slots, kinds: 1 + (seed % 3) as u8, priced: 0 };
-            let truth = brute_force(&mut errands, State::default());
-            let rule = by_paper(&mut errands);
-            let alone = exact(&mut errands, None, usize::MAX);
-            let helped = exact(&mut errands, rule.clone().ok(), usize::MAX);
+            let mut costs = Drawn { seed, robots, slots, kinds: 1 + (seed % 3) as u8, priced: 0 };
+            let truth = brute_force(&mut costs, State::default());
+            let rule = by_paper(&mut costs);
+            let alone = exact(&mut costs, None, usize::MAX);
+            let helped = exact(&mut costs, rule.clone().ok(), usize::MAX);
             match truth {
                 None => {
                     let proved = |result| matches!(result, Err(NoOrder::Proved { states }) if states > 0);
@@ -340,8 +340,8 @@ mod tests {
                         let mut sum = 0.0;
                         for (robot, slot) in order.moves {
                             assert!(!state.has_moved(robot) && state.filled[slot] == 0, "seed {seed}");
-                            sum += errands.cost(&state, robot, slot).expect("possible");
-                            state = state.after(robot, slot, errands.kind(robot));
+                            sum += costs.cost(&state, robot, slot).expect("possible");
+                            state = state.after(robot, slot, costs.kind(robot));
                         }
                         assert!((sum - truth).abs() < 1e-9 * truth, "seed {seed}: {sum} {truth}");
                     }
@@ -363,16 +363,16 @@ mod tests {
 
     #[test]
     fn moves_are_priced_late() {
-        let mut errands = Drawn { seed: 3, robots: 6, slots: 6, kinds: 1, priced: 0 };
-        let order = exact(&mut errands, None, usize::MAX).expect("an order");
+        let mut costs = Drawn { seed: 3, robots: 6, slots: 6, kinds: 1, priced: 0 };
+        let order = exact(&mut costs, None, usize::MAX).expect("an order");
         // Σ over k of C(6, k)²·(6 − k)² moves there are.
-        assert!(order.priced < 15_000 && errands.priced == order.priced, "{} of 16 632", order.priced);
+        assert!(order.priced < 15_000 && costs.priced == order.priced, "{} of 16 632", order.priced);
         // One move less is not enough for a proof: then the one known is returned, however dear.
         let known = Order { moves: Vec::new(), cost: 1e9, proved: false, priced: 0 };
-        let impatient = exact(&mut errands, Some(known.clone()), order.priced - 1).expect("the known one");
+        let impatient = exact(&mut costs, Some(known.clone()), order.priced - 1).expect("the known one");
         assert_eq!(impatient, Order { priced: order.priced - 1, ..known.clone() });
-        let helpless = exact(&mut errands, None, order.priced - 1);
+        let helpless = exact(&mut costs, None, order.priced - 1);
         assert_eq!(helpless, Err(NoOrder::OutOfPatience));
-        assert_eq!(exact(&mut errands, Some(known), order.priced).expect("an order"), order);
+        assert_eq!(exact(&mut costs, Some(known), order.priced).expect("an order"), order);
     }
 }

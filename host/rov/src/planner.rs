@@ -3,8 +3,8 @@
 //! | part | where |
 //! |---|---|
 //! | which configurations can wait, and what that draws | [`balance`](super::balance) |
-//! | one robot's way | [`route`](super::route) over [`water`](super::water), Theta* of [`grid`] |
-//! | who moves next, and where to | [`super::order`] |
+//! | one robot's route | [`route`](super::route) over [`search_graph`](super::search_graph), Theta* of [`grid`] |
+//! | the order of moves, and robots to slots | [`super::order`] |
 //!
 //! Pure: the same problem gives the same plan.
 
@@ -20,12 +20,12 @@ use thiserror::Error;
 use super::balance::{Balance, Unbalanced, balance};
 use super::clearance::{Clearance, Resting};
 use super::conditions::{Conditions, admits};
-use super::order::{self, Errands, NoOrder, Order, State};
+use super::order::{self, MoveCosts, NoOrder, Order, State};
 use super::power::{self, PowerError, PowerLaw};
 use super::propulsion::{Propulsion, PropulsionError, Steady};
-use super::route::{Errand, Route, Swimmer};
+use super::route::{Mover, Route, RouteQuery};
+use super::search_graph::Lattice;
 use super::vector::{length, offset};
-use super::water::Lattice;
 
 /// Moves priced at most before the best order known is returned unproved.
 pub const PATIENCE: usize = 20_000;
@@ -70,7 +70,7 @@ pub struct Planned {
 /// Why there is no plan.
 #[derive(Debug, Error)]
 pub enum PlanError {
-    /// Nobody can say what its thrusters do.
+    /// Its thrusters' forces cannot be computed.
     #[error("{vehicle}: {source}")]
     Propulsion {
         /// The vehicle.
@@ -88,7 +88,7 @@ pub enum PlanError {
         count: usize,
     },
     /// The paper's rule leads into a dead end.
-    #[error("after {moves} moves by the paper's rule nobody can move (exact order may know better)")]
+    #[error("after {moves} moves by the paper's rule no robot can move (exact order may know better)")]
     DeadEnd {
         /// Moves made before.
         moves: usize,
@@ -118,31 +118,31 @@ pub fn plan(problem: &Problem, request: &Request) -> Result<Planned, PlanError> 
     if count > order::MOST {
         return Err(PlanError::TooMany { count });
     }
-    let mut office = Office::new(problem, request)?;
-    let rule = order::by_paper(&mut office);
+    let mut pricer = MovePricer::new(problem, request)?;
+    let rule = order::by_paper(&mut pricer);
     let rule_cost = rule.as_ref().ok().map(|order| order.cost);
     let order = match (request.order, rule) {
         (OrderRule::Paper, rule) => rule.map_err(|moves| PlanError::DeadEnd { moves })?,
         (OrderRule::Exact, rule) => {
-            order::exact(&mut office, rule.ok(), PATIENCE).map_err(|none| match none {
-                NoOrder::Proved { states } => PlanError::Unreachable { why: office.obstacle(), states },
+            order::exact(&mut pricer, rule.ok(), PATIENCE).map_err(|none| match none {
+                NoOrder::Proved { states } => PlanError::Unreachable { why: pricer.obstacle(), states },
                 NoOrder::OutOfPatience => PlanError::OutOfPatience { priced: PATIENCE },
             })?
         }
     };
-    let plan = office.write(&order);
+    let plan = pricer.write(&order);
     Ok(Planned { plan, cost: order.cost, rule_cost, proved: order.proved, priced: order.priced })
 }
 
-/// A configuration and who is about to leave it: whoever has moved or moves now, and what is in the slots.
+/// A configuration that waits: robots that have moved or move now, one bit each, and what is in the slots.
 type Waiting = (u16, [u8; order::MOST]);
 
-/// Prices moves, and remembers.
-struct Office<'a> {
+/// Computes and keeps balances, routes and costs of moves.
+struct MovePricer<'a> {
     problem: &'a Problem,
     request: &'a Request,
     /// By vehicle; none for tools.
-    swimmers: Vec<Option<Swimmer>>,
+    movers: Vec<Option<Mover>>,
     lattice: Lattice,
     limits_n: (f64, f64),
     /// What every waiting cluster draws at least, W.
@@ -152,21 +152,21 @@ struct Office<'a> {
     search: Search,
 }
 
-impl<'a> Office<'a> {
+impl<'a> MovePricer<'a> {
     fn new(problem: &'a Problem, request: &'a Request) -> Result<Self, PlanError> {
         let rules = &problem.rules;
         let steady = match request.manner {
             Manner::Paper => Steady::Published,
             Manner::Best => Steady::Whole,
         };
-        let mut swimmers = Vec::with_capacity(problem.vehicles.len());
+        let mut movers = Vec::with_capacity(problem.vehicles.len());
         for (index, vehicle) in problem.vehicles.iter().enumerate() {
             let swims = problem.robots.iter().any(|robot| robot.vehicle == index);
-            let swimmer = swims
+            let mover = swims
                 .then(|| Propulsion::new(vehicle, request.law.clone(), rules.battery_v, steady))
                 .transpose()
                 .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
-            swimmers.push(swimmer.map(|propulsion| Swimmer::new(propulsion, rules)));
+            movers.push(mover.map(|propulsion| Mover::new(propulsion, rules)));
         }
         // Docked poses lie on the grid when it divides the box.
         let box_m = problem.robots.first().map_or([1.0; 3], |robot| problem.vehicles[robot.vehicle].box_m);
@@ -174,10 +174,10 @@ impl<'a> Office<'a> {
         let anchor_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
         let lattice = Lattice::new(anchor_m, cell_m, problem.bounds_m());
         let limits_n = power::limits_n(rules.battery_v)?;
-        let mut office = Self {
+        let mut pricer = Self {
             problem,
             request,
-            swimmers,
+            movers,
             lattice,
             limits_n,
             lambda_least_w: 0.0,
@@ -185,8 +185,8 @@ impl<'a> Office<'a> {
             routes: HashMap::new(),
             search: Search::new(),
         };
-        office.lambda_least_w = office.least_balance_w();
-        Ok(office)
+        pricer.lambda_least_w = pricer.least_balance_w();
+        Ok(pricer)
     }
 
     fn vehicle(&self, robot: usize) -> &'a Vehicle {
@@ -271,11 +271,11 @@ impl<'a> Office<'a> {
             let lambda_w = self.balance(state, robot).ok().map(|balance| balance.power_w);
             let route = lambda_w.and_then(|lambda_w| {
                 let clearance = self.clearance(state, robot, slot);
-                let swimmer = self.swimmers[self.problem.robots[robot].vehicle].as_ref()?;
+                let mover = self.movers[self.problem.robots[robot].vehicle].as_ref()?;
                 let rules = &self.problem.rules;
-                let errand =
-                    Errand { swimmer, clearance: &clearance, lattice: &self.lattice, rules, lambda_w };
-                errand.route(self.request.criterion, self.request.manner, &mut self.search)
+                let query =
+                    RouteQuery { mover, clearance: &clearance, lattice: &self.lattice, rules, lambda_w };
+                query.route(self.request.criterion, self.request.manner, &mut self.search)
             });
             self.routes.insert(key, route);
         }
@@ -290,9 +290,9 @@ impl<'a> Office<'a> {
         if self.stays(robot, slot) {
             return Some(0.0);
         }
-        let swimmer = self.swimmers[from.vehicle].as_ref()?;
+        let mover = self.movers[from.vehicle].as_ref()?;
         let Request { criterion, manner, .. } = *self.request;
-        Some(swimmer.bound(criterion, manner, way(&from.start, &to.pose), lambda_w))
+        Some(mover.bound(criterion, manner, way(&from.start, &to.pose), lambda_w))
     }
 
     /// What keeps robots from moving at the start, for the one who asked.
@@ -377,7 +377,7 @@ impl<'a> Office<'a> {
     }
 }
 
-impl Errands for Office<'_> {
+impl MoveCosts for MovePricer<'_> {
     fn robots(&self) -> usize {
         self.problem.robots.len()
     }

@@ -14,7 +14,7 @@
 //! v). With no acceleration given it is the paper's: v from end to end. Turns likewise, with yaw rate and yaw
 //! acceleration.
 //!
-//! The best speed of a leg minimises E + λT, where λ is the power that everybody else draws meanwhile, so that E + λT is
+//! The best speed of a leg minimises E + λT, where λ is the power that all others draw meanwhile, so that E + λT is
 //! the leg's part of (17).
 //!
 //! Assumptions and limits: level attitude; still water; thrust as at the bollard (the paper's section VI-A says why).

@@ -1,4 +1,4 @@
-//! One robot's way from its start to its slot: corners, headings, speeds; as timed actions.
+//! One robot's route from its start to its slot: corners, headings, speeds; as timed actions.
 //!
 //! By the paper's rules ([`Manner::Paper`]) the robot turns in place to the heading of every leg, swims it at constant
 //! speed, and turns to the slot's heading at the end; under the energy criterion Theta* counts those turns.
@@ -23,26 +23,26 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Rules;
 
 use super::clearance::Clearance;
+use super::cost_per_metre::{CostPerMetre, Heading, PowerMap};
 use super::propulsion::{Expense, Propulsion};
-use super::rate::{Heading, PowerMap, Rate};
+use super::search_graph::{CornerCost, Edges, Lattice, SearchGraph};
 use super::vector::{length, offset, turned};
-use super::water::{CornerCost, Edges, Lattice, Water};
 
 /// Headings that differ by less are the same, rad.
 const SAME_RAD: f64 = 1e-9;
 
-/// One kind of robot as a swimmer under the rules of a problem.
+/// One kind of robot, with the costs of its motion under the rules of a problem.
 #[derive(Debug)]
-pub struct Swimmer {
+pub struct Mover {
     propulsion: Propulsion,
     /// At the paper's speed, and at all speeds.
     constant: PowerMap,
     any: PowerMap,
-    rates: RefCell<HashMap<(u64, Way), Rc<Rate>>>,
+    costs_per_metre: RefCell<HashMap<(u64, Way), Rc<CostPerMetre>>>,
     expenses: RefCell<HashMap<[i64; 5], Option<Expense>>>,
 }
 
-/// Which rate.
+/// Which cost per metre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Way {
     Paper,
@@ -51,23 +51,27 @@ enum Way {
     Held(i64),
 }
 
-impl Swimmer {
+impl Mover {
     /// Prices every direction once.
     #[must_use]
     pub fn new(propulsion: Propulsion, rules: &Rules) -> Self {
         let constant = PowerMap::new(&propulsion, [rules.speed_m_s; 2]);
         let any = PowerMap::new(&propulsion, rules.speeds_m_s);
-        Self { propulsion, constant, any, rates: RefCell::default(), expenses: RefCell::default() }
+        Self { propulsion, constant, any, costs_per_metre: RefCell::default(), expenses: RefCell::default() }
     }
 
     /// What a metre costs in `way` while others draw `lambda_w`.
-    fn rate(&self, way: Way, lambda_w: f64) -> Rc<Rate> {
+    fn cost_per_metre(&self, way: Way, lambda_w: f64) -> Rc<CostPerMetre> {
         let make = || match way {
-            Way::Paper => Rate::energy(&self.constant, Heading::Along, lambda_w),
-            Way::Free => Rate::energy(&self.any, Heading::Free, lambda_w),
-            Way::Held(yaw) => Rate::energy(&self.any, Heading::Held(yaw as f64 * 1e-6), lambda_w),
+            Way::Paper => CostPerMetre::energy(&self.constant, Heading::Along, lambda_w),
+            Way::Free => CostPerMetre::energy(&self.any, Heading::Free, lambda_w),
+            Way::Held(yaw) => CostPerMetre::energy(&self.any, Heading::Held(yaw as f64 * 1e-6), lambda_w),
         };
-        self.rates.borrow_mut().entry((lambda_w.to_bits(), way)).or_insert_with(|| Rc::new(make())).clone()
+        self.costs_per_metre
+            .borrow_mut()
+            .entry((lambda_w.to_bits(), way))
+            .or_insert_with(|| Rc::new(make()))
+            .clone()
     }
 
     /// Lower bound of what any route along `way_m` costs under a criterion, J or m.
@@ -76,7 +80,7 @@ impl Swimmer {
         let way = if manner == Manner::Paper { Way::Paper } else { Way::Free };
         match criterion {
             Criterion::Euclidean => length(way_m),
-            Criterion::Energy => self.rate(way, lambda_w).bound(way_m),
+            Criterion::Energy => self.cost_per_metre(way, lambda_w).bound(way_m),
         }
     }
 
@@ -118,7 +122,7 @@ impl Swimmer {
     }
 }
 
-/// A way, priced.
+/// A route with its actions and its energy.
 #[derive(Clone, Debug)]
 pub struct Route {
     /// Its corners, start and slot included.
@@ -142,26 +146,26 @@ impl Route {
     }
 }
 
-/// Everything that a route depends on.
-pub struct Errand<'a> {
-    /// Who swims.
-    pub swimmer: &'a Swimmer,
-    /// Where it may.
+/// One question for a route, with everything that the answer depends on.
+pub struct RouteQuery<'a> {
+    /// The robot that moves.
+    pub mover: &'a Mover,
+    /// Where it may move.
     pub clearance: &'a Clearance,
     /// The grid.
     pub lattice: &'a Lattice,
     /// The rules' numbers.
     pub rules: &'a Rules,
-    /// What everybody else draws meanwhile, W.
+    /// What all others draw meanwhile, W.
     pub lambda_w: f64,
 }
 
-impl Errand<'_> {
+impl RouteQuery<'_> {
     /// The best route found, or nothing: then there is no way on this grid.
     #[must_use]
     pub fn route(&self, criterion: Criterion, manner: Manner, search: &mut Search) -> Option<Route> {
         let edges = Edges::new(self.lattice);
-        if !self.water(&edges, &Rate::euclidean(), None).slot_is_open() {
+        if !self.graph(&edges, &CostPerMetre::euclidean(), None).slot_is_open() {
             return None;
         }
         match manner {
@@ -170,13 +174,18 @@ impl Errand<'_> {
         }
     }
 
-    fn water<'a>(&'a self, edges: &'a Edges, rate: &'a Rate, corner: Option<CornerCost<'a>>) -> Water<'a> {
-        Water::new((self.lattice, self.clearance, edges), rate, corner)
+    fn graph<'a>(
+        &'a self,
+        edges: &'a Edges,
+        cost_per_metre: &'a CostPerMetre,
+        corner: Option<CornerCost<'a>>,
+    ) -> SearchGraph<'a> {
+        SearchGraph::new((self.lattice, self.clearance, edges), cost_per_metre, corner)
     }
 
-    fn path(&self, water: &Water<'_>, search: &mut Search) -> Option<Vec<[f64; 3]>> {
-        let found = search.theta_star(water, water.start(), water.slot())?;
-        let mut path: Vec<[f64; 3]> = found.path.iter().map(|&vertex| water.place_m(vertex)).collect();
+    fn path(&self, graph: &SearchGraph<'_>, search: &mut Search) -> Option<Vec<[f64; 3]>> {
+        let found = search.theta_star(graph, graph.start(), graph.slot())?;
+        let mut path: Vec<[f64; 3]> = found.path.iter().map(|&vertex| graph.place_m(vertex)).collect();
         // The start may be a grid point as well.
         path.dedup_by(|b, a| length(offset(*a, *b)) < 1e-9);
         Some(path)
@@ -185,10 +194,10 @@ impl Errand<'_> {
     /// Turn in place, constant speed.
     fn by_paper(&self, criterion: Criterion, edges: &Edges, search: &mut Search) -> Option<Route> {
         let yaw_rate_rad_s = self.rules.yaw_rate_rad_s;
-        let propulsion = &self.swimmer.propulsion;
+        let propulsion = &self.mover.propulsion;
         let [start, slot] = [&self.clearance.start, &self.clearance.slot].map(|pose| pose.yaw_rad);
-        let euclidean = Rate::euclidean();
-        let shortest = self.water(edges, &euclidean, None);
+        let euclidean = CostPerMetre::euclidean();
+        let shortest = self.graph(edges, &euclidean, None);
         let paths = match criterion {
             Criterion::Euclidean => vec![self.path(&shortest, search)?],
             Criterion::Energy => {
@@ -202,9 +211,9 @@ impl Errand<'_> {
                     first + along.filter(|_| last).map_or(0.0, |a| turn(a, slot))
                 };
                 // With a cost at corners Theta* is not monotone: what it finds without is sometimes cheaper.
-                let rate = self.swimmer.rate(Way::Paper, self.lambda_w);
-                let with = self.path(&self.water(edges, &rate, Some(&corner)), search)?;
-                let without = self.path(&self.water(edges, &rate, None), search)?;
+                let cost_per_metre = self.mover.cost_per_metre(Way::Paper, self.lambda_w);
+                let with = self.path(&self.graph(edges, &cost_per_metre, Some(&corner)), search)?;
+                let without = self.path(&self.graph(edges, &cost_per_metre, None), search)?;
                 vec![with, without, self.path(&shortest, search)?]
             }
         };
@@ -215,7 +224,7 @@ impl Errand<'_> {
     /// The paper's actions along a path.
     fn at_constant_speed(&self, path: &[[f64; 3]]) -> Option<Route> {
         let Rules { speed_m_s, yaw_rate_rad_s, .. } = *self.rules;
-        let propulsion = &self.swimmer.propulsion;
+        let propulsion = &self.mover.propulsion;
         let slot = self.clearance.slot.yaw_rad;
         let mut timeline = Timeline::new(self.clearance.start, self.rules);
         for leg in path.windows(2) {
@@ -234,19 +243,19 @@ impl Errand<'_> {
 
     /// Best headings and speeds on every path worth a look.
     fn at_best(&self, criterion: Criterion, edges: &Edges, search: &mut Search) -> Option<Route> {
-        let rates = match criterion {
-            Criterion::Euclidean => vec![Rc::new(Rate::euclidean())],
+        let costs_per_metre = match criterion {
+            Criterion::Euclidean => vec![Rc::new(CostPerMetre::euclidean())],
             Criterion::Energy => {
                 let held = (wrap_rad(self.clearance.start.yaw_rad) * 1e6).round() as i64;
                 vec![
-                    self.swimmer.rate(Way::Held(held), self.lambda_w),
-                    self.swimmer.rate(Way::Free, self.lambda_w),
+                    self.mover.cost_per_metre(Way::Held(held), self.lambda_w),
+                    self.mover.cost_per_metre(Way::Free, self.lambda_w),
                 ]
             }
         };
         let mut paths: Vec<Vec<[f64; 3]>> = Vec::new();
-        for rate in &rates {
-            let path = self.path(&self.water(edges, rate, None), search)?;
+        for cost_per_metre in &costs_per_metre {
+            let path = self.path(&self.graph(edges, cost_per_metre, None), search)?;
             if !paths.contains(&path) {
                 paths.push(path);
             }
@@ -318,7 +327,7 @@ impl Errand<'_> {
             if angle_rad.abs() < SAME_RAD {
                 return Some(0.0);
             }
-            let expense = self.swimmer.best_turn(self.rules, angle_rad, self.lambda_w)?;
+            let expense = self.mover.best_turn(self.rules, angle_rad, self.lambda_w)?;
             self.clearance.turn_is_free(at_m).then(|| expense.with_others(self.lambda_w))
         };
         let mut ends = vec![(start, 0.0, usize::MAX)];
@@ -329,7 +338,7 @@ impl Errand<'_> {
             let headings: [f64; CHOICES] = [start, slot, along, wrap_rad(along + PI)];
             let mut stage = Vec::with_capacity(CHOICES);
             for heading in headings {
-                let Some(swum) = self.swimmer.best_leg(self.rules, leg_m, heading, self.lambda_w) else {
+                let Some(swum) = self.mover.best_leg(self.rules, leg_m, heading, self.lambda_w) else {
                     continue;
                 };
                 if !self.clearance.leg_is_free(leg[0], leg[1], heading) {
@@ -360,7 +369,7 @@ impl Errand<'_> {
         let turn_to = |timeline: &mut Timeline, heading: f64| {
             let angle_rad = wrap_rad(heading - timeline.at.yaw_rad);
             if angle_rad.abs() >= SAME_RAD {
-                let expense = self.swimmer.best_turn(self.rules, angle_rad, self.lambda_w)?;
+                let expense = self.mover.best_turn(self.rules, angle_rad, self.lambda_w)?;
                 timeline.turn(angle_rad, expense);
             }
             Some(())
@@ -368,7 +377,7 @@ impl Errand<'_> {
         for (leg, &heading) in path.windows(2).zip(&headings) {
             turn_to(&mut timeline, heading)?;
             let leg_m = offset(leg[0], leg[1]);
-            let swum = self.swimmer.best_leg(self.rules, leg_m, timeline.at.yaw_rad, self.lambda_w)?;
+            let swum = self.mover.best_leg(self.rules, leg_m, timeline.at.yaw_rad, self.lambda_w)?;
             timeline.leg(leg[1], swum);
         }
         turn_to(&mut timeline, slot)?;

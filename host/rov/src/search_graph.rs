@@ -1,4 +1,4 @@
-//! The water as a graph: a regular 3D grid, with a mover's start and slot as vertices of their own.
+//! The graph that a route is searched in: a regular 3D grid, with a mover's start and slot as vertices of their own.
 //!
 //! Cells are the box of the first robot divided by [`Rules::grid_divisions`](reconfiguration::problem::Rules), so that docked
 //! poses lie on the grid; start and slot need not. Whether a leg is free is decided exactly, by
@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use grid::theta::Space;
 
 use super::clearance::Clearance;
-use super::rate::Rate;
+use super::cost_per_metre::CostPerMetre;
 use super::vector::{length, offset};
 
 /// A regular grid in the bounds of the water.
@@ -82,7 +82,7 @@ impl Lattice {
 /// Neighbours of a grid point, itself among them, numbered by offset: x fastest, from −1 to 1 on each axis.
 const NEIGHBOURS: usize = 27;
 
-/// Which edges between neighbouring grid points are free, as far as somebody has asked.
+/// Which edges between neighbouring grid points are free, as far as searches have asked.
 #[derive(Clone, Debug)]
 pub struct Edges {
     /// By grid point, and in it by neighbour: bit n, it has been asked for; bit n + 32, it is free.
@@ -111,31 +111,31 @@ impl Edges {
 /// What a corner costs; nothing where headings are held or decided later.
 pub type CornerCost<'a> = &'a dyn Fn(Option<[f64; 3]>, [f64; 3], bool) -> f64;
 
-/// One mover's water under one criterion.
-pub struct Water<'a> {
+/// The graph of one mover under one criterion.
+pub struct SearchGraph<'a> {
     lattice: &'a Lattice,
     clearance: &'a Clearance,
     edges: &'a Edges,
-    rate: &'a Rate,
+    cost_per_metre: &'a CostPerMetre,
     corner: Option<CornerCost<'a>>,
     /// What an edge costs, by the number of the neighbour.
     steps: [f64; NEIGHBOURS],
 }
 
-impl<'a> Water<'a> {
+impl<'a> SearchGraph<'a> {
     /// The grid, what is free, and what a metre costs. `corner` is the cost of turning from the leg before (none at the
     /// start) to a leg, told whether that one ends at the slot; `edges` is what is known of this lattice and clearance.
     #[must_use]
     pub fn new(
         (lattice, clearance, edges): (&'a Lattice, &'a Clearance, &'a Edges),
-        rate: &'a Rate,
+        cost_per_metre: &'a CostPerMetre,
         corner: Option<CornerCost<'a>>,
     ) -> Self {
         let steps = std::array::from_fn(|number| {
             let cells = [number % 3, number / 3 % 3, number / 9];
-            rate.cost(std::array::from_fn(|k| (cells[k] as f64 - 1.0) * lattice.cell_m[k]))
+            cost_per_metre.cost(std::array::from_fn(|k| (cells[k] as f64 - 1.0) * lattice.cell_m[k]))
         });
-        Self { lattice, clearance, edges, rate, corner, steps }
+        Self { lattice, clearance, edges, cost_per_metre, corner, steps }
     }
 
     /// Whether the slot can be entered from anywhere: where not, no search need look for it.
@@ -188,7 +188,7 @@ impl<'a> Water<'a> {
     }
 }
 
-impl Space for Water<'_> {
+impl Space for SearchGraph<'_> {
     fn vertices(&self) -> usize {
         self.lattice.len() + 2
     }
@@ -206,13 +206,13 @@ impl Space for Water<'_> {
             self.lattice.around(here_m, |next| {
                 let next_m = self.lattice.place_m(next);
                 if self.is_free(here_m, next_m) {
-                    visit(next, self.rate.cost(offset(here_m, next_m)));
+                    visit(next, self.cost_per_metre.cost(offset(here_m, next_m)));
                 }
             });
         }
         let slot_m = self.clearance.slot.position_m;
         if vertex != self.slot() && self.is_beside_slot(here_m) && self.is_free(here_m, slot_m) {
-            visit(self.slot(), self.rate.cost(offset(here_m, slot_m)));
+            visit(self.slot(), self.cost_per_metre.cost(offset(here_m, slot_m)));
         }
     }
 
@@ -222,7 +222,7 @@ impl Space for Water<'_> {
 
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
         let (from_m, to_m) = (self.place_m(from), self.place_m(to));
-        let cost = self.rate.cost(offset(from_m, to_m));
+        let cost = self.cost_per_metre.cost(offset(from_m, to_m));
         (cost < limit && self.is_free(from_m, to_m)).then_some(cost)
     }
 
@@ -235,6 +235,6 @@ impl Space for Water<'_> {
     }
 
     fn bound(&self, vertex: usize, goal: usize) -> f64 {
-        self.rate.bound(offset(self.place_m(vertex), self.place_m(goal)))
+        self.cost_per_metre.bound(offset(self.place_m(vertex), self.place_m(goal)))
     }
 }

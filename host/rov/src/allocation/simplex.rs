@@ -20,8 +20,8 @@ const PIVOT_TOLERANCE: f64 = 1e-9;
 const STALLS_MAX: usize = 30;
 const PIVOTS_MAX: usize = 20_000;
 
-/// What the programs found.
-pub(super) struct Found {
+/// The solution of both programs.
+pub(super) struct Solution {
     /// Greatest share of the demand.
     pub served: f64,
     /// Thrusts that serve it, N.
@@ -57,7 +57,7 @@ pub(super) fn solve(
     target: &Vector6<f64>,
     limits_n: &[(f64, f64)],
     pieces: &[Piece],
-) -> Option<Found> {
+) -> Option<Solution> {
     let size = target.norm();
     let mut variables = Vec::new();
     let mut costs = Vec::new();
@@ -109,7 +109,7 @@ pub(super) fn solve(
     for (u, (low, high)) in thrusts_n.iter_mut().zip(limits_n) {
         *u = u.clamp(*low, *high);
     }
-    Some(Found { served, thrusts_n, pinned })
+    Some(Solution { served, thrusts_n, pinned })
 }
 
 impl Tableau {
@@ -135,7 +135,7 @@ impl Tableau {
         for _ in 0..PIVOTS_MAX {
             let basis = Matrix6::from_columns(&self.basis.map(|index| self.variables[index].column));
             let lu = basis.lu();
-            // Values anew from the bounds, so that rounding does not add up.
+            // Values recomputed from the bounds, so that rounding does not add up.
             let mut load = Vector6::zeros();
             for (index, variable) in self.variables.iter().enumerate() {
                 if variable.at_upper && !self.basis.contains(&index) {

@@ -52,7 +52,7 @@ fn clusters_are_balanced_each_on_its_own() {
     let (robot, tool) = (vehicle("bluerov1"), vehicle("tool-20n"));
     let near = [(at(0.0, 0.0), &tool), (at(-0.483, 0.0), &robot)];
     let alone = balanced(&near).expect("a balance");
-    // A robot that docks to nobody is no help.
+    // A robot that is docked to no other is no help.
     let apart = [near[0], near[1], (at(3.0, 0.0), &robot)];
     let apart = balanced(&apart).expect("a balance");
     assert!((apart.power_w - alone.power_w).abs() < 1e-12);

@@ -145,7 +145,7 @@ fn a_cluster_moves_as_one_vehicle_with_the_composed_coefficients() {
 }
 
 #[test]
-fn nobody_and_nowhere_are_refused() {
+fn no_members_and_poses_that_are_not_finite_are_refused() {
     let robot = vehicle("bluerov1");
     assert_eq!(
         Cluster::new(&Pose::default(), &[]).expect_err("empty").to_string(),

@@ -1,6 +1,7 @@
-//! Whether everybody finds a place: bipartite matching by augmenting paths, and whom Hall's theorem blames otherwise.
+//! One-to-one assignment of robots to slots: bipartite matching by augmenting paths, and by Hall's theorem the robots that
+//! make it impossible.
 
-/// Robots that are too many for the slots they fit into, and those slots; nothing if everybody finds one.
+/// Robots that are too many for the slots they fit into, and those slots; `None` if every robot finds one.
 ///
 /// `fits[robot]` lists its slots. When the search for a robot fails, the robots it went through fit only into slots
 /// taken by each other, one fewer than they are.

@@ -82,10 +82,10 @@ pub enum ProblemError {
         /// How many there are.
         vehicles: usize,
     },
-    /// Nobody is there.
+    /// No robots.
     #[error("a reconfiguration needs at least one robot")]
     NoRobots,
-    /// The number nobody has.
+    /// An id of 0, which no robot has.
     #[error("robot id = 0: ids count from 1")]
     IdZero,
     /// A number that two robots have.
@@ -102,7 +102,7 @@ pub enum ProblemError {
         /// The vehicle's name.
         name: String,
     },
-    /// v1: somebody has nowhere to go.
+    /// v1: more robots than slots.
     #[error("{slots} slots for {robots} robots: the goal needs at least one each")]
     TooFewSlots {
         /// Slots.
@@ -110,9 +110,9 @@ pub enum ProblemError {
         /// Robots.
         robots: usize,
     },
-    /// v2: nobody can fill a slot.
+    /// v2: no robot has the capability that a slot requires.
     #[error("slot {} requires {capability:?}, which no robot brings", slot + 1)]
-    NobodyBrings {
+    MissingCapability {
         /// Index of the slot.
         slot: usize,
         /// What it requires.
@@ -160,7 +160,7 @@ pub enum ProblemError {
         /// By how much, m.
         depth_m: f64,
     },
-    /// v4: a tool that nobody holds.
+    /// v4: a tool without a connection.
     #[error("tool {} is left alone: it has no connection at the {configuration}", tool + 1)]
     ToolAlone {
         /// Index of the tool.
@@ -168,7 +168,7 @@ pub enum ProblemError {
         /// Where.
         configuration: Configuration,
     },
-    /// A robot or slot that nobody holds.
+    /// A robot or slot without a connection.
     #[error("{place} has no connection at the {configuration}")]
     Unconnected {
         /// Which.

@@ -41,7 +41,7 @@ fn no_path_is_cheaper_than_the_bound() {
     for map in maps() {
         for heading in HEADINGS {
             for lambda_w in [0.0, 0.8, 3.2, 20.0] {
-                let rate = Rate::energy(&map, heading, lambda_w);
+                let cost_per_metre = CostPerMetre::energy(&map, heading, lambda_w);
                 for case in 0..1500 {
                     // Anywhere, or to and fro along one way: paths that nearly cancel, and paths that hardly bend.
                     let way = direction(&mut rng);
@@ -53,8 +53,8 @@ fn no_path_is_cheaper_than_the_bound() {
                             std::array::from_fn(|k| size * (way[k] + stray * aside[k]))
                         })
                         .collect();
-                    let cost: f64 = legs.iter().map(|leg| rate.cost(*leg)).sum();
-                    let bound = rate.bound(sum(&legs));
+                    let cost: f64 = legs.iter().map(|leg| cost_per_metre.cost(*leg)).sum();
+                    let bound = cost_per_metre.bound(sum(&legs));
                     assert!(
                         bound <= cost * (1.0 + 1e-12),
                         "seed {seed}, {heading:?}, λ = {lambda_w} W: bound {bound} J above {cost} J of {legs:?}"
@@ -72,15 +72,15 @@ fn no_path_is_cheaper_than_the_bound() {
 fn a_zigzag_beats_the_straight_leg_at_constant_speed_and_not_the_bound() {
     let [constant, any] = maps();
     let least = |map: &PowerMap, way: [f64; 3]| {
-        let rate = Rate::energy(map, Heading::Along, 0.8);
+        let cost_per_metre = CostPerMetre::energy(map, Heading::Along, 0.8);
         // Two legs of half the way each, as far aside as they may be.
         let zigzag = |k: u32| {
             let aside = f64::from(k) / 200.0;
             let legs = [1.0, -1.0].map(|sign| [way[0] / 2.0 + sign * aside, way[1] / 2.0, way[2] / 2.0]);
-            legs.iter().map(|leg| rate.cost(*leg)).sum::<f64>()
+            legs.iter().map(|leg| cost_per_metre.cost(*leg)).sum::<f64>()
         };
         let zigzag = (1..400).map(zigzag).fold(f64::INFINITY, f64::min);
-        (zigzag / rate.cost(way), rate.bound(way) / zigzag)
+        (zigzag / cost_per_metre.cost(way), cost_per_metre.bound(way) / zigzag)
     };
     let (share, bound) = least(&constant, [0.0, 0.0, 1.0]);
     println!(
@@ -104,9 +104,10 @@ fn at_the_best_speed_the_bound_is_near_the_straight_leg() {
         let any = map([0.1, 0.5], steady);
         for heading in HEADINGS {
             for lambda_w in [0.0, 0.8, 3.2] {
-                let rate = Rate::energy(&any, heading, lambda_w);
-                let shares =
-                    (0..2000).map(|_| direction(&mut rng)).map(|way| rate.bound(way) / rate.cost(way));
+                let cost_per_metre = CostPerMetre::energy(&any, heading, lambda_w);
+                let shares = (0..2000)
+                    .map(|_| direction(&mut rng))
+                    .map(|way| cost_per_metre.bound(way) / cost_per_metre.cost(way));
                 let (mean, most) = shares.fold((0.0, 0.0_f64), |(s, m), x| (s + x / 2000.0, m.max(x)));
                 let what = format!("{steady:?}, {heading:?}, λ = {lambda_w} W");
                 println!("{what}: bound {mean:.3} of the straight leg on average, {most:.3} at most");
@@ -121,7 +122,7 @@ fn at_the_best_speed_the_bound_is_near_the_straight_leg() {
     assert!(mean > 0.9, "seed {seed}: {mean} on average");
 }
 
-/// Ramps take more than they save by being slow: the steady rate bounds legs from rest to rest too.
+/// Ramps take more than they save by being slow: the steady cost per metre bounds legs from rest to rest too.
 #[test]
 fn no_leg_from_rest_to_rest_is_cheaper_than_the_bound() {
     let seed = 3;
@@ -132,12 +133,12 @@ fn no_leg_from_rest_to_rest_is_cheaper_than_the_bound() {
     let any = PowerMap::new(&propulsion, [0.1, 0.5]);
     for lambda_w in [0.0, 0.2, 3.2] {
         let [held, free] =
-            [Heading::Held(0.0), Heading::Free].map(|heading| Rate::energy(&any, heading, lambda_w));
+            [Heading::Held(0.0), Heading::Free].map(|heading| CostPerMetre::energy(&any, heading, lambda_w));
         for _ in 0..400 {
             let (way, way_m) = (direction(&mut rng), rng.random_range(0.05..4.0));
             let leg = propulsion.best_leg(way, way_m, [0.1, 0.5], 0.2, lambda_w).expect("possible");
             let cost = leg.with_others(lambda_w);
-            for bound in [&held, &free].map(|rate| rate.bound(way.map(|x| x * way_m))) {
+            for bound in [&held, &free].map(|cost_per_metre| cost_per_metre.bound(way.map(|x| x * way_m))) {
                 let what = format!("seed {seed}, λ = {lambda_w} W, {way_m} m along {way:?}");
                 assert!(bound <= cost, "{what}: bound {bound} J above {cost} J");
             }
@@ -147,7 +148,9 @@ fn no_leg_from_rest_to_rest_is_cheaper_than_the_bound() {
 
 #[test]
 fn length_is_its_own_bound() {
-    let rate = Rate::euclidean();
+    let cost_per_metre = CostPerMetre::euclidean();
     let way = [3.0, -4.0, 12.0];
-    assert!((rate.cost(way) - 13.0).abs() < 1e-12 && (rate.bound(way) - 13.0).abs() < 1e-12);
+    assert!(
+        (cost_per_metre.cost(way) - 13.0).abs() < 1e-12 && (cost_per_metre.bound(way) - 13.0).abs() < 1e-12
+    );
 }

@@ -1,7 +1,7 @@
-//! Line-of-sight steering: the velocity that leads a robot back to its course.
+//! Line-of-sight (LOS) guidance: the velocity that leads a robot back to its path.
 //!
 //! ```text
-//! γ = −atan(e_n/Δ)                    aim at the point Δ ahead on the course       (Fossen 2011, (10.75))
+//! γ = −atan(e_n/Δ)                    aim at the point Δ ahead on the path         (Fossen 2011, (10.75))
 //! v_d = U cos γ·t + U sin γ·n + c·t
 //! c = −ω_p e_t/√(1 + (e_t/Δ)²)        speed controller: what is behind catches up
 //! Δ = U/ω_p,   U = max(ṡ, U₀)
@@ -9,8 +9,8 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | t, n | unit vectors along the course and across it, towards the robot | 1 |
-//! | e_t, e_n | how far the robot is ahead of its reference, and beside the course | m |
+//! | t, n | unit vectors along the path and across it, towards the robot | 1 |
+//! | e_t, e_n | how far the robot is ahead of its reference, and beside the path | m |
 //! | Δ | lookahead distance | m |
 //! | ṡ, U₀ | speed of the reference, least speed to steer with | m/s |
 //! | ω_p | how fast a small error is to vanish: v = −ω_p e | 1/s |
@@ -53,30 +53,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_aims_at_the_point_ahead_on_the_course() {
-        let (course, omega_p) = (Vector3::new(0.0, 0.4, 0.0), 0.5);
-        // Δ = 0.8 m; 0.6 m beside the course the velocity of 0.4 m/s points along (−0.6, 0.8).
-        let v = velocity(&Vector3::new(0.6, 0.0, 0.0), &course, omega_p);
+    fn it_aims_at_the_point_ahead_on_the_path() {
+        let (along, omega_p) = (Vector3::new(0.0, 0.4, 0.0), 0.5);
+        // Δ = 0.8 m; 0.6 m beside the path the velocity of 0.4 m/s points along (−0.6, 0.8).
+        let v = velocity(&Vector3::new(0.6, 0.0, 0.0), &along, omega_p);
         assert!((v - Vector3::new(-0.24, 0.32, 0.0)).norm() < 1e-12, "{v}");
-        let on = velocity(&Vector3::zeros(), &course, omega_p);
-        assert!((on - course).norm() < 1e-12);
+        let on = velocity(&Vector3::zeros(), &along, omega_p);
+        assert!((on - along).norm() < 1e-12);
         // Behind by a millimetre: faster by ω_p times that.
-        let late = velocity(&Vector3::new(0.0, -1e-3, 0.0), &course, omega_p);
+        let late = velocity(&Vector3::new(0.0, -1e-3, 0.0), &along, omega_p);
         assert!((late.y - 0.4 - 0.5e-3).abs() < 1e-9, "{late}");
     }
 
-    /// Integrated, the distance from the course dies out from any side, and never faster than U.
+    /// Integrated, the distance from the path dies out from any side, and never faster than U.
     #[test]
     fn errors_die_out() {
         for start in [[2.0, -1.0, 0.5], [-0.3, 0.0, 4.0], [0.0, 0.0, -0.01]] {
             for speed in [0.0, 0.05, 0.4] {
-                let course = Vector3::new(speed, 0.0, 0.0);
+                let along = Vector3::new(speed, 0.0, 0.0);
                 let mut off = Vector3::from(start);
                 let mut before = off.norm();
                 for _ in 0..20_000 {
-                    let v = velocity(&off, &course, 0.7);
-                    assert!((v - course).norm() <= 2.0 * speed.max(STEERING_M_S) + 1e-9 + speed);
-                    off += (v - course) * 0.01;
+                    let v = velocity(&off, &along, 0.7);
+                    assert!((v - along).norm() <= 2.0 * speed.max(STEERING_M_S) + 1e-9 + speed);
+                    off += (v - along) * 0.01;
                     // Coming back from the side costs speed ahead: the sum may grow for a while, far out.
                     assert!(off.norm() < before + 2e-3);
                     before = off.norm();

@@ -1,4 +1,4 @@
-//! The reference along one action of a plan: pose, velocity and acceleration at every instant.
+//! The reference trajectory of one action of a plan: pose, velocity and acceleration at every instant.
 //!
 //! A leg goes straight with its heading held, a turn goes the shorter way in place, undocking and docking stay where
 //! they are. Legs and turns begin and end at rest ([`Profile`]).
@@ -36,9 +36,9 @@ impl Reference {
     }
 }
 
-/// One action, as it is executed.
+/// One action as it is executed: the reference at every instant of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Course {
+pub struct ReferenceTrajectory {
     kind: ActionKind,
     from: Pose,
     to: Pose,
@@ -58,8 +58,8 @@ struct Limits {
     acceleration: f64,
 }
 
-impl Course {
-    /// Of an action. What it leaves open is decided by the rules.
+impl ReferenceTrajectory {
+    /// That of an action. What the action leaves open is decided by the rules.
     #[must_use]
     pub fn new(action: &Action, rules: &Rules) -> Self {
         let (least, usual) = match action.kind {
@@ -94,13 +94,13 @@ impl Course {
         Self { kind, from, to, direction, round, profile, pause_s, limits }
     }
 
-    /// What is left of it from the reference at `t_s` on, beginning at rest.
+    /// The rest of it from the reference at `t_s` on, beginning at rest.
     #[must_use]
     pub fn resumed(&self, t_s: f64) -> Self {
         Self::between(self.kind, self.at(t_s).pose, self.to, self.limits, self.pause_s)
     }
 
-    /// Takes at least so long.
+    /// The same, with a duration of at least `least_s`.
     #[must_use]
     pub fn lasting(self, least_s: f64) -> Self {
         Self { pause_s: self.pause_s.max(least_s), ..self }
@@ -171,7 +171,7 @@ mod tests {
     fn a_turn_goes_the_shorter_way_and_a_leg_straight() {
         let rules = Rules::default();
         let turn = action(ActionKind::Turn, [1.0, 2.0, 3.0, 3.0], [1.0, 2.0, 3.0, -3.0], 1.0, Some(0.5));
-        let turn = Course::new(&turn, &rules);
+        let turn = ReferenceTrajectory::new(&turn, &rules);
         let angle_rad = std::f64::consts::TAU - 6.0;
         // A triangle: T = 2√(L/a).
         assert!((turn.duration_s() - 2.0 * (angle_rad / 0.5).sqrt()).abs() < 1e-12);
@@ -182,7 +182,7 @@ mod tests {
         assert!((turn.at(9.0).pose.yaw_rad + 3.0).abs() < 1e-12);
 
         let leg = action(ActionKind::Leg, [0.0; 4], [3.0, 0.0, 4.0, 0.0], 0.5, None);
-        let leg = Course::new(&leg, &rules);
+        let leg = ReferenceTrajectory::new(&leg, &rules);
         // Constant speed takes the acceleration of the rules: L/v + v/a.
         assert!((leg.duration_s() - (10.0 + 0.5 / rules.acceleration_m_s2)).abs() < 1e-12);
         let cruise = leg.at(6.0);
@@ -192,7 +192,7 @@ mod tests {
         assert!((rest.at(0.0).pose.position_m[2] - cruise.pose.position_m[2]).abs() < 1e-12);
         assert!(rest.at(0.0).velocity_m_s[0].abs() < 1e-12 && rest.end() == leg.end());
 
-        let dock = Course::new(&action(ActionKind::Dock, [1.0; 4], [1.0; 4], 0.0, None), &rules);
+        let dock = ReferenceTrajectory::new(&action(ActionKind::Dock, [1.0; 4], [1.0; 4], 0.0, None), &rules);
         assert!(
             (dock.duration_s() - 0.7).abs() < 1e-12 && dock.at(0.3) == Reference::at_rest([1.0; 4].into())
         );

@@ -1,4 +1,4 @@
-//! From reference and state to thrusts, for a robot and for a docked cluster.
+//! Tracking controller: from reference and state to thrusts, for a robot and for a docked cluster.
 //!
 //! ```text
 //! τ = M (ν̇_r + K (ν_d − ν)) + C(ν_r)ν_r + D(ν_r)ν_r + g(level)        after (7)
@@ -9,13 +9,13 @@
 //! | symbol | meaning | frame, unit |
 //! |---|---|---|
 //! | ν_r, ν̇_r | velocity and acceleration of the reference, turned into the body as it is | body |
-//! | v_d | where line-of-sight steering wants to go, [`super::sight`] | world, m/s |
+//! | v_d | velocity demanded by LOS guidance, [`super::los`] | world, m/s |
 //! | R, e_R | attitude; turn from the attitude wanted (level, heading of the reference) to it, as a vector | body; rad |
 //! | K, ω_p | gain of the velocity, of the position | 1/s |
 //! | ω | bandwidth | rad/s |
 //! | T_d | delay from a measurement to the thrust that answers it | s |
 //!
-//! **Feedforward** is what the planner counted, so that a robot on its course draws what was planned. It is that of the
+//! **Feedforward** is what the planner counted, so that a robot on its path draws what was planned. It is that of the
 //! instant at which the thrusts will act. ν_r stands in the body as it *is*: a hull that has pitched by θ at speed u moves
 //! down its own axis with u sin θ, and C(ν_r)ν_r holds against the Munk moment (Z_ẇ − X_u̇)uw that would pitch it on.
 //!
@@ -39,8 +39,8 @@ use super::super::cluster::{Cluster, ClusterError};
 use super::super::configuration_matrix::{ConfigurationMatrix, ThrusterError};
 use super::super::dynamics::{Dynamics, DynamicsError, State, coriolis};
 use super::super::power::PowerLaw;
-use super::course::Reference;
-use super::sight;
+use super::los;
+use super::reference::Reference;
 
 /// ω T_d of position.
 pub const POSITION: f64 = 0.2;
@@ -55,9 +55,9 @@ pub const LEAST_N: f64 = 0.01;
 /// Attitude errors are answered as if they were smaller than this, rad. *Assumed*.
 const ATTITUDE_MOST_RAD: f64 = 0.5;
 
-/// Why nobody can steer these.
+/// Why these bodies cannot be controlled.
 #[derive(Debug, Error)]
-pub enum HelmError {
+pub enum TrackingError {
     /// No cluster.
     #[error(transparent)]
     Cluster(#[from] ClusterError),
@@ -72,26 +72,26 @@ pub enum HelmError {
     Allocation(#[from] AllocationError),
 }
 
-/// See the module's documentation.
+/// Tracking controller of one robot or docked cluster; the law is in the module's documentation.
 #[derive(Clone, Debug)]
-pub struct Helm {
+pub struct TrackingController {
     dynamics: Dynamics,
     allocator: Allocator,
     delay_s: f64,
 }
 
-impl Helm {
+impl TrackingController {
     /// For docked bodies (level poses in the world, tools among them), steered about the pose of the first. `limits_n`
     /// are those of every thruster, body after body; `delay_s` is T_d.
     ///
     /// # Errors
-    /// [`HelmError`].
+    /// [`TrackingError`].
     pub fn new(
         members: &[(Pose, &Vehicle)],
         limits_n: &[(f64, f64)],
         law: PowerLaw,
         delay_s: f64,
-    ) -> Result<Self, HelmError> {
+    ) -> Result<Self, TrackingError> {
         let origin = members.first().map(|(pose, _)| *pose).ok_or(ClusterError::Empty)?;
         let dynamics = Dynamics::new(&Cluster::new(&origin, members)?)?;
         let thrusters: Vec<(&Vehicle, Pose)> =
@@ -113,7 +113,7 @@ impl Helm {
         if let Some(state) = state {
             let (position, turn) = (POSITION / self.delay_s, ATTITUDE / self.delay_s);
             let off_m = beyond(&(state.position_m - Vector3::from(now.pose.position_m)), STILL_M);
-            let v_d = sight::velocity(&off_m, &now.velocity_m_s.into(), 0.5 * position);
+            let v_d = los::velocity(&off_m, &now.velocity_m_s.into(), 0.5 * position);
             let e_r = beyond(&(wanted.inverse() * attitude).scaled_axis(), STILL_RAD);
             let e_r = e_r / (1.0 + (e_r.norm() / ATTITUDE_MOST_RAD).powi(2)).sqrt();
             let omega_d = turning(now.yaw_rate_rad_s) - 0.5 * turn * e_r;
@@ -130,13 +130,13 @@ impl Helm {
     /// Thrusts for that, N, and the share of it that they serve.
     ///
     /// # Errors
-    /// [`HelmError::Allocation`] for a state or reference that is no number.
+    /// [`TrackingError::Allocation`] for a state or reference that is no number.
     pub fn thrusts_n(
         &self,
         now: &Reference,
         ahead: &Reference,
         state: Option<&State>,
-    ) -> Result<(Vec<f64>, f64), HelmError> {
+    ) -> Result<(Vec<f64>, f64), TrackingError> {
         let mut allocation = self.allocator.allocate(&self.demand(now, ahead, state))?;
         for thrust_n in &mut allocation.thrusts_n {
             if thrust_n.abs() < LEAST_N {
@@ -170,19 +170,19 @@ mod tests {
         Vehicle::built_in(name).expect("built in")
     }
 
-    fn helm(members: &[(Pose, &Vehicle)]) -> Helm {
+    fn controller(members: &[(Pose, &Vehicle)]) -> TrackingController {
         let limits = limits_n(16.0).expect("in the table");
         let count = members.iter().map(|(_, vehicle)| vehicle.thrusters.len()).sum();
         let law = PowerLaw::fitted(16.0).expect("in the table");
-        Helm::new(members, &vec![limits; count], law, DELAY_S).expect("a helm")
+        TrackingController::new(members, &vec![limits; count], law, DELAY_S).expect("a controller")
     }
 
-    /// On its course a robot is asked for exactly what the planner counted.
+    /// On its path a robot is asked for exactly what the planner counted.
     #[test]
-    fn on_course_the_demand_is_the_planners() {
+    fn on_its_path_the_demand_is_the_planners() {
         let robot = vehicle("bluerov1");
         let pose = Pose::from([1.0, 2.0, 3.0, 0.7]);
-        let helm = helm(&[(pose, &robot)]);
+        let controller = controller(&[(pose, &robot)]);
         let law = PowerLaw::fitted(16.0).expect("in the table");
         let propulsion = Propulsion::new(&robot, law, 16.0, Steady::Whole).expect("six degrees of freedom");
         let turned = |v: [f64; 3]| {
@@ -201,7 +201,7 @@ mod tests {
             attitude: UnitQuaternion::from_euler_angles(0.0, 0.0, 0.7),
             nu: nu.into(),
         };
-        let asked = helm.demand(&reference, &reference, Some(&state));
+        let asked = controller.demand(&reference, &reference, Some(&state));
         let counted = propulsion.wrench(&nu, &[0.2, 0.0, 0.1, 0.0, 0.0, 0.0]);
         for axis in 0..6 {
             assert!((asked[axis] - counted[axis]).abs() < 1e-9, "{asked:?} {counted:?}");
@@ -221,7 +221,8 @@ mod tests {
         let planned = balance(&members, &law, limits_n(16.0).expect("in the table")).expect("balanced");
         let here = Reference::at_rest(members[0].0);
         let state = State::from_eta(&[0.0, -0.33, 0.0, 0.0, 0.0, 0.0], &[0.0; 6]);
-        let (thrusts_n, served) = helm(&members).thrusts_n(&here, &here, Some(&state)).expect("numbers");
+        let (thrusts_n, served) =
+            controller(&members).thrusts_n(&here, &here, Some(&state)).expect("numbers");
         assert!(served > 1.0 - 1e-9 && planned.power_w > 1.0);
         for (thrust_n, planned_n) in thrusts_n.iter().zip(planned.thrusts_n.concat()) {
             // The least thrust is not sent.
@@ -229,12 +230,12 @@ mod tests {
         }
     }
 
-    /// Pushed aside, turned and pitched at speed, it comes back to its course: with the delay, as an exact pure one.
+    /// Pushed aside, turned and pitched at speed, it comes back to its path: with the delay, as an exact pure one.
     #[test]
-    fn comes_back_to_its_course_in_spite_of_the_delay() {
+    fn comes_back_to_its_path_in_spite_of_the_delay() {
         let robot = vehicle("bluerov1");
         let pose = Pose::default();
-        let helm = helm(&[(pose, &robot)]);
+        let controller = controller(&[(pose, &robot)]);
         let dynamics = Dynamics::new(&Cluster::of(&robot.body())).expect("a body");
         let matrix = ConfigurationMatrix::of_vehicle(&robot).expect("thrusters");
         for speed in [0.0, 0.3, 0.5] {
@@ -251,7 +252,7 @@ mod tests {
             for step in 0..4_000 {
                 let t_s = f64::from(step) * 0.005;
                 let (thrusts_n, _) =
-                    helm.thrusts_n(&at(t_s), &at(t_s + DELAY_S), Some(&state)).expect("numbers");
+                    controller.thrusts_n(&at(t_s), &at(t_s + DELAY_S), Some(&state)).expect("numbers");
                 queue.push_back(thrusts_n);
                 let acting = queue.pop_front().expect("29 waiting");
                 dynamics.step(&mut state, &matrix.wrench(&acting).into(), 0.005);

@@ -13,7 +13,7 @@ use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
 use rov::configuration::LevelBox;
 use rov::dynamics::State;
-use rov::guidance::course::Course;
+use rov::guidance::reference::ReferenceTrajectory;
 use rov::power::PowerLaw;
 use rov::propulsion::{Propulsion, PropulsionError, Steady};
 use sim::rov::basin::Misfit;
@@ -112,7 +112,7 @@ fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy,
     let propulsion = Propulsion::new(vehicle, law.clone(), rules.battery_v, Steady::Whole)?;
     let (mut energy_j, mut time_s) = (0.0, 0.0);
     for action in &planned.actions {
-        let course = Course::new(action, rules);
+        let course = ReferenceTrajectory::new(action, rules);
         let way_m: [f64; 3] = std::array::from_fn(|k| action.to.position_m[k] - action.from.position_m[k]);
         let length_m = way_m.iter().map(|x| x * x).sum::<f64>().sqrt();
         let angle_rad = quantity::wrap_rad(action.to.yaw_rad - action.from.yaw_rad);

@@ -5,7 +5,7 @@
 //!              ↓ somebody lets go, somebody takes hold
 //! ```
 //!
-//! - The mover follows the [`Course`] of its action; every cluster of the others keeps its place, level, at least power
+//! - The mover follows the [`ReferenceTrajectory`] of its action; every cluster of the others keeps its place, level, at least power
 //!   over all of its thrusters (16). A thruster whose robot does not answer counts as one of no thrust.
 //! - An action ends when its time is over and the mover is where it should be: within [`DOCK_M`] and [`DOCK_RAD`].
 //! - **Hand-over.** Before a robot lets go, its share of the balance passes to the others: undocking takes at least
@@ -34,8 +34,8 @@ use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
 use rov::configuration::{adjacency, clusters};
 use rov::dynamics::State;
-use rov::guidance::course::{Course, Reference};
-use rov::guidance::helm::Helm;
+use rov::guidance::reference::{Reference, ReferenceTrajectory};
+use rov::guidance::tracking::TrackingController;
 use rov::power::{self, PowerLaw};
 use sim::rov::propellers::LAG_S;
 
@@ -79,7 +79,7 @@ const NO_ANSWER: &str = " (it does not answer)";
 struct Station {
     bodies: Vec<usize>,
     hold: Reference,
-    helm: Helm,
+    helm: TrackingController,
 }
 
 /// See the module's documentation.
@@ -95,13 +95,13 @@ pub struct Conductor<'a> {
     /// Move and action; the number of moves when all is done.
     number: usize,
     action: usize,
-    course: Course,
+    course: ReferenceTrajectory,
     t_s: f64,
     waited_s: f64,
     astray: bool,
     /// Where the mover is, relative to its reference, at the last look: m, rad.
     off: (f64, f64),
-    mover: Option<(usize, Helm)>,
+    mover: Option<(usize, TrackingController)>,
     stations: Vec<Station>,
     lead: Lead,
 }
@@ -144,7 +144,7 @@ impl<'a> Conductor<'a> {
             arrived: vec![false; count],
             number: 0,
             action: 0,
-            course: Course::new(&nowhere, &problem.rules),
+            course: ReferenceTrajectory::new(&nowhere, &problem.rules),
             t_s: 0.0,
             waited_s: 0.0,
             astray: false,
@@ -184,7 +184,7 @@ impl<'a> Conductor<'a> {
 
     /// The course under way.
     #[must_use]
-    pub fn course(&self) -> &Course {
+    pub fn course(&self) -> &ReferenceTrajectory {
         &self.course
     }
 
@@ -296,7 +296,9 @@ impl<'a> Conductor<'a> {
         let (then_s, duration_s) = (self.t_s + LEAD_S, self.course.duration_s());
         let next = self.plan.moves.get(self.number).and_then(|of| of.actions.get(self.action + 1));
         match next.filter(|_| then_s > duration_s && self.off.0 <= DOCK_M && self.off.1 <= DOCK_RAD) {
-            Some(next) => Course::new(next, &self.problem.rules).at(then_s - duration_s.max(self.t_s)),
+            Some(next) => {
+                ReferenceTrajectory::new(next, &self.problem.rules).at(then_s - duration_s.max(self.t_s))
+            }
             None => self.course.at(then_s),
         }
     }
@@ -311,7 +313,7 @@ impl<'a> Conductor<'a> {
         }
         let next = self.plan.moves.get(self.number).and_then(|of| of.actions.get(self.action + 1))?;
         let over_s = self.t_s - self.course.duration_s();
-        self.course = Course::new(next, &self.problem.rules);
+        self.course = ReferenceTrajectory::new(next, &self.problem.rules);
         // What is left of the tick belongs to the next action, what was waited for does not.
         (self.t_s, self.waited_s) = (over_s.min(dt_s), 0.0);
         self.action += 1;
@@ -325,10 +327,10 @@ impl<'a> Conductor<'a> {
             && let Some(robot) = self.problem.robots.iter().position(|robot| robot.id == next.robot)
             && let Some(first) = next.actions.first()
         {
-            self.course = Course::new(first, &self.problem.rules).lasting(HAND_OVER_S);
+            self.course = ReferenceTrajectory::new(first, &self.problem.rules).lasting(HAND_OVER_S);
             let (pose, vehicle) = self.bodies[robot];
             let limits = vec![self.limits_n; vehicle.thrusters.len()];
-            let helm = Helm::new(&[(pose, vehicle)], &limits, self.law.clone(), DELAY_S)?;
+            let helm = TrackingController::new(&[(pose, vehicle)], &limits, self.law.clone(), DELAY_S)?;
             self.mover = Some((robot, helm));
         }
         self.station()
@@ -351,7 +353,7 @@ impl<'a> Conductor<'a> {
                     vec![limits_n; self.bodies[body].1.thrusters.len()]
                 })
                 .collect();
-            let helm = Helm::new(&members, &limits_n, self.law.clone(), DELAY_S)?;
+            let helm = TrackingController::new(&members, &limits_n, self.law.clone(), DELAY_S)?;
             self.stations.push(Station { hold: Reference::at_rest(members[0].0), bodies, helm });
         }
         Ok(())

@@ -9,7 +9,7 @@
 //! | [`accounts`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
 
-use rov::guidance::helm::HelmError;
+use rov::guidance::tracking::TrackingError;
 use rov::power::PowerError;
 use rov::propulsion::PropulsionError;
 use sim::rov::RovError;
@@ -50,7 +50,7 @@ pub enum ExecutionError {
     Radio(#[from] std::io::Error),
     /// Nobody can steer them.
     #[error(transparent)]
-    Helm(#[from] HelmError),
+    Helm(#[from] TrackingError),
     /// It went wrong on the way.
     #[error(transparent)]
     Failed(#[from] conductor::Failure),

@@ -214,7 +214,7 @@ fn key(error: &ProblemError, problem: &Problem) -> Vec<String> {
         E::IdTwice { id } => keys("robot", robot(id), "id"),
         E::NoThrusters { id, .. } => keys("robot", robot(id), "vehicle"),
         E::TooFewSlots { .. } => vec!["slot".to_owned()],
-        E::NobodyBrings { slot, .. } => keys("slot", slot, "requires"),
+        E::MissingCapability { slot, .. } => keys("slot", slot, "requires"),
         E::NoAssignment { ref robots, .. } => {
             keys("robot", robots.first().map_or(0, |&id| robot(id)), "capabilities")
         }
