@@ -1,11 +1,11 @@
-//! What was executed of each move, found in the samples of a record.
+//! Each move of a plan with the samples of its execution, from a record.
 
 use reconfiguration::plan::{Criterion, Manner, Move, Plan};
 use record::reconfigure::{Record, Sample};
 
 /// One move and the samples of its execution.
 #[derive(Clone, Copy, Debug)]
-pub struct Course<'r> {
+pub struct ExecutedMove<'r> {
     /// The move as planned.
     pub planned: &'r Move,
     /// The mover: index into the robots of the problem.
@@ -18,7 +18,7 @@ pub struct Course<'r> {
 
 /// Every move of a record whose robot is known, in order.
 #[must_use]
-pub fn courses(record: &Record) -> Vec<Course<'_>> {
+pub fn executed_moves(record: &Record) -> Vec<ExecutedMove<'_>> {
     let known = |m: &Move| record.problem.robots.iter().position(|r| r.id == m.robot);
     let moves = record.plan.moves.iter().enumerate();
     moves
@@ -32,12 +32,12 @@ pub fn courses(record: &Record) -> Vec<Course<'_>> {
                 }
                 _ => (&record.samples[..0], None),
             };
-            Some(Course { planned, robot: known(planned)?, samples, after: after.or(samples.last()) })
+            Some(ExecutedMove { planned, robot: known(planned)?, samples, after: after.or(samples.last()) })
         })
         .collect()
 }
 
-impl Course<'_> {
+impl ExecutedMove<'_> {
     /// When it began and ended, s: as executed, or as planned if it was not.
     #[must_use]
     pub fn span_s(&self) -> (f64, f64) {
@@ -102,15 +102,15 @@ mod tests {
     use crate::reconfigure::sample;
 
     #[test]
-    fn courses_follow_each_other_and_share_out_all_energy() {
+    fn moves_follow_each_other_and_share_out_all_energy() {
         let record = &sample::far()[0];
-        let courses = courses(record);
-        assert_eq!(courses.iter().map(|c| c.robot).collect::<Vec<_>>(), [1, 0, 3, 2]);
-        for pair in courses.windows(2) {
+        let moves = executed_moves(record);
+        assert_eq!(moves.iter().map(|c| c.robot).collect::<Vec<_>>(), [1, 0, 3, 2]);
+        for pair in moves.windows(2) {
             assert!((pair[0].span_s().1 - pair[1].span_s().0).abs() < 1e-12);
         }
         let whole = cumulated_j(record.samples.iter()).last().expect("samples").1;
-        let parts: f64 = courses.iter().filter_map(Course::executed_j).sum();
+        let parts: f64 = moves.iter().filter_map(ExecutedMove::executed_j).sum();
         assert!((whole - parts).abs() < 1e-9 * whole, "{whole} J, in parts {parts} J");
     }
 
@@ -131,11 +131,11 @@ mod tests {
     fn what_was_never_under_way_has_its_planned_times() {
         let mut record = sample::far()[0].clone();
         record.samples.clear();
-        let courses = courses(&record);
-        assert_eq!(courses.len(), 4);
-        for course in courses {
-            assert!((course.span_s().0 - course.planned.start_s).abs() < 1e-12);
-            assert_eq!(course.executed_j(), None);
+        let moves = executed_moves(&record);
+        assert_eq!(moves.len(), 4);
+        for moved in moves {
+            assert!((moved.span_s().0 - moved.planned.start_s).abs() < 1e-12);
+            assert_eq!(moved.executed_j(), None);
         }
     }
 }

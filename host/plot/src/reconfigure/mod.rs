@@ -19,7 +19,7 @@ use record::reconfigure::Record;
 use super::PlotError;
 
 pub mod bodies;
-pub mod course;
+pub mod executed_move;
 pub mod floor;
 pub mod force;
 pub mod panels;

@@ -8,7 +8,7 @@ use plotters::element::{PathElement, Rectangle};
 use plotters::style::RGBColor;
 use record::reconfigure::{Record, Sample};
 
-use super::course::{self, Course};
+use super::executed_move::{self, ExecutedMove};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{Axis, extent, number};
 use crate::lines::{self, Point};
@@ -55,33 +55,33 @@ pub struct Table<'t> {
     pub legend: Vec<(Sign, String)>,
 }
 
-/// One slot: who goes there in each record (number of the record, its course).
+/// One slot: the move into it in each record (number of the record, the move).
 struct Column<'r> {
     slot: usize,
-    courses: Vec<(usize, Course<'r>)>,
+    moves: Vec<(usize, ExecutedMove<'r>)>,
 }
 
 fn columns(records: &[Record]) -> Vec<Column<'_>> {
-    let all: Vec<(usize, Course<'_>)> = records
+    let all: Vec<(usize, ExecutedMove<'_>)> = records
         .iter()
         .enumerate()
-        .flat_map(|(n, record)| course::courses(record).into_iter().map(move |c| (n, c)))
+        .flat_map(|(n, record)| executed_move::executed_moves(record).into_iter().map(move |c| (n, c)))
         .collect();
     let slots = all.iter().map(|(_, c)| c.planned.slot + 1).max().unwrap_or(0);
     (0..slots)
         .map(|slot| {
-            let courses = all.iter().filter(|(_, c)| c.planned.slot == slot).copied().collect();
-            Column { slot, courses }
+            let moves = all.iter().filter(|(_, c)| c.planned.slot == slot).copied().collect();
+            Column { slot, moves }
         })
-        .filter(|column| !column.courses.is_empty())
+        .filter(|column| !column.moves.is_empty())
         .collect()
 }
 
-/// The curve of a row along a course, over the time since the move began.
-fn curve(row: &Row, course: &Course<'_>) -> Vec<Point> {
-    let (start_s, _) = course.span_s();
-    let points = course.samples.iter().filter_map(|sample| {
-        let value = (row.value)(sample, course.robot)?;
+/// The curve of a row along a move, over the time since the move began.
+fn curve(row: &Row, moved: &ExecutedMove<'_>) -> Vec<Point> {
+    let (start_s, _) = moved.span_s();
+    let points = moved.samples.iter().filter_map(|sample| {
+        let value = (row.value)(sample, moved.robot)?;
         (value.is_finite() && sample.t_s.is_finite()).then_some((sample.t_s - start_s, value))
     });
     if !row.is_stepped {
@@ -97,7 +97,7 @@ fn curve(row: &Row, course: &Course<'_>) -> Vec<Point> {
         }
     }
     if let Some(&(_, last)) = steps.last() {
-        let (from_s, to_s) = course.span_s();
+        let (from_s, to_s) = moved.span_s();
         steps.push((to_s - from_s, last));
     }
     steps
@@ -116,7 +116,7 @@ pub fn svg(records: &[Record], table: &Table<'_>) -> Result<String, DrawError> {
         .enumerate()
         .map(|(n, record)| {
             let (colour, pattern) = stroke::of_record(n);
-            (Sign::Line(colour, pattern, 1.0, 2.0), course::label(&record.plan).to_owned())
+            (Sign::Line(colour, pattern, 1.0, 2.0), executed_move::label(&record.plan).to_owned())
         })
         .collect();
     legend.extend(table.legend.iter().cloned());
@@ -128,15 +128,15 @@ pub fn svg(records: &[Record], table: &Table<'_>) -> Result<String, DrawError> {
         + (picture::around(false, true) - picture::around(false, false))
         + 14.0;
     let height = picture::height_for(legend_px + block_px * blocks.len().max(1) as f64);
-    let (name, description) = course::subject(records);
+    let (name, description) = executed_move::subject(records);
     let heading = Heading { name, subject: table.subject, line: description.to_owned() };
-    let spans = columns.iter().flat_map(|c| &c.courses).map(|(_, c)| c.span_s().1 - c.span_s().0);
+    let spans = columns.iter().flat_map(|c| &c.moves).map(|(_, c)| c.span_s().1 - c.span_s().0);
     let longest_s = extent(spans).map_or(1.0, |(_, longest)| longest.max(1e-3));
     let ranges: Vec<(f64, f64)> = table
         .rows
         .iter()
         .map(|row| {
-            let values = columns.iter().flat_map(|c| &c.courses).flat_map(|(_, c)| curve(row, c));
+            let values = columns.iter().flat_map(|c| &c.moves).flat_map(|(_, c)| curve(row, c));
             extent(values.map(|p| p.1).chain([row.holds.0, row.holds.1])).unwrap_or((-1.0, 1.0))
         })
         .collect();
@@ -182,9 +182,9 @@ fn draw_bars(
     let bold = style::bold(style::SIZE_PANEL, style::INK, Anchor::Start);
     let title = style::fit(&title, style::SIZE_PANEL, (width - left) / 1.08);
     area.draw_text(&title, &bold, (style::px(left), style::px(0.5 * TITLE)))?;
-    for (n, course) in &column.courses {
+    for (n, moved) in &column.moves {
         let (colour, _) = stroke::of_record(*n);
-        let (from_s, to_s) = course.span_s();
+        let (from_s, to_s) = moved.span_s();
         let middle = TITLE + BAR * (*n as f64 + 0.5);
         let end = left + chart_px * ((to_s - from_s) / longest_s).clamp(0.0, 1.0);
         let corners = [
@@ -195,7 +195,7 @@ fn draw_bars(
         let edge =
             vec![(style::px(left), style::px(middle - 7.0)), (style::px(left), style::px(middle + 7.0))];
         area.draw(&PathElement::new(edge, style::line(colour, 1.0, 2.5)))?;
-        let text = format!("robot {}, {} s", course.planned.robot, number(to_s - from_s, 1));
+        let text = format!("robot {}, {} s", moved.planned.robot, number(to_s - from_s, 1));
         let ink = style::text(style::SIZE_TICK, style::INK, Anchor::Start);
         area.draw_text(&text, &ink, (style::px(left + 8.0), style::px(middle)))?;
     }
@@ -228,9 +228,9 @@ fn draw_chart(
         chart.line(vec![(across.start, 0.0), (across.end, 0.0)], style::line(style::FRAME, 1.0, 1.0))?;
     }
     let points = picture::chart_width(width) as usize;
-    for (n, course) in &column.courses {
+    for (n, moved) in &column.moves {
         let (colour, pattern): (RGBColor, Pattern) = stroke::of_record(*n);
-        let curve = lines::thin_series(&curve(row, course), points);
+        let curve = lines::thin_series(&curve(row, moved), points);
         chart.line(curve, style::line(stroke::marked(colour, pattern), 1.0, 2.0))?;
     }
     Ok(())

@@ -7,7 +7,7 @@
 use reconfiguration::plan::Plan;
 use record::reconfigure::{Record, Sample};
 
-use super::course::{self, Course};
+use super::executed_move::{self, ExecutedMove};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{Axis, extent, number};
 use crate::lines::{self, Point};
@@ -34,7 +34,7 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let power_px = POWER + picture::around(false, false);
     let energy_px = ENERGY + picture::around(false, true);
     let height = picture::height_for(legend_px + power_px * records.len() as f64 + energy_px);
-    let (name, description) = course::subject(records);
+    let (name, description) = executed_move::subject(records);
     let heading = Heading { name, subject: "electric power", line: description.to_owned() };
     let times = records.iter().flat_map(|r| {
         r.samples.iter().map(|s| s.t_s).chain(planned_w(&r.plan).into_iter().map(|(t_s, _)| t_s))
@@ -62,8 +62,8 @@ fn legend(records: &[Record]) -> Vec<(Sign, String)> {
     ];
     for (n, record) in records.iter().enumerate() {
         let (colour, pattern) = stroke::of_record(n);
-        let label = course::label(&record.plan);
-        let executed = course::cumulated_j(record.samples.iter()).last().map_or(0.0, |last| last.1);
+        let label = executed_move::label(&record.plan);
+        let executed = executed_move::cumulated_j(record.samples.iter()).last().map_or(0.0, |last| last.1);
         let planned = record.plan.energy_total_j;
         let text = format!("{label}: {} J executed, {} J planned", number(executed, 1), number(planned, 1));
         legend.push((Sign::Line(colour, pattern, 1.0, 2.0), text));
@@ -72,9 +72,9 @@ fn legend(records: &[Record]) -> Vec<(Sign, String)> {
 }
 
 /// What the waiting robots and what all robots draw, W.
-fn powers(samples: &[Sample], course: Option<&Course<'_>>) -> (Vec<Point>, Vec<Point>) {
-    let total = |s: &Sample| course::total_w(s);
-    let mover = |s: &Sample| course.and_then(|c| s.robots.get(c.robot)).map_or(0.0, |r| r.power_w);
+fn powers(samples: &[Sample], moved: Option<&ExecutedMove<'_>>) -> (Vec<Point>, Vec<Point>) {
+    let total = |s: &Sample| executed_move::total_w(s);
+    let mover = |s: &Sample| moved.and_then(|c| s.robots.get(c.robot)).map_or(0.0, |r| r.power_w);
     let waiting = samples.iter().map(|s| (s.t_s, total(s) - mover(s))).collect();
     (waiting, samples.iter().map(|s| (s.t_s, total(s))).collect())
 }
@@ -105,7 +105,7 @@ fn planned_j(plan: &Plan) -> Vec<Point> {
 
 /// Where the axes of power end, and the greatest power where that lies beyond.
 fn most_w(records: &[Record]) -> (f64, Option<f64>) {
-    let executed = records.iter().flat_map(|r| r.samples.iter().map(course::total_w));
+    let executed = records.iter().flat_map(|r| r.samples.iter().map(executed_move::total_w));
     let mut values: Vec<f64> = executed.collect();
     values.sort_by(f64::total_cmp);
     let planned = records.iter().flat_map(|r| planned_w(&r.plan)).map(|p| p.1);
@@ -123,7 +123,7 @@ fn draw_power(
     (shown_w, peak_w): (f64, Option<f64>),
 ) -> Result<(), DrawError> {
     let (width, _) = picture::area_size(area);
-    let mut title = format!("{}: power, W", course::label(&record.plan));
+    let mut title = format!("{}: power, W", executed_move::label(&record.plan));
     if let Some(peak_w) = peak_w {
         title += &format!(" (peaks up to {} W are cut)", number(peak_w, 0));
     }
@@ -139,9 +139,9 @@ fn draw_power(
     };
     let chart = Chart::new(area, &panel)?;
     let (across, up) = (chart.x(), chart.y());
-    let courses = course::courses(record);
-    for (number, course) in courses.iter().enumerate() {
-        let (from_s, to_s) = course.span_s();
+    let moves = executed_move::executed_moves(record);
+    for (number, moved) in moves.iter().enumerate() {
+        let (from_s, to_s) = moved.span_s();
         let opacity = if number.is_multiple_of(2) { 0.10 } else { 0.04 };
         chart.band((from_s, to_s), (up.start, up.end), style::fill(style::DEMAND, opacity))?;
     }
@@ -152,9 +152,9 @@ fn draw_power(
             .map(|(t_s, w)| (t_s.clamp(across.start, across.end), w.clamp(0.0, shown_w)))
             .collect()
     };
-    let gaps = courses.iter().filter_map(|c| Some((c.samples.first()?.t_s, c)));
-    for (_, course) in gaps {
-        let (waiting, total) = powers(course.samples, Some(course));
+    let gaps = moves.iter().filter_map(|c| Some((c.samples.first()?.t_s, c)));
+    for (_, moved) in gaps {
+        let (waiting, total) = powers(moved.samples, Some(moved));
         let (waiting, total) = (cut(waiting), cut(total));
         let base = [waiting.last(), waiting.first()].into_iter().flatten().map(|p| (p.0, 0.0));
         let below: Vec<Point> = waiting.iter().copied().chain(base).collect();
@@ -167,10 +167,10 @@ fn draw_power(
         cut(planned_w(&record.plan)),
         style::line(stroke::marked(style::INK, Pattern::Dashed), 1.0, 1.25),
     )?;
-    for course in &courses {
-        let (from_s, to_s) = course.span_s();
+    for moved in &moves {
+        let (from_s, to_s) = moved.span_s();
         let room_px = (to_s - from_s) * chart.scale().0 - 8.0;
-        let robot = course.planned.robot;
+        let robot = moved.planned.robot;
         let whole = format!("robot {robot}");
         let fits = style::text_width(&whole, style::SIZE_TEXT) * 1.08 < room_px;
         let text = if fits { whole } else { robot.to_string() };
@@ -183,7 +183,8 @@ fn draw_power(
 }
 
 fn draw_energy(area: &Area<'_>, records: &[Record], end_s: f64) -> Result<(), DrawError> {
-    let executed: Vec<Vec<Point>> = records.iter().map(|r| course::cumulated_j(r.samples.iter())).collect();
+    let executed: Vec<Vec<Point>> =
+        records.iter().map(|r| executed_move::cumulated_j(r.samples.iter())).collect();
     let planned: Vec<Vec<Point>> = records.iter().map(|r| planned_j(&r.plan)).collect();
     let values = executed.iter().chain(&planned).flatten().map(|p| p.1);
     let most_j = extent(values).map_or(1.0, |(_, most)| most.max(1e-3));
@@ -241,10 +242,10 @@ mod tests {
     #[test]
     fn waiting_and_mover_make_the_total() {
         let record = &sample::far()[0];
-        for course in course::courses(record) {
-            let (waiting, total) = powers(course.samples, Some(&course));
-            for ((sample, w), t) in course.samples.iter().zip(waiting).zip(total) {
-                assert!((w.1 + sample.robots[course.robot].power_w - t.1).abs() < 1e-9);
+        for moved in executed_move::executed_moves(record) {
+            let (waiting, total) = powers(moved.samples, Some(&moved));
+            for ((sample, w), t) in moved.samples.iter().zip(waiting).zip(total) {
+                assert!((w.1 + sample.robots[moved.robot].power_w - t.1).abs() < 1e-9);
             }
         }
     }

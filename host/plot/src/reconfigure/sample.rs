@@ -218,7 +218,7 @@ fn swim(action: &Action, whole_s: f64, into_s: f64, t_s: f64) -> (Pose, [f64; 6]
     } else {
         (action.speed, 0.0)
     };
-    // A smooth course from 0 to 1 is near enough to the integral of those ramps.
+    // A smooth step from 0 to 1 is near enough to the integral of those ramps.
     let share = 0.5 - 0.5 * (PI * (into_s / whole_s).clamp(0.0, 1.0)).cos();
     let side_m = 0.02 * (PI * share).sin() * (0.8 * t_s).sin();
     let turn = wrap_rad(action.to.yaw_rad - action.from.yaw_rad);

@@ -13,7 +13,7 @@ use plotters::style::{RGBColor, WHITE};
 use record::reconfigure::Record;
 
 use super::bodies::{self, ARRIVED, SENSOR, WAITING};
-use super::course;
+use super::executed_move;
 use super::floor::{self, GRID_M, KEEP_OUT, World};
 use super::solid::{Vec3, View};
 use super::stage::Stage;
@@ -59,7 +59,7 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let legend_px = stroke::legend_height(&legend, width - 26.0) + 10.0;
     let row_px = |rests: &Vec<Rest>| TITLE + cell_height * rests.len().div_ceil(MOST) as f64;
     let height = picture::height_for(legend_px + rows.iter().map(row_px).sum::<f64>());
-    let (name, description) = course::subject(records);
+    let (name, description) = executed_move::subject(records);
     let heading = Heading { name, subject: "reconfiguration in steps", line: description.to_owned() };
     let svg = picture::render((WIDTH, height), &heading, |area| {
         stroke::legend(area, (13.0, 0.0), width - 26.0, &legend)?;
@@ -150,7 +150,7 @@ fn legend(rows: &[Vec<Rest>]) -> Vec<(Sign, String)> {
 fn draw_title(area: &Area<'_>, top: f64, record: &Record) -> Result<(), DrawError> {
     let plan = &record.plan;
     let y = style::px(top + 0.5 * TITLE);
-    let label = course::label(plan);
+    let label = executed_move::label(plan);
     let bold = style::bold(style::SIZE_PANEL + 1.5, style::INK, Anchor::Start);
     area.draw_text(label, &bold, (style::px(13.0), y))?;
     let figures = format!(
@@ -160,7 +160,7 @@ fn draw_title(area: &Area<'_>, top: f64, record: &Record) -> Result<(), DrawErro
         number(plan.energy_total_j, 1),
         number(plan.time_s, 1),
     );
-    let executed = course::cumulated_j(record.samples.iter());
+    let executed = executed_move::cumulated_j(record.samples.iter());
     let executed = match (executed.first(), executed.last()) {
         (Some(first), Some(last)) => {
             format!(", executed {} J in {} s", number(last.1, 1), number(last.0 - first.0, 1))

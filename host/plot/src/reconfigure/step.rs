@@ -3,7 +3,7 @@
 use reconfiguration::pose::Pose;
 use record::reconfigure::Record;
 
-use super::course::{Course, courses};
+use super::executed_move::{ExecutedMove, executed_moves};
 use super::solid::{Solid, Vec3};
 use crate::lines::{Point, thin_path};
 
@@ -99,17 +99,17 @@ pub fn rests(record: &Record) -> Vec<Rest> {
         left: vec![],
         way: None,
     }];
-    for course in courses(record) {
-        let planned = course.planned;
+    for moved in executed_moves(record) {
+        let planned = moved.planned;
         let slot = problem.slots.get(planned.slot).map(|s| s.pose);
-        if let Some(mover) = robots.get_mut(course.robot) {
+        if let Some(mover) = robots.get_mut(moved.robot) {
             // Without an execution the plan is shown.
             if let Some(slot) = slot {
-                mover.hull = Solid::hull(level(slot), hull_of(course.robot));
+                mover.hull = Solid::hull(level(slot), hull_of(moved.robot));
             }
             mover.arrived = true;
         }
-        if let Some(after) = course.after {
+        if let Some(after) = moved.after {
             for (n, (resting, sample)) in robots.iter_mut().zip(&after.robots).enumerate() {
                 if sample.eta.iter().all(|v| v.abs() < FAR_M) {
                     resting.hull = Solid::hull(sample.eta, hull_of(n));
@@ -118,19 +118,19 @@ pub fn rests(record: &Record) -> Vec<Rest> {
                 resting.arrived |= sample.arrived;
             }
         }
-        let start = problem.robots.get(course.robot).map_or([0.0; 3], |r| r.start.position_m);
+        let start = problem.robots.get(moved.robot).map_or([0.0; 3], |r| r.start.position_m);
         left.push(start);
         slots.retain(|(n, _)| *n != planned.slot);
-        let longest = hull_of(course.robot).into_iter().fold(0.0, f64::max);
-        let (from_s, to_s) = course.span_s();
+        let longest = hull_of(moved.robot).into_iter().fold(0.0, f64::max);
+        let (from_s, to_s) = moved.span_s();
         let way = Way {
-            robot: course.robot,
+            robot: moved.robot,
             slot: planned.slot,
             ends: [start, slot.map_or(start, |s| s.position_m)],
             planned: planned.path.iter().copied().filter(is_near).collect(),
-            executed: executed(&course),
+            executed: executed(&moved),
             duration_s: to_s - from_s,
-            energy_j: course.executed_j().unwrap_or(planned.energy_navigate_j + planned.energy_balance_j),
+            energy_j: moved.executed_j().unwrap_or(planned.energy_navigate_j + planned.energy_balance_j),
             clearance_m: problem.rules.clearance_factor * longest,
         };
         rests.push(Rest {
@@ -149,8 +149,8 @@ fn is_near(p: &Vec3) -> bool {
 }
 
 /// Where the mover was, thinned.
-fn executed(course: &Course<'_>) -> Vec<Vec3> {
-    let states = course.samples.iter().chain(course.after).filter_map(|s| s.robots.get(course.robot));
+fn executed(moved: &ExecutedMove<'_>) -> Vec<Vec3> {
+    let states = moved.samples.iter().chain(moved.after).filter_map(|s| s.robots.get(moved.robot));
     let mut path: Vec<Vec3> = Vec::new();
     for state in states {
         let [x, y, z, ..] = state.eta;

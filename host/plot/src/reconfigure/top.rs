@@ -3,7 +3,7 @@
 use plotters::style::RGBColor;
 use record::reconfigure::Record;
 
-use super::course;
+use super::executed_move;
 use super::solid::{Solid, Vec3};
 use super::step::{Rest, from_above, rests};
 use super::stroke::{self, Pattern, Sign};
@@ -48,7 +48,7 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let list_px = stroke::LEGEND_ROW * moves as f64 + 16.0;
     let panel_px = chart_height + picture::around(false, true);
     let height = picture::height_for(legend_px + panel_px + list_px);
-    let (name, description) = course::subject(records);
+    let (name, description) = executed_move::subject(records);
     let heading = Heading { name, subject: "paths from above", line: description.to_owned() };
     let svg = picture::render((WIDTH, height), &heading, |area| {
         stroke::legend(area, (13.0, 0.0), width - 26.0, &legend)?;
@@ -105,7 +105,8 @@ fn draw_map(
     let (east, north) = (around(east, width_px), around(north, height_px));
     let plan = &record.plan;
     let total = number(plan.energy_total_j, 1);
-    let title = format!("{}: {total} J in {} s as planned", course::label(plan), number(plan.time_s, 1));
+    let title =
+        format!("{}: {total} J in {} s as planned", executed_move::label(plan), number(plan.time_s, 1));
     let tick_m = 60.0 / scale;
     let panel = Panel {
         title: &title,

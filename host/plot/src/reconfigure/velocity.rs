@@ -3,7 +3,7 @@
 
 use record::reconfigure::{Record, Sample};
 
-use super::course;
+use super::executed_move;
 use super::panels::{self, Row, Table};
 use crate::axis::extent;
 use crate::picture::DrawError;
@@ -39,7 +39,7 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
 #[must_use]
 pub fn greatest(records: &[Record], value: impl Fn(&Sample, usize) -> f64) -> f64 {
     let value = &value;
-    let courses = records.iter().flat_map(course::courses);
-    let values = courses.flat_map(|c| c.samples.iter().map(move |s| value(s, c.robot).abs()));
+    let moves = records.iter().flat_map(executed_move::executed_moves);
+    let values = moves.flat_map(|c| c.samples.iter().map(move |s| value(s, c.robot).abs()));
     extent(values).map_or(0.0, |(_, high)| high)
 }
