@@ -240,7 +240,7 @@ fn options_that_cannot_be_are_named_with_their_value() {
     }
 }
 
-/// Nobody is on a radio without a key, and nobody with another's.
+/// No program talks on a radio without a key, or with another's.
 #[test]
 fn a_key_that_cannot_be_is_named() {
     let folder = with_key(GOOD);
@@ -289,7 +289,7 @@ fn a_roster_that_does_not_fit_is_named() {
     assert_left_alone(folder.path());
 }
 
-/// Tests may run as root, to whom permissions mean nothing: below a file and in /proc nobody can write.
+/// Tests may run as root, to whom permissions mean nothing: below a file and in /proc no user can write.
 #[test]
 fn a_folder_that_cannot_be_written_is_named() {
     let folder = with_scenario(GOOD);
@@ -317,7 +317,7 @@ fn a_busy_port_is_named() {
 }
 
 #[test]
-fn nobody_answers() {
+fn no_module_answers() {
     let folder = with_key(format!("{GOOD}[timing]\njoin_s = 1\n"));
     let free =
         UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").to_string();

@@ -107,7 +107,7 @@ fn check(plan: &Value, cells: &str, demand: [f64; 3], tails: Option<&[f64]>) {
     let mut wrench = [0.0; 3];
     for ((cell, phi), amplitude) in cells.iter().zip(&centerlines).zip(&amplitudes) {
         let size = amplitude.abs();
-        // Held, nobody moves; planned, a module may rest.
+        // Held, no module moves; planned, a module may rest.
         if size == 0.0 {
             continue;
         }

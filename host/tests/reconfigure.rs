@@ -112,7 +112,7 @@ fn what_cannot_be_planned_is_refused_in_one_line() {
             2,
             vec!["slot", "2"],
         ),
-        ("a capability nobody has", format!("{GOOD}requires = [\"laser\"]\n"), 2, vec!["laser"]),
+        ("a capability no robot has", format!("{GOOD}requires = [\"laser\"]\n"), 2, vec!["laser"]),
         ("a tool left alone", format!("{GOOD}{tool}"), 2, vec!["tool 1"]),
         ("voltage", format!("{GOOD}[rules]\nbattery_v = 24.0\n"), 2, vec!["24", "V"]),
         (

@@ -155,7 +155,7 @@ fn tails_that_touch_fail_the_run() {
     assert!(first["overlap_m"].as_f64().expect("m") > 0.0);
 }
 
-/// Cycles longer than the firmware takes: all are refused, nobody moves. That is no success.
+/// Cycles longer than the firmware takes: all are refused, no module moves. That is no success.
 #[test]
 fn a_run_in_which_every_cycle_was_refused_fails() {
     let folder = scenario(4.0, "[modboat]\nperiod_s = 1000\n");
@@ -185,7 +185,7 @@ fn control_c_leaves_what_was_measured() {
     assert!(PICTURES.iter().all(|picture| folder.path().join("o").join(picture).is_file()));
 }
 
-/// Nobody has joined, nothing was measured: there are still a summary and four (empty) pictures.
+/// No module has joined, nothing was measured: there are still a summary and four (empty) pictures.
 #[test]
 fn control_c_before_anything_happened() {
     let folder = scenario(600.0, "[timing]\njoin_s = 600\n");

@@ -172,7 +172,7 @@ fn next(targets: &[PathBuf], format: Format) -> String {
             CONFIGURATION.origin
         ),
     };
-    format!("{flash}; then delete it: whoever has it has the module's key")
+    format!("{flash}; then delete it: it holds the module's key")
 }
 
 /// No file that is shown is longer, bytes: a program as UF2 may well be mistaken for an image.

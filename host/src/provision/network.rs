@@ -89,14 +89,14 @@ fn known_host(text: &str) -> Result<SocketAddrV4, String> {
     }
 }
 
-/// Why nobody has this address.
+/// Why no host can have this address.
 fn unfit(address: Ipv4Addr) -> Option<String> {
-    let nobody = address.is_unspecified()
+    let unfit = address.is_unspecified()
         || address.is_broadcast()
         || address.is_multicast()
         || address.is_loopback()
         || address.octets()[0] == 0;
-    nobody.then(|| format!("{address} is nobody's address"))
+    unfit.then(|| format!("{address} is no host's address"))
 }
 
 fn own(file: &ModuleFile, id: ModuleId, host: Ipv4Addr) -> Result<Own, ProvisionError> {

@@ -44,7 +44,7 @@ fn provision(folder: &Path, arguments: &[&str]) -> Output {
     flotilla(folder, &[&["provision"], arguments].concat())
 }
 
-/// A folder with a fleet's key where everybody looks for it, and `m.toml`.
+/// A folder with a fleet's key where commands look for it, and `m.toml`.
 fn with(text: &str) -> TempDir {
     let folder = tempdir().expect("a folder");
     done(&flotilla(folder.path(), &["keygen"]));
@@ -109,7 +109,7 @@ fn a_modboats_file_holds_its_configuration_where_memory_x_says() {
         format!(
             "module-3.uf2: module 3 of fleet {}, a Modboat, in \"tank\" at DHCP, host 192.168.4.1:4870\n\
              next: hold BOOTSEL while you plug a board in, and copy module-3.uf2 to the drive RP2350; then delete it: \
-             whoever has it has the module's key\n",
+             it holds the module's key\n",
             fleet.fleet()
         )
     );
@@ -139,7 +139,7 @@ fn an_rovs_file_may_be_bare() {
     assert!(
         said.ends_with(
             "\nnext: probe-rs download --chip RP235x --binary-format bin --base-address 0x101ff000 seven.bin, and probe-rs \
-             reset --chip RP235x; then delete it: whoever has it has the module's key\n"
+             reset --chip RP235x; then delete it: it holds the module's key\n"
         ),
         "{said}"
     );

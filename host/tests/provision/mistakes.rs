@@ -64,7 +64,7 @@ fn mistakes_in_a_module_file_are_named_with_line_value_and_unit() {
         ),
         (
             network("192.168.4.1:", "224.0.0.1:"),
-            "4: [network] host = \"224.0.0.1:4870\": 224.0.0.1 is nobody's",
+            "4: [network] host = \"224.0.0.1:4870\": 224.0.0.1 is no host's",
         ),
         (network("tank", &"t".repeat(33)), "2: [network] ssid = \"ttt"),
         (network("ssid = \"tank\"\n", ""), "1: [network] has a passphrase, and no ssid"),

@@ -78,7 +78,7 @@ fn every_fault_of_an_image_is_named() {
     assert!(said.starts_with("none.bin: No such file"), "{said}");
 }
 
-/// What protocol takes and the firmware does not: an image made by somebody else.
+/// What protocol takes and the firmware does not: an image made by another program.
 #[test]
 fn an_image_that_the_firmware_refuses_is_named() {
     let folder = with(MODBOAT);
