@@ -1,6 +1,6 @@
 //! A checker of plans that shares no code with the planner: numbers in, the first broken promise out.
 //!
-//! It takes a request and an answer as `flotilla plan` exchanges them and works out anew, with constants, geometry and
+//! It takes a request and an answer as `flotilla plan` exchanges them and works out again, with constants, geometry and
 //! laws of its own, everything the answer claims:
 //!
 //! ```text
@@ -103,15 +103,15 @@ impl Modboat {
     }
 }
 
-/// One module's angle during one phase of a plan, over the share of it that has passed.
+/// Motion of one tail during one phase of a plan: its angle over the share of the phase that has passed.
 #[derive(Clone, Copy, Debug)]
-enum Course {
+enum TailMotion {
     Rest(f64),
     Turn { from: f64, to: f64 },
     Swing { centerline: f64, amplitude: f64 },
 }
 
-impl Course {
+impl TailMotion {
     fn at(self, share: f64) -> f64 {
         match self {
             Self::Rest(angle) => angle,
@@ -131,7 +131,7 @@ impl Course {
     }
 }
 
-/// Two modules whose tails can meet: the second at `apart_m` from the first.
+/// Two modules with tails that can meet: the second at `apart_m` from the first.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     /// The first, from 0.
@@ -160,7 +160,7 @@ pub fn pairs(modboat: &Modboat, cells: &[[i32; 2]]) -> Vec<Pair> {
 }
 
 /// The least clearance of a pair in one phase, m; or where (share) it first overlaps, and by how much (m).
-fn least_m(modboat: &Modboat, apart_m: [f64; 2], i: Course, j: Course) -> Result<f64, (f64, f64)> {
+fn least_m(modboat: &Modboat, apart_m: [f64; 2], i: TailMotion, j: TailMotion) -> Result<f64, (f64, f64)> {
     let tip_m = modboat.tail_length_m * i.speed().max(j.speed());
     let samples = (tip_m / STEP_M).ceil().max(1.0) as usize;
     let (mut least, mut k) = (f64::INFINITY, 0);
@@ -210,23 +210,23 @@ pub fn check(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<Op
 /// answer out.
 ///
 /// # Errors
-/// The first overlap, or that nobody knows where the tails are.
+/// The first overlap, or that the tail angles are unknown.
 pub fn check_without(
     modboat: &Modboat,
     request: &Request,
     answer: &Answer,
     missing: &[usize],
 ) -> Result<(), String> {
-    let tails = request.tail_rad.as_ref().ok_or("nobody knows where the tails are")?;
+    let tails = request.tail_rad.as_ref().ok_or("tail angles unknown")?;
     for pair in pairs(modboat, &request.cells) {
         let steps = answer.steps();
         for phase in 0..=steps.len() {
-            let course = |k: usize| match steps.get(phase) {
-                _ if missing.contains(&k) => Course::Rest(tails[k]),
-                Some(turns) => Course::Turn { from: turns[k][0], to: turns[k][1] },
-                None => Course::Swing { centerline: answer.cycle[k][0], amplitude: answer.cycle[k][1] },
+            let motion = |k: usize| match steps.get(phase) {
+                _ if missing.contains(&k) => TailMotion::Rest(tails[k]),
+                Some(turns) => TailMotion::Turn { from: turns[k][0], to: turns[k][1] },
+                None => TailMotion::Swing { centerline: answer.cycle[k][0], amplitude: answer.cycle[k][1] },
             };
-            least_m(modboat, pair.apart_m, course(pair.i), course(pair.j)).map_err(|(_, clearance_m)| {
+            least_m(modboat, pair.apart_m, motion(pair.i), motion(pair.j)).map_err(|(_, clearance_m)| {
                 format!("modules {} and {}: {:.3} mm", pair.i + 1, pair.j + 1, clearance_m * 1e3)
             })?;
         }
@@ -280,7 +280,7 @@ fn check_repeated(request: &Request, answer: &Answer) -> Result<(), String> {
 fn check_turns(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<(), String> {
     let Some(tails) = &request.tail_rad else {
         return match &answer.transition {
-            Some(_) => Err("a transition from nobody knows where".to_owned()),
+            Some(_) => Err("a transition with tail angles unknown".to_owned()),
             None => Ok(()),
         };
     };
@@ -357,16 +357,16 @@ fn check_tails(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<
     let held = answer.outcome == "held";
     let swing = |k: usize| {
         let [centerline, amplitude] = answer.cycle[k];
-        Course::Swing { centerline, amplitude }
+        TailMotion::Swing { centerline, amplitude }
     };
     let steps = answer.steps();
     if answer.loss_tolerant && request.tail_rad.is_none() {
-        return Err("loss tolerant, with tails nobody knows where".to_owned());
+        return Err("loss tolerant, with tail angles unknown".to_owned());
     }
     let mut least: Option<f64> = None;
     for pair in pairs(modboat, &request.cells) {
         let (i, j) = (pair.i, pair.j);
-        let look = |what: &str, length_s: f64, a: Course, b: Course| {
+        let look = |what: &str, length_s: f64, a: TailMotion, b: TailMotion| {
             least_m(modboat, pair.apart_m, a, b).map_err(|(share, clearance_m)| {
                 let (t_s, mm) = (share * length_s, clearance_m * 1e3);
                 format!(
@@ -378,7 +378,8 @@ fn check_tails(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<
                 )
             })
         };
-        let turn = |k: usize, step: usize| Course::Turn { from: steps[step][k][0], to: steps[step][k][1] };
+        let turn =
+            |k: usize, step: usize| TailMotion::Turn { from: steps[step][k][0], to: steps[step][k][1] };
         let turns = (0..steps.len())
             .map(|step| (step, "transition", modboat.transition_s, turn(i, step), turn(j, step)));
         let swim = (steps.len(), "swim", modboat.period_s, swing(i), swing(j));
@@ -397,8 +398,8 @@ fn check_tails(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<
             let rests = [request.tail_rad.as_ref(), between].into_iter().flatten();
             for tails in rests.filter(|_| answer.loss_tolerant) {
                 let alone = format!("{what}, which one of them missed");
-                look(&alone, length_s, a, Course::Rest(tails[j]))?;
-                look(&alone, length_s, Course::Rest(tails[i]), b)?;
+                look(&alone, length_s, a, TailMotion::Rest(tails[j]))?;
+                look(&alone, length_s, TailMotion::Rest(tails[i]), b)?;
             }
         }
     }

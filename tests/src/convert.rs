@@ -7,7 +7,7 @@ use modboat::plan::Plan;
 use record::{CycleRecord, RunRecord};
 
 use crate::checker::{Answer, Modboat, Request};
-use crate::execution::{Course, Step};
+use crate::execution::{PlannedMotion, Step};
 
 /// The checker's module with the numbers of a scenario's.
 #[must_use]
@@ -22,7 +22,7 @@ pub fn of_parameters(parameters: &Parameters) -> Modboat {
 
 /// What modules are to do by a decision.
 #[must_use]
-pub fn of_decision(decision: &Decision) -> Course {
+pub fn of_decision(decision: &Decision) -> PlannedMotion {
     let seconds = |us: u32| f64::from(us) * 1e-6;
     let to_rad: Vec<f64> = decision.turns.iter().map(|turn| turn.to_rad).collect();
     let ramps_s = decision.plan.step_times.map(|step| step.ramp_s);
@@ -37,7 +37,7 @@ pub fn of_decision(decision: &Decision) -> Course {
             ]
         }
     };
-    Course {
+    PlannedMotion {
         number: decision.number,
         start_s: decision.start.as_secs_f64(),
         from_rad: decision.turns.iter().map(|turn| turn.from_rad).collect(),

@@ -13,18 +13,18 @@
 //!
 //! What a tail is planned to do says the host's decision; which of them a module runs says the module, so that one that missed a
 //! decision is expected to rest where it was. After a reboot it is expected to rest where it was found. Without power nothing is
-//! expected of it, and it must not touch anybody all the same; a contact with such a tail is told apart where the plan under way was
+//! expected of it, and it must not touch a neighbour all the same; a contact with such a tail is told apart where the plan under way was
 //! not tolerant of a loss of power.
 //!
 //! Assumptions and limits: angles go straight from one tick to the next; at the motor's greatest acceleration that is wrong by 0.1 mrad.
 
-pub use course::{Course, Phase, Step};
+pub use planned_motion::{Phase, PlannedMotion, Step};
 pub use report::{Limits, Near, Off, Report};
 
 use crate::checker::{Modboat, Pair, STEP_M, geometry, pairs};
 
-mod course;
 pub mod draw;
+mod planned_motion;
 mod report;
 mod watch;
 
@@ -53,8 +53,8 @@ enum Expected {
     Powerless,
     /// To rest at this angle, rad.
     Rest(f64),
-    /// This order of this course, and to rest after it.
-    Order { course: usize, number: u32 },
+    /// This order of this planned motion, and to rest after it.
+    Order { motion: usize, number: u32 },
 }
 
 /// See the module's documentation.
@@ -62,7 +62,7 @@ enum Expected {
 pub struct Judge {
     modboat: Modboat,
     pairs: Vec<Pair>,
-    courses: Vec<Course>,
+    motions: Vec<PlannedMotion>,
     expected: Vec<Expected>,
     /// By module: it lost its power and has begun no order since then; whether all plans under way since were tolerant of that.
     powerless: Vec<Option<bool>>,
@@ -80,7 +80,7 @@ impl Judge {
         let pairs = pairs(modboat, cells);
         Self {
             modboat: modboat.clone(),
-            courses: Vec::new(),
+            motions: Vec::new(),
             expected: vec![Expected::Powerless; cells.len()],
             powerless: vec![None; cells.len()],
             angles_rad: Vec::new(),
@@ -91,9 +91,9 @@ impl Judge {
     }
 
     /// Takes in decision `index`; one that was changed takes the place of what it was.
-    pub fn decided(&mut self, index: usize, course: Course) {
-        self.courses.truncate(index);
-        self.courses.push(course);
+    pub fn decided(&mut self, index: usize, motion: PlannedMotion) {
+        self.motions.truncate(index);
+        self.motions.push(motion);
     }
 
     /// What was found so far.
@@ -107,15 +107,15 @@ impl Judge {
         if self.angles_rad.len() != seen.len() {
             self.angles_rad = seen.iter().map(|seen| seen.angle_rad).collect();
         }
-        let under_way = |course: &&Course| (course.start_s..course.end_s()).contains(&t_s);
+        let under_way = |motion: &&PlannedMotion| (motion.start_s..motion.end_s()).contains(&t_s);
         let tolerant =
-            self.courses.iter().rev().take(3).filter(under_way).all(|course| course.power_tolerant);
+            self.motions.iter().rev().take(3).filter(under_way).all(|motion| motion.power_tolerant);
         for (module, seen) in seen.iter().enumerate() {
             self.expect(module, t_s, seen);
             self.measure(module, t_s, seen);
             self.powerless[module] = match self.powerless[module] {
                 _ if seen.runs.is_some() => None,
-                None if !seen.powered && !self.courses.is_empty() => Some(tolerant),
+                None if !seen.powered && !self.motions.is_empty() => Some(tolerant),
                 so_far => so_far.map(|so_far| so_far && tolerant),
             };
         }
@@ -131,7 +131,7 @@ impl Judge {
         match self.expected[module] {
             Expected::Powerless => None,
             Expected::Rest(rad) => Some((rad, Phase::Rest)),
-            Expected::Order { course, number } => self.courses[course].planned(module, number, t_s),
+            Expected::Order { motion, number } => self.motions[motion].planned(module, number, t_s),
         }
     }
 
@@ -140,8 +140,8 @@ impl Judge {
         let before = self.expected[module];
         let now = match (seen.powered, before, seen.runs) {
             (false, ..) => Expected::Powerless,
-            (true, _, Some(number)) => match self.courses.iter().rposition(|course| course.has(number)) {
-                Some(course) => Expected::Order { course, number },
+            (true, _, Some(number)) => match self.motions.iter().rposition(|motion| motion.has(number)) {
+                Some(motion) => Expected::Order { motion, number },
                 None => before,
             },
             (true, Expected::Powerless, None) => Expected::Rest(seen.angle_rad),
@@ -183,8 +183,8 @@ impl Judge {
         self.report.least_m = self.report.least_m.min(least_m);
         self.note(index, 0, t_s, least_m, 0.0);
         let guarantee_m = match (self.expected[pair.i], self.expected[pair.j]) {
-            (Expected::Order { course, number }, other) if other == (Expected::Order { course, number }) => {
-                self.courses[course].guarantee_m
+            (Expected::Order { motion, number }, other) if other == (Expected::Order { motion, number }) => {
+                self.motions[motion].guarantee_m
             }
             _ => None,
         };

@@ -23,7 +23,7 @@ pub fn shape(modules: usize, rng: &mut impl Rng) -> Vec<[i32; 2]> {
 /// A wrench (Fx, Fy, τ) on the border of what the structure could give if no tail were in another's way.
 ///
 /// Module i at (x, y) turns a thrust f into (f_x, f_y, x·f_y − y·f_x). For a random direction u of the wrench,
-/// weighted, everybody thrusts with the greatest force in the direction that serves u most: the support point of
+/// weighted, every module thrusts with the greatest force in the direction that serves u most: the support point of
 /// the envelope. A share of it is that share of the envelope.
 pub fn border(modboat: &Modboat, cells: &[[i32; 2]], rng: &mut impl Rng) -> [f64; 3] {
     let azimuth_rad = rng.random_range(-PI..PI);

@@ -66,7 +66,7 @@ pub fn problem(kind: Kind, rng: &mut impl Rng) -> Problem {
             start.push([0; 3]);
             goal.push(seed);
         }
-        // Somebody has to go somewhere.
+        // At least one robot has to move.
         if goal.iter().any(|cell| !start.contains(cell)) {
             break (start, goal);
         }
@@ -112,7 +112,7 @@ mod tests {
             let level = problem.robots.iter().all(|robot| robot.start.position_m[2].abs() < 1e-12);
             assert!(kind.spatial || level, "seed {seed}");
             let stays = |slot: &Slot| problem.robots.iter().any(|robot| robot.start == slot.pose);
-            assert!(!problem.slots.iter().all(stays), "seed {seed}: nobody has to move");
+            assert!(!problem.slots.iter().all(stays), "seed {seed}: no robot has to move");
             overlapping += usize::from(problem.slots.iter().any(stays));
             (tools, spatial) = (tools + usize::from(kind.tool), spatial + usize::from(kind.spatial));
             counts[kind.robots] += 1;

@@ -25,7 +25,7 @@ pub struct Spoiler {
 pub const SPOILERS: [Spoiler; 20] = [
     Spoiler { name: "another slot", breaks: Condition::V1, spoil: another_slot },
     Spoiler { name: "another robot", breaks: Condition::V1, spoil: another_robot },
-    Spoiler { name: "a robot nobody knows", breaks: Condition::Identity, spoil: unknown_robot },
+    Spoiler { name: "an unknown robot", breaks: Condition::Identity, spoil: unknown_robot },
     Spoiler { name: "a move left out", breaks: Condition::Energy, spoil: left_out },
     Spoiler { name: "a move made twice", breaks: Condition::V5, spoil: twice },
     Spoiler { name: "two at a time", breaks: Condition::V1, spoil: two_at_a_time },

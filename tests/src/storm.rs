@@ -1,12 +1,12 @@
-//! Storms: whole fleets in weather that no radio has, with reboots of everybody, watched by code that shares nothing with
-//! the link but its counts.
+//! Storms: whole fleets on a medium worse than any radio, with reboots of host and modules, watched by code that shares
+//! nothing with the link but its counts.
 //!
 //! ```text
 //! calm 6 s │ storm 12 s: loss, bursts, delay up to a cycle, damage, replays, forgeries, reboots, clock steps │ healed
-//! ╰──────── nothing may happen that must not ────────╯ ╰─ everybody swims again within three cycles ─╯ ╰ the sums are exact ╯
+//! ╰──────── nothing may happen that must not ────────╯ ╰──── all swim again within three cycles ─────╯ ╰ the sums are exact ╯
 //! ```
 //!
-//! The true time of the simulation is not the fleet's: each life of the host has an epoch of its own, each module a clock that is
+//! The true time of the simulation is not the fleet's: each run of the host has an epoch of its own, each module a clock that is
 //! off by up to 100 s and 100 ppm.
 //!
 //! | watched | how |
@@ -14,7 +14,7 @@
 //! | tail contacts | by the tank, from the true tails |
 //! | different cycles at once | the numbers that neighbours' firmware runs, every tick |
 //! | stale, foreign cycles | a running cycle must be one that the host of the module's session decided, in its time |
-//! | replays and forgeries let in | nobody accepts more datagrams than were sealed for it |
+//! | replays and forgeries let in | no endpoint accepts more datagrams than were sealed for it |
 //! | exact sums | each ledger, and all of them against what the medium handed over |
 //!
 //! A module that loses its power in mid-swing leaves its tail wherever it is, and its neighbours go on until the host knows.
@@ -45,7 +45,7 @@ const CALM_S: f64 = 6.0;
 const STORM_S: f64 = 12.0;
 /// Three cycles with their transitions.
 pub const THREE_CYCLES_S: f64 = 6.0;
-/// After healing it is waited so long for everybody to swim, to tell late from never.
+/// After healing the storm waits this long for all modules to swim, to tell late from never.
 const PATIENCE_S: f64 = 20.0;
 /// Clocks may differ by so much where one cycle follows another, beside what they have jumped: that is corrected slowly while
 /// cycles run.
@@ -62,7 +62,7 @@ pub struct Outcome {
     pub powerless_contacts: usize,
     /// Reboots of modules in mid-swing.
     pub powerless: usize,
-    /// From healing until everybody swam, s.
+    /// From healing until all modules swam, s.
     pub swam_after_s: Option<f64>,
     /// Cycles that any host decided on.
     pub decisions: usize,
@@ -72,8 +72,8 @@ pub struct Outcome {
     pub faults: FaultCount,
 }
 
-/// One life of the host.
-struct Life {
+/// One run of the host, from start to crash.
+struct HostRun {
     boot: [u8; 12],
     /// Its time zero, true time.
     epoch_us: u64,
@@ -88,7 +88,7 @@ struct World<'a> {
     scenario: Scenario,
     fleet: InProcess,
     pilot: Option<Pilot<Node>>,
-    lives: Vec<Life>,
+    host_runs: Vec<HostRun>,
     tank: Tank,
     mocap: Mocap,
     watch: Watch,
@@ -103,7 +103,7 @@ struct Watch {
     /// By module: its power failed in mid-swing, and it has not begun a cycle since. True while all cycles since then were such
     /// that any module may lose its power.
     powerless: Vec<Option<bool>>,
-    /// By module: running cycle, with the life that decided it.
+    /// By module: running cycle, with the run of the host that decided it.
     running: Vec<Option<(usize, u32)>>,
     /// By pair of neighbours: since when they run different cycles.
     apart_since: HashMap<(usize, usize), u64>,
@@ -147,14 +147,25 @@ impl<'a> World<'a> {
             ..Watch::default()
         };
         let tank = tank.expect("a tank");
-        let (lives, outcome) = (Vec::new(), Outcome::default());
-        Self { storm, scenario, fleet, pilot: None, lives, tank, mocap, watch, outcome, last: String::new() }
+        let (host_runs, outcome) = (Vec::new(), Outcome::default());
+        Self {
+            storm,
+            scenario,
+            fleet,
+            pilot: None,
+            host_runs,
+            tank,
+            mocap,
+            watch,
+            outcome,
+            last: String::new(),
+        }
     }
 
     fn run(mut self) -> Outcome {
         let (storm_us, healed_us) = ((CALM_S * 1e6) as u64, ((CALM_S + STORM_S) * 1e6) as u64);
         let end_us = healed_us + (PATIENCE_S * 1e6) as u64;
-        let mut revive_us = 0;
+        let mut restart_us = 0;
         let mut now_us = 0;
         while now_us < end_us {
             now_us += TICK_US;
@@ -171,11 +182,11 @@ impl<'a> World<'a> {
                 self.fleet.modules_mut()[module].step_clock(by_s);
             }
             for &(_, off_us) in self.storm.deaths.iter().filter(|(at, _)| *at == now_us) {
-                self.bury();
-                revive_us = revive_us.max((now_us + off_us).min(healed_us));
+                self.stop_host();
+                restart_us = restart_us.max((now_us + off_us).min(healed_us));
             }
-            if self.pilot.is_none() && now_us >= revive_us {
-                self.revive(now_us);
+            if self.pilot.is_none() && now_us >= restart_us {
+                self.start_host(now_us);
             }
             self.tick(now_us);
             if now_us > healed_us && self.all_swim() {
@@ -191,17 +202,17 @@ impl<'a> World<'a> {
         self.outcome.violations.push(format!("at {:.3} s: {what}", now_us as f64 * 1e-6));
     }
 
-    fn revive(&mut self, now_us: u64) {
-        let host = HostIdentity::simulated(self.storm.seed, self.lives.len() as u64);
-        // The first life's time is the true one; later ones' begin when they do.
-        let epoch_us = if self.lives.is_empty() { 0 } else { now_us - TICK_US };
+    fn start_host(&mut self, now_us: u64) {
+        let host = HostIdentity::simulated(self.storm.seed, self.host_runs.len() as u64);
+        // Time of the first run is the true one; that of later runs begins when they do.
+        let epoch_us = if self.host_runs.is_empty() { 0 } else { now_us - TICK_US };
         let pilot = Pilot::new(&self.scenario, &host, self.fleet.roster(), None, || Micros(0));
         self.pilot = Some(pilot.expect("a pilot"));
-        self.lives.push(Life { boot: host.boot, epoch_us, cycles: HashMap::new(), seen: 0 });
+        self.host_runs.push(HostRun { boot: host.boot, epoch_us, cycles: HashMap::new(), seen: 0 });
     }
 
-    /// The host dies.
-    fn bury(&mut self) {
+    /// The host crashes.
+    fn stop_host(&mut self) {
         let Some(pilot) = self.pilot.take() else { return };
         add(&mut self.watch.host_received, classes(pilot.dispatcher().strays()));
         for (index, link) in pilot.dispatcher().modules().iter().enumerate() {
@@ -250,7 +261,7 @@ impl<'a> World<'a> {
         let now = Micros(now_us);
         let mut buffer = [0; MAX_DATAGRAM];
         self.fleet.advance(now).expect("the loopback does not fail");
-        let host_now = self.lives.last().map_or(Micros(0), |life| Micros(now_us - life.epoch_us));
+        let host_now = self.host_runs.last().map_or(Micros(0), |host_run| Micros(now_us - host_run.epoch_us));
         while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
             match &mut self.pilot {
                 Some(pilot) => {
@@ -280,8 +291,8 @@ impl<'a> World<'a> {
     }
 
     fn note_decisions(&mut self) {
-        let (Some(pilot), Some(life)) = (&self.pilot, self.lives.last_mut()) else { return };
-        for decision in &pilot.decisions()[life.seen..] {
+        let (Some(pilot), Some(host_run)) = (&self.pilot, self.host_runs.last_mut()) else { return };
+        for decision in &pilot.decisions()[host_run.seen..] {
             self.outcome.decisions += 1;
             let (outcome, tolerant) = (decision.plan.outcome.name(), decision.plan.loss_tolerant);
             self.last = format!(
@@ -290,10 +301,10 @@ impl<'a> World<'a> {
             );
             let span = (decision.start.0, decision.end().0, decision.plan.power_tolerant);
             // Of a transition in two steps each is a cycle of its own.
-            life.cycles.insert(decision.number, span);
-            life.cycles.insert(decision.number + u32::from(decision.via.is_some()), span);
+            host_run.cycles.insert(decision.number, span);
+            host_run.cycles.insert(decision.number + u32::from(decision.via.is_some()), span);
         }
-        life.seen = pilot.decisions().len();
+        host_run.seen = pilot.decisions().len();
     }
 
     fn watch_cycles(&mut self, now_us: u64) {
@@ -303,21 +314,21 @@ impl<'a> World<'a> {
             let sim = &self.fleet.modules()[module];
             let running = sim.running(now);
             let boot = sim.link().and_then(|link| link.host_nonce()).map(|nonce| &nonce.0[..12]);
-            let life = self.lives.iter().rposition(|life| Some(&life.boot[..]) == boot);
-            let running = running.map(|number| (life, number));
-            self.watch.running[module] = running.and_then(|(life, number)| Some((life?, number)));
-            let Some((life, number)) = running else { continue };
+            let host_run = self.host_runs.iter().rposition(|host_run| Some(&host_run.boot[..]) == boot);
+            let running = running.map(|number| (host_run, number));
+            self.watch.running[module] = running.and_then(|(host_run, number)| Some((host_run?, number)));
+            let Some((host_run, number)) = running else { continue };
             self.watch.powerless[module] = None;
-            let Some(life) = life.map(|life| &self.lives[life]) else {
+            let Some(host_run) = host_run.map(|host_run| &self.host_runs[host_run]) else {
                 self.violation(now_us, &format!("module {} runs a cycle of no host", module + 1));
                 continue;
             };
-            let host_us = now_us.saturating_sub(life.epoch_us);
-            let fits = life.cycles.get(&number).is_some_and(|&(start_us, end_us, _)| {
+            let host_us = now_us.saturating_sub(host_run.epoch_us);
+            let fits = host_run.cycles.get(&number).is_some_and(|&(start_us, end_us, _)| {
                 host_us + skew_us >= start_us && host_us <= end_us + skew_us
             });
             if !fits && self.watch.told.insert((module, number)) {
-                let span = life.cycles.get(&number).copied();
+                let span = host_run.cycles.get(&number).copied();
                 self.violation(
                     now_us,
                     &format!(
@@ -327,10 +338,12 @@ impl<'a> World<'a> {
                 );
             }
         }
-        if let Some(life) = self.lives.last() {
-            let host_us = now_us - life.epoch_us;
-            let mut now =
-                life.cycles.values().filter(|(start_us, end_us, _)| (*start_us..*end_us).contains(&host_us));
+        if let Some(host_run) = self.host_runs.last() {
+            let host_us = now_us - host_run.epoch_us;
+            let mut now = host_run
+                .cycles
+                .values()
+                .filter(|(start_us, end_us, _)| (*start_us..*end_us).contains(&host_us));
             let tolerant = now.all(|(.., tolerant)| *tolerant);
             self.watch.powerless.iter_mut().flatten().for_each(|so_far| *so_far &= tolerant);
         }
@@ -367,9 +380,9 @@ impl<'a> World<'a> {
         self.watch.contacts = self.tank.contacts().len();
     }
 
-    /// Whether every module runs the same cycle of the host that lives.
+    /// Whether every module runs the same cycle of the running host.
     fn all_swim(&self) -> bool {
-        let life = self.lives.len().wrapping_sub(1);
+        let host_run = self.host_runs.len().wrapping_sub(1);
         let first = self.watch.running[0];
         let decisions = self.pilot.as_ref().map_or(&[][..], |pilot| pilot.decisions());
         // Who runs a cycle of no amplitude does not swim.
@@ -378,7 +391,7 @@ impl<'a> World<'a> {
             moves && first.is_some_and(|(_, number)| number == decision.last_number())
         });
         swims
-            && first.is_some_and(|(of, _)| of == life)
+            && first.is_some_and(|(of, _)| of == host_run)
             && self.watch.running.iter().all(|running| *running == first)
     }
 
@@ -390,11 +403,11 @@ impl<'a> World<'a> {
         let mut buffer = [0; MAX_DATAGRAM];
         while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
             if let Some(pilot) = &mut self.pilot {
-                let host_now = Micros(now.0 - self.lives.last().map_or(0, |life| life.epoch_us));
+                let host_now = Micros(now.0 - self.host_runs.last().map_or(0, |host_run| host_run.epoch_us));
                 let _ = pilot.handle_datagram(host_now, from, &buffer[..length]);
             }
         }
-        self.bury();
+        self.stop_host();
         (0..self.storm.modules).for_each(|module| self.note_boot(module));
         let host = self.fleet.radio().count();
         let modules =

@@ -1,6 +1,6 @@
-//! Planners asked demand after demand, each from where the last plan left the tails, and what came of it.
+//! Streams of demands for planners: each plan starts where the last one left the tails; figures of what came of it.
 //!
-//! The first plan of a stream, before which nobody knows where the tails are, is made and not counted.
+//! The first plan of a stream, before which the tail angles are unknown, is made and not counted.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -156,7 +156,7 @@ pub struct Row {
     pub travel_rad: f64,
     /// T + t_trans, s.
     pub interval_s: f64,
-    /// Whether anybody may miss it.
+    /// Whether any module may miss it.
     pub loss_tolerant: bool,
     /// How long it took, µs.
     pub plan_us: f64,
@@ -203,9 +203,9 @@ impl Rows {
     }
 }
 
-/// Plans to be made in some walks or sequences apart, of which each starts anew with a seed of its own.
+/// A stream of demands for one planner: some walks or sequences apart, each with a seed of its own.
 #[derive(Clone)]
-pub struct Course {
+pub struct DemandStream {
     /// The structure.
     pub structure: Structure,
     /// Its modules.
@@ -224,7 +224,7 @@ pub struct Course {
     pub times: usize,
 }
 
-impl Course {
+impl DemandStream {
     /// Makes the plans; their figures.
     #[must_use]
     pub fn run(&self) -> Rows {

@@ -89,7 +89,7 @@ fn table_the_other_scenarios_with_both_planners() {
                 mean("without_transition_share", 100.0, 1),
                 mean("interval_s", 1.0, 3)
             );
-            // A tail's length: whoever drifts off does not keep a station.
+            // A tail's length: a structure that drifts off does not keep its station.
             let off_m = contender.figures.get("position_max_m").map_or(0.0, |spread| spread.worst);
             if off_m > 0.09 {
                 wrong.push(format!("{name}, {}: {off_m} m off its station", contender.planner));

@@ -37,7 +37,7 @@ fn broken(RunResult { summary, record, .. }: &RunResult) -> Vec<String> {
         must(checked.is_ok(), format!("cycle {}: {checked:?}", cycle.number));
     }
     for two in record.cycles.windows(2) {
-        // Unless somebody was late, a cycle begins where the one before it ended, in time and in pose.
+        // Unless a module was late, a cycle begins where the one before it ended, in time and in pose.
         let end_s = two[0].start_s + two[0].transition_s + two[0].period_s;
         must((two[1].start_s - end_s).abs() < 1e-6, format!("a pause after cycle {}", two[0].number));
         let goes_on =

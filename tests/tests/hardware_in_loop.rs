@@ -84,7 +84,7 @@ fn rms(errors: impl IntoIterator<Item = f64>) -> f64 {
 
 /// What every run must keep, however bad the medium.
 #[track_caller]
-fn holds_its_course(summary: &Summary) {
+fn follows_its_demand(summary: &Summary) {
     assert!(summary.complete, "ended after {} s", summary.duration_s);
     for leg in &summary.legs {
         assert!(leg.velocity_error <= 0.05, "velocity off by {}", leg.velocity_error);
@@ -92,8 +92,8 @@ fn holds_its_course(summary: &Summary) {
     }
 }
 
-/// Every count of the ledgers against the others and against what the medium did, in a run in which nobody rebooted and
-/// nobody forged, which ended at `end`.
+/// Every count of the ledgers against the others and against what the medium did, in a run without reboots and
+/// forgeries, which ended at `end`.
 #[track_caller]
 fn ledgers_balance(result: &RunResult, fleet: &mut InProcess, end: Micros) {
     let summary = &result.summary;
@@ -209,10 +209,10 @@ fn table_a_bad_medium_changes_nothing_that_matters() {
             1e3 * summary.least_clearance_m.expect("neighbours"),
         );
         ledgers_balance(&result, &mut fleet, end);
-        holds_its_course(summary);
+        follows_its_demand(summary);
         assert!(summary.contacts.is_empty(), "{:?}", summary.contacts);
         assert!(summary.cycles.planned == summary.cycles.total, "{:?}", summary.cycles);
-        // Everybody executed every cycle: nobody was ever elsewhere than the cycles say.
+        // Every module executed every cycle: no tail was ever elsewhere than the cycles say.
         for module in 0..3 {
             let all = tail_errors(&result.record, module);
             for cycle in &result.record.cycles {
@@ -261,7 +261,7 @@ fn a_jammed_motor_stops_its_module_and_is_not_hidden() {
         }
     });
     let (summary, record) = (&result.summary, &result.record);
-    // Two swings are enough to notice; nobody begins a cycle afterwards.
+    // Two swings are enough to notice; no module begins a cycle afterwards.
     let noticed_s = jam_s + 2.0 * 2.0 + 0.5;
     let last = record.cycles.last().expect("cycles");
     println!("jammed at {jam_s} s; the last cycle begins at {:.2} s; {:?}", last.start_s, summary.failure);
@@ -274,7 +274,7 @@ fn a_jammed_motor_stops_its_module_and_is_not_hidden() {
     let failure = summary.failure.as_deref().expect("the fleet holds for good");
     let tells = failure.contains("tail contacts") || failure.ends_with("module 1 has stopped: motor stalled");
     assert!(tells && !summary.complete, "{failure}");
-    // Until then it is off its course, and the others are on theirs.
+    // Until then it is off its planned motion, and the others are on theirs.
     let within = |module, from_s: f64, to_s: f64| {
         let errors = tail_errors(record, module).into_iter();
         rms(errors.filter(|(t_s, _)| (from_s..to_s).contains(t_s)).map(|(_, e)| e))
@@ -337,7 +337,7 @@ fn a_module_that_reboots_between_cycles_is_taken_in_again() {
     );
     assert_eq!(result.summary.cycles.reboots, 1);
     assert!(count == 1 && pause_s < 5.0, "the fleet holds once, for {pause_s} s");
-    holds_its_course(&result.summary);
+    follows_its_demand(&result.summary);
     assert!(result.summary.contacts.is_empty(), "{:?}", result.summary.contacts);
     // Module 2 swims with the others to the end.
     let late = tail_errors(&result.record, 1).into_iter().filter(|(t_s, _)| *t_s > 30.0).map(|(_, e)| e);
@@ -359,7 +359,7 @@ fn a_module_that_reboots_in_mid_swing_is_taken_in_again() {
     );
     assert_eq!(result.summary.cycles.reboots, 1);
     assert!(count >= 1 && pause_s < 8.0, "{count} pauses of up to {pause_s} s");
-    holds_its_course(&result.summary);
+    follows_its_demand(&result.summary);
     // A tail that coasts without power may meet another; if it does, the summary says so and the run fails.
     let after = |contact: &host::run::summary::ContactFigures| contact.t_s >= reboot_s - 1e-3;
     assert!(result.summary.contacts.iter().all(after), "{:?}", result.summary.contacts);

@@ -64,7 +64,7 @@ fn sequence(seed: u64, kind: &Kind) -> Result<Vec<Row>, String> {
     let cells = random::shape(modules, &mut rng);
     let modboat = &kind.modboat;
     let mut planner = kind.planner(&cells);
-    // A first cycle from nobody knows where, or with all tails alike, any number of turns away.
+    // A first cycle with tail angles unknown, or with all tails alike, any number of turns away.
     let mut tails: Option<Vec<f64>> =
         rng.random_bool(0.5).then(|| vec![rng.random_range(-20.0..20.0); modules]);
     let mut previous: Option<Vec<Swing>> = None;
@@ -121,11 +121,11 @@ fn sequences(count: u64, kind: &Kind) -> Vec<Row> {
                 break;
             }
             let rows = sequence(seed, kind);
-            results.lock().expect("nobody panics with it").push(rows);
+            results.lock().expect("no thread panics with it").push(rows);
         }
     };
     std::thread::scope(|scope| (0..2).for_each(|_| drop(scope.spawn(work))));
-    let results = results.into_inner().expect("nobody panicked with it");
+    let results = results.into_inner().expect("no thread panicked with it");
     let rows: Vec<Row> =
         results.into_iter().flat_map(|result| result.unwrap_or_else(|broken| panic!("{broken}"))).collect();
     assert_eq!(rows.len(), count as usize * PLANS_EACH);
@@ -150,7 +150,7 @@ fn plans_for_tails_that_reach_across_a_diagonal_keep_their_word() {
     assert!(planned * 2 > rows.len(), "{planned} planned of {}", rows.len());
 }
 
-/// From poses that nobody chose, many of which touch already.
+/// From random poses, many of which touch already.
 #[test]
 fn plans_from_arbitrary_poses_keep_their_word() {
     let kind = Kind::new(0.09);
@@ -169,12 +169,12 @@ fn plans_from_arbitrary_poses_keep_their_word() {
         *counts.entry((answer.outcome, plan.clearance_m > 0.0)).or_insert(0) += 1;
     }
     println!("1000 plans from arbitrary poses, by outcome and whether tails are apart: {counts:?}");
-    // Nobody plans a way out of a contact: what touches is held.
+    // No way out of a contact is planned: what touches is held.
     assert!(!counts.contains_key(&("planned".to_owned(), false)));
     assert!(counts.contains_key(&("held".to_owned(), false)), "no pose touched");
     let (held_apart, planned) = (("held".to_owned(), true), ("planned".to_owned(), true));
     let held_apart = counts.get(&held_apart).copied().unwrap_or(0);
-    assert!(held_apart * 20 < counts[&planned], "{held_apart} held although nobody touches");
+    assert!(held_apart * 20 < counts[&planned], "{held_apart} held although no tails touch");
 }
 
 #[test]

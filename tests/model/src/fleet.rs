@@ -4,7 +4,7 @@ use link::delivery::Knowledge;
 use protocol::Delivery;
 use stateright::{Model, Property};
 
-use crate::host::{Host, Letters};
+use crate::host::{Host, Outgoing};
 use crate::module::{Module, Past};
 use crate::properties::{Breaches, properties};
 use crate::said::{Ack, Held, MODULES, Order, Pose, Report, Say, SessionId, Up};
@@ -184,8 +184,8 @@ impl Fleet {
 
     /// Sends again what the host repeats.
     pub(crate) fn repeat(&mut self, config: &Config) {
-        let letters = self.host.repeats();
-        self.send(config, letters);
+        let outgoing = self.host.repeats();
+        self.send(config, outgoing);
         for (index, module) in self.modules.iter().enumerate() {
             let offers = self.host.links[index].calling.iter();
             let wanted = offers.filter(|offer| (offer.boot, offer.count) == module.nonce);
@@ -200,23 +200,23 @@ impl Fleet {
         match action {
             Action::SlotBegins { doubts } => self.slot_begins(doubts),
             Action::LeadPasses => {
-                let letters = self.host.settle(config, now, false);
-                self.send(config, letters);
+                let outgoing = self.host.settle(config, now, false);
+                self.send(config, outgoing);
             }
             Action::Decide(delivery) => {
-                let letters = self.host.decide(config, now, delivery);
-                self.left.cycles -= u8::from(!letters.is_empty());
-                self.send(config, letters);
+                let outgoing = self.host.decide(config, now, delivery);
+                self.left.cycles -= u8::from(!outgoing.is_empty());
+                self.send(config, outgoing);
             }
             Action::Hold => {
                 self.left.holds -= 1;
-                let letters = self.host.hold();
-                self.send(config, letters);
+                let outgoing = self.host.hold();
+                self.send(config, outgoing);
             }
             Action::Order { stop } => {
                 self.left.orders -= 1;
-                let letters = self.host.order(stop);
-                self.send(config, letters);
+                let outgoing = self.host.order(stop);
+                self.send(config, outgoing);
             }
             Action::Announced(index) => {
                 let Module { nonce, session, .. } = self.modules[index];
@@ -234,8 +234,8 @@ impl Fleet {
             Action::Joins(index) => {
                 if let Some(session) = self.modules[index].session {
                     let up = std::mem::take(&mut self.modules[index].up);
-                    let letters = self.host.join(config, now, index, session, up);
-                    self.send(config, letters);
+                    let outgoing = self.host.join(config, now, index, session, up);
+                    self.send(config, outgoing);
                 }
             }
             Action::TimeKnown(index) => self.changes(config, index, |module| module.take_time(now)),
@@ -244,8 +244,8 @@ impl Fleet {
                 self.changes(config, module, |module| module.hear(config, now, order, doubt));
             }
             Action::Answered(index, ack) => {
-                let letters = self.host.acknowledged(config, now, index, ack);
-                self.send(config, letters);
+                let outgoing = self.host.acknowledged(config, now, index, ack);
+                self.send(config, outgoing);
             }
             Action::Reported(index, place) => {
                 let reports = &mut self.host.links[index].up.reports;
@@ -315,8 +315,8 @@ impl Fleet {
     }
 
     /// Whatever is said in a session that the module is not in, it cannot open.
-    fn send(&mut self, config: &Config, letters: Letters) {
-        for (index, say) in letters {
+    fn send(&mut self, config: &Config, outgoing: Outgoing) {
+        for (index, say) in outgoing {
             let (link, module) = (&mut self.host.links[index], &mut self.modules[index]);
             let sequence = link.next_sequence();
             let boot = module.boots;
@@ -357,7 +357,7 @@ impl Fleet {
         }
     }
 
-    /// Whether what the host knows of its course is known.
+    /// Whether what the host knows of its cycle is known.
     #[must_use]
     pub fn knowledge(&self, config: &Config, index: usize) -> Knowledge {
         self.host.knowledge(config, index)
@@ -396,7 +396,7 @@ impl Model for Config {
         if left.cycles > 0 && *now < self.slots && host.may_decide(*now) {
             actions.extend(self.deliveries.iter().map(|&delivery| Action::Decide(delivery)));
         }
-        if left.holds > 0 && host.course.is_some() {
+        if left.holds > 0 && host.cycle.is_some() {
             actions.push(Action::Hold);
         }
         if left.orders > 0 {

@@ -17,12 +17,12 @@ use protocol::{Delivery, ModuleState, Refusal, Verdict};
 use crate::fleet::{Broken, Config};
 use crate::said::{Ack, Answer, Held, MODULES, Pose, Report, Say, SessionId, Up, life_of};
 
-/// What is to be sent, and to whom.
-pub type Letters = Vec<(usize, Say)>;
+/// Messages to be sent, each with the index of its module.
+pub type Outgoing = Vec<(usize, Say)>;
 
-/// What all modules were sent last.
+/// The cycle that all modules were sent last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Course {
+pub struct DispatchedCycle {
     /// As [`Held::number`].
     pub number: u8,
     /// As [`Held::id`].
@@ -50,7 +50,7 @@ pub struct Link {
     accepted: u8,
     /// Its newest report.
     pub report: Option<Report>,
-    /// How far the course has got, and that nothing more is sent for it.
+    /// How far the delivery of the cycle has got, and whether nothing more is sent for it.
     standing: Option<(Standing, bool)>,
 }
 
@@ -79,7 +79,7 @@ impl Link {
 /// See the module's documentation.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Host {
-    /// Which life, from 1.
+    /// Number of its boot, from 1.
     pub life: u8,
     /// Last number given away, as sent and as it is.
     number: (u8, u8),
@@ -88,7 +88,7 @@ pub struct Host {
     /// When to plan again after that was given up.
     retry: u8,
     /// What was sent last.
-    pub course: Option<Course>,
+    pub cycle: Option<DispatchedCycle>,
     /// What is known of each module.
     pub links: [Link; MODULES],
     /// A stop or its release in force.
@@ -101,7 +101,7 @@ impl Host {
     pub fn new(life: u8) -> Self {
         let number = (0, 8 * (life - 1));
         let links = <[Link; MODULES]>::default();
-        Self { life, number, swimming: false, retry: 0, course: None, links, ordered: None }
+        Self { life, number, swimming: false, retry: 0, cycle: None, links, ordered: None }
     }
 
     /// The session that would be offered to a module which announces `nonce` and that it is in `session`.
@@ -121,7 +121,7 @@ impl Host {
     }
 
     /// A datagram of a session on offer has come, from a module that has said `up` in it.
-    pub fn join(&mut self, config: &Config, now: u8, index: usize, session: SessionId, up: Up) -> Letters {
+    pub fn join(&mut self, config: &Config, now: u8, index: usize, session: SessionId, up: Up) -> Outgoing {
         let link = &mut self.links[index];
         let rebooted = link.live.is_some_and(|former| former.boot != session.boot);
         link.live = Some(session);
@@ -130,28 +130,28 @@ impl Host {
         if rebooted {
             link.abandon(Some(Standing::Dropped));
         }
-        let mut letters = Letters::new();
+        let mut outgoing = Outgoing::new();
         if link.is_open()
-            && let Some(course) = self.course
+            && let Some(cycle) = self.cycle
         {
             match link.standing() {
                 Some(Standing::Unsent | Standing::Sent) => {
                     link.standing = Some((Standing::Sent, false));
-                    letters.push((index, part(course, index)));
+                    outgoing.push((index, part(cycle, index)));
                 }
-                Some(Standing::Committing) => letters.push((index, Say::Commit(course.number))),
+                Some(Standing::Committing) => outgoing.push((index, Say::Commit(cycle.number))),
                 _ => {}
             }
         }
-        letters.extend(self.ordered.map(|stop| (index, if stop { Say::Stop } else { Say::Release })));
-        letters.extend(self.settle(config, now, true));
-        letters
+        outgoing.extend(self.ordered.map(|stop| (index, if stop { Say::Stop } else { Say::Release })));
+        outgoing.extend(self.settle(config, now, true));
+        outgoing
     }
 
     /// An acknowledgement has come in the session in force.
-    pub fn acknowledged(&mut self, config: &Config, now: u8, index: usize, ack: Ack) -> Letters {
-        let Some(course) = self.course.filter(|course| course.number == ack.number) else {
-            return Letters::new();
+    pub fn acknowledged(&mut self, config: &Config, now: u8, index: usize, ack: Ack) -> Outgoing {
+        let Some(cycle) = self.cycle.filter(|cycle| cycle.number == ack.number) else {
+            return Outgoing::new();
         };
         let link = &mut self.links[index];
         let verdict = match ack.answer {
@@ -159,11 +159,11 @@ impl Host {
             Answer::Prepared => Verdict::Prepared,
             Answer::Refused => Verdict::Refused(Refusal::Unsure),
         };
-        let Some((standing, closed)) = link.standing else { return Letters::new() };
-        let Some(standing) = standing.answered(verdict) else { return Letters::new() };
+        let Some((standing, closed)) = link.standing else { return Outgoing::new() };
+        let Some(standing) = standing.answered(verdict) else { return Outgoing::new() };
         link.standing = Some((standing, closed || !standing.is_open()));
         if standing == Standing::Taken {
-            link.accepted = course.number;
+            link.accepted = cycle.number;
         }
         self.settle(config, now, true)
     }
@@ -176,7 +176,7 @@ impl Host {
     /// Whether a prepared cycle waits for all to answer.
     #[must_use]
     pub fn is_undecided(&self) -> bool {
-        let prepare = self.course.is_some_and(|course| course.delivery == Delivery::Prepare);
+        let prepare = self.cycle.is_some_and(|cycle| cycle.delivery == Delivery::Prepare);
         let decided = [Standing::Committing, Standing::Taken];
         let all = || self.links.iter();
         prepare
@@ -184,11 +184,11 @@ impl Host {
             && !all().any(|link| link.standing().is_some_and(|standing| decided.contains(&standing)))
     }
 
-    /// Commits what everybody holds or gives it up. `in_time`: a commit can still be repeated before the start.
-    pub fn settle(&mut self, config: &Config, now: u8, in_time: bool) -> Letters {
-        let mut letters = Letters::new();
-        let Some(course) = self.course else { return letters };
-        if course.delivery == Delivery::Prepare && self.links.iter().any(Link::is_open) {
+    /// Commits what every module holds or gives it up. `in_time`: a commit can still be repeated before the start.
+    pub fn settle(&mut self, config: &Config, now: u8, in_time: bool) -> Outgoing {
+        let mut outgoing = Outgoing::new();
+        let Some(cycle) = self.cycle else { return outgoing };
+        if cycle.delivery == Delivery::Prepare && self.links.iter().any(Link::is_open) {
             let all = || self.links.iter().filter_map(Link::standing);
             let mut decision = Standing::decide(all(), in_time);
             if config.broken == Some(Broken::DropAfterCommit) && all().any(Standing::is_never_run) {
@@ -205,7 +205,7 @@ impl Host {
                 Decision::Commit => {
                     for (index, link) in self.links.iter_mut().enumerate() {
                         link.standing = Some((Standing::Committing, false));
-                        letters.push((index, Say::Commit(course.number)));
+                        outgoing.push((index, Say::Commit(cycle.number)));
                     }
                 }
                 Decision::Drop => {
@@ -213,17 +213,17 @@ impl Host {
                 }
             }
         }
-        self.forget_if_dropped(config, now, course);
-        letters
+        self.forget_if_dropped(config, now, cycle);
+        outgoing
     }
 
-    fn forget_if_dropped(&mut self, config: &Config, now: u8, course: Course) {
+    fn forget_if_dropped(&mut self, config: &Config, now: u8, cycle: DispatchedCycle) {
         let all = || self.links.iter().filter_map(Link::standing);
-        let dropped = course.delivery == Delivery::Prepare
+        let dropped = cycle.delivery == Delivery::Prepare
             && all().any(|standing| matches!(standing, Standing::Dropped | Standing::Refused))
             && !all().any(|standing| matches!(standing, Standing::Committing | Standing::Taken));
-        if self.swimming && now < course.start && dropped {
-            (self.swimming, self.retry) = (false, course.start);
+        if self.swimming && now < cycle.start && dropped {
+            (self.swimming, self.retry) = (false, cycle.start);
             if config.broken == Some(Broken::ReusedNumber) {
                 self.number.0 -= 1;
             }
@@ -232,21 +232,21 @@ impl Host {
 
     /// What has started needs nothing more.
     pub fn slot_begins(&mut self, now: u8) {
-        if self.course.is_some_and(|course| course.start <= now) {
+        if self.cycle.is_some_and(|cycle| cycle.start <= now) {
             self.links.iter_mut().for_each(|link| link.abandon(None));
         }
     }
 
-    /// What is known of the course, of one module.
+    /// What is known of the cycle, of one module.
     #[must_use]
     pub fn knowledge(&self, config: &Config, index: usize) -> Knowledge {
-        let (Some(course), link) = (self.course, &self.links[index]) else { return Knowledge::Possibly };
-        if config.broken == Some(Broken::AcceptanceIsProof) && link.accepted == course.number {
+        let (Some(cycle), link) = (self.cycle, &self.links[index]) else { return Knowledge::Possibly };
+        if config.broken == Some(Broken::AcceptanceIsProof) && link.accepted == cycle.number {
             return Knowledge::Certainly;
         }
         let says = |report: Report| {
-            (report.latest == course.number || report.at >= course.start)
-                .then_some(report.latest == course.number)
+            (report.latest == cycle.number || report.at >= cycle.start)
+                .then_some(report.latest == cycle.number)
         };
         link.standing().map_or(Knowledge::Possibly, |standing| standing.knowledge(link.report.and_then(says)))
     }
@@ -256,14 +256,14 @@ impl Host {
         let link = &self.links[index];
         let at = link.report.map_or(0, |report| report.at);
         let never_run = link.standing().is_none_or(Standing::is_never_run);
-        never_run || self.course.is_none_or(|course| at >= course.start)
+        never_run || self.cycle.is_none_or(|cycle| at >= cycle.start)
     }
 
     /// Where a module will rest.
     fn pose_of(&self, config: &Config, index: usize) -> Option<Pose> {
         let report = self.links[index].report?;
         if self.swimming && self.knowledge(config, index) == Knowledge::Certainly {
-            return self.course.map(|course| Pose(course.id));
+            return self.cycle.map(|cycle| Pose(cycle.id));
         }
         let rests = matches!(report.state, ModuleState::Ready | ModuleState::Holding);
         (rests && self.is_up_to_date(index)).then_some(report.tail)
@@ -272,79 +272,79 @@ impl Host {
     /// Whether it plans in slot `now`.
     #[must_use]
     pub fn may_decide(&self, now: u8) -> bool {
-        let begun = self.course.is_some_and(|course| course.start <= now);
+        let begun = self.cycle.is_some_and(|cycle| cycle.start <= now);
         let room = life_of(self.number.1 + 1) == self.life;
         room && if self.swimming { begun } else { now >= self.retry }
     }
 
     /// Plans the cycle that starts with the next slot, if it knows where all tails will be.
-    pub fn decide(&mut self, config: &Config, now: u8, delivery: Delivery) -> Letters {
+    pub fn decide(&mut self, config: &Config, now: u8, delivery: Delivery) -> Outgoing {
         let certain = |index| self.knowledge(config, index) == Knowledge::Certainly;
         self.swimming &= (0..MODULES).all(certain);
         let poses: Option<Vec<Pose>> = (0..MODULES).map(|index| self.pose_of(config, index)).collect();
         let from = poses.and_then(|poses| <[Pose; MODULES]>::try_from(poses).ok());
         let Some(from) = from else {
             self.swimming = false;
-            return Letters::new();
+            return Outgoing::new();
         };
         self.swimming = true;
         self.number = (self.number.0 + 1, self.number.1 + 1);
         let (number, id) = self.number;
-        let course = Course { number, id, start: now + 1, delivery, from };
-        self.course = Some(course);
-        let mut letters = Letters::new();
+        let cycle = DispatchedCycle { number, id, start: now + 1, delivery, from };
+        self.cycle = Some(cycle);
+        let mut outgoing = Outgoing::new();
         for (index, link) in self.links.iter_mut().enumerate() {
             let known = link.live.is_some();
             link.standing = Some((if known { Standing::Sent } else { Standing::Unsent }, false));
             if known {
-                letters.push((index, part(course, index)));
+                outgoing.push((index, part(cycle, index)));
             }
         }
-        letters
+        outgoing
     }
 
-    /// Everybody is to hold.
-    pub fn hold(&mut self) -> Letters {
+    /// Tells all modules to hold.
+    pub fn hold(&mut self) -> Outgoing {
         self.links.iter_mut().for_each(|link| link.abandon(None));
         self.to_all(Say::Hold)
     }
 
-    /// Everybody is to stop, or no longer.
-    pub fn order(&mut self, stop: bool) -> Letters {
+    /// Tells all modules to stop, or no longer to.
+    pub fn order(&mut self, stop: bool) -> Outgoing {
         self.links.iter_mut().for_each(|link| link.abandon(None));
         self.ordered = Some(stop);
         self.to_all(if stop { Say::Stop } else { Say::Release })
     }
 
-    fn to_all(&self, say: Say) -> Letters {
+    fn to_all(&self, say: Say) -> Outgoing {
         (0..MODULES).filter(|&index| self.links[index].live.is_some()).map(|index| (index, say)).collect()
     }
 
     /// Everything that is repeated until it is answered.
     #[must_use]
-    pub fn repeats(&self) -> Letters {
-        let mut letters = Letters::new();
+    pub fn repeats(&self) -> Outgoing {
+        let mut outgoing = Outgoing::new();
         for (index, link) in self.links.iter().enumerate().filter(|(_, link)| link.live.is_some()) {
-            let course = self.course.filter(|_| link.is_open());
-            match (course, link.standing()) {
-                (Some(course), Some(Standing::Sent)) => letters.push((index, part(course, index))),
-                (Some(course), Some(Standing::Committing)) => {
-                    letters.push((index, Say::Commit(course.number)));
+            let cycle = self.cycle.filter(|_| link.is_open());
+            match (cycle, link.standing()) {
+                (Some(cycle), Some(Standing::Sent)) => outgoing.push((index, part(cycle, index))),
+                (Some(cycle), Some(Standing::Committing)) => {
+                    outgoing.push((index, Say::Commit(cycle.number)));
                 }
                 _ => {}
             }
-            letters.extend(self.ordered.map(|stop| (index, if stop { Say::Stop } else { Say::Release })));
+            outgoing.extend(self.ordered.map(|stop| (index, if stop { Say::Stop } else { Say::Release })));
         }
-        letters
+        outgoing
     }
 
     /// The number whose answers are still of interest.
     #[must_use]
     pub fn asks(&self) -> Option<u8> {
-        self.course.map(|course| course.number)
+        self.cycle.map(|cycle| cycle.number)
     }
 
-    /// Whether it has given up the course, as far as one module goes.
+    /// Whether it has given up the cycle, as far as one module goes.
     #[must_use]
     pub fn has_dropped(&self, index: usize) -> bool {
         self.links[index].standing() == Some(Standing::Dropped)
@@ -359,15 +359,15 @@ impl Host {
     /// The same with the modules in the other order.
     pub fn swap(&mut self) {
         self.links.reverse();
-        if let Some(course) = &mut self.course {
-            course.from.reverse();
+        if let Some(cycle) = &mut self.cycle {
+            cycle.from.reverse();
         }
     }
 }
 
-/// One module's part. The boot is for whoever sends it.
-fn part(course: Course, index: usize) -> Say {
-    let Course { number, id, start, delivery, from } = course;
+/// One module's part. The sender fills in the boot.
+fn part(cycle: DispatchedCycle, index: usize) -> Say {
+    let DispatchedCycle { number, id, start, delivery, from } = cycle;
     let (own, other) = (from[index], from[MODULES - 1 - index]);
     Say::Cycle(Held { number, id, start, delivery, from: own, beside: other, boot: 0 })
 }

@@ -12,7 +12,7 @@
 //! |---|---|
 //! | time | slots: start n begins slot n for all at once, a cycle fills one slot, what is planned in a slot starts with the next |
 //! | network | whatever was said in a session may come at any time, any number of times, in any order, or never. One order stands for all its copies, each with a number of its own: that takes in every loss, delay and replay, and leaves the replay window nothing to do. [`Config::once`](fleet::Config::once) sends once, with the real window |
-//! | keys | symbols: [`SessionId`](said::SessionId) names the nonces on both sides. What was sealed in another session cannot be opened, so it is forgotten. Whoever records and replays is the network |
+//! | keys | symbols: [`SessionId`](said::SessionId) names the nonces on both sides. What was sealed in another session cannot be opened, so it is forgotten. Recording and replaying is the network's part |
 //! | clocks | a module knows the fleet time or does not; it may doubt it whenever a cycle comes or is to start |
 //! | boots, stops, stalls, holds | any time, as often as the [`Budget`](fleet::Budget) allows |
 //! | modules | the real schedule, failsafe and window of the firmware; link and endpoint by the table in [`module`] |

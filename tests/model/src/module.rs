@@ -154,7 +154,7 @@ impl Module {
             let mut past = self.past.clone();
             self.lose_all(&mut past);
             self.past = past;
-            self.slots.anew(now);
+            self.slots.reset(now);
             self.refused = 0;
             self.clock_known = false;
             self.failsafe.handle(Event::HostChanged);

@@ -35,7 +35,7 @@ pub const POSES: &str = "D: plans set out from true poses";
 pub const RECOVERS: &str = "E: once the network heals, both run a new cycle";
 /// F: what cannot hold of prepared cycles.
 pub const BOTH_OR_NONE: &str = "F: a prepared cycle is run by both or by none";
-/// F: nobody is in an unsafe combination; holds of direct cycles.
+/// F: no two modules are in an unsafe combination; holds of direct cycles.
 pub const COMBINATIONS: &str = "F: every combination is safe, holding included";
 
 /// The properties that hold of the protocol.
@@ -102,18 +102,18 @@ impl Fleet {
                 }
             }
         }
-        if self.host.course != before.host.course
-            && let Some(course) = self.host.course
+        if self.host.cycle != before.host.cycle
+            && let Some(cycle) = self.host.cycle
         {
             for (index, module) in self.modules.iter().enumerate() {
                 let known =
                     self.host.links[index].report.is_some_and(|report| report.stops == module.past.stops);
-                breaches.add(Breaches::POSES, known && course.from[index] != module.slots.end());
+                breaches.add(Breaches::POSES, known && cycle.from[index] != module.slots.end());
             }
         }
         for index in 0..MODULES {
-            let Some(course) = self.host.course else { continue };
-            let bit = 1 << course.id;
+            let Some(cycle) = self.host.cycle else { continue };
+            let bit = 1 << cycle.id;
             let not = self.knowledge(config, index) == Knowledge::CertainlyNot;
             let dropped = self.host.has_dropped(index);
             let past = &mut self.modules[index].past;
@@ -186,7 +186,7 @@ impl Fleet {
         (0..MODULES).all(|index| {
             let (link, module) = (&self.host.links[index], &self.modules[index]);
             let stopped_since = link.report.is_some_and(|report| report.stops != module.past.stops);
-            let has = self.host.course.is_some_and(|course| module.slots.has(course.id));
+            let has = self.host.cycle.is_some_and(|cycle| module.slots.has(cycle.id));
             self.knowledge(config, index) != Knowledge::Certainly || has || stopped_since
         })
     }

@@ -9,9 +9,9 @@ use stateright::{Checker, HasDiscoveries, Model};
 use crate::fleet::{Action, Config};
 use crate::properties::{HOLD, RECOVERS};
 
-/// What a run has found.
+/// Result of an exploration.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct Exploration {
     /// Different states.
     pub states: usize,
     /// The property that is broken, if one of those looked for is, and what led there.
@@ -20,7 +20,7 @@ pub struct Found {
 
 /// Explores all states, and stops at the first that breaks one of the properties `wanted`.
 #[must_use]
-pub fn explore(name: &str, config: Config, wanted: &[&'static str], threads: usize) -> Found {
+pub fn explore(name: &str, config: Config, wanted: &[&'static str], threads: usize) -> Exploration {
     let began = Instant::now();
     let wanted: BTreeSet<&'static str> = wanted.iter().copied().collect();
     let checker = config
@@ -39,7 +39,7 @@ pub fn explore(name: &str, config: Config, wanted: &[&'static str], threads: usi
     );
     let seconds = began.elapsed().as_secs_f64();
     print(&format!("{name}: {states} states, {steps} steps, depth {depth}, {seconds:.1} s; {outcome}"));
-    Found { states, broken }
+    Exploration { states, broken }
 }
 
 /// Explores all states; how many there are.
@@ -75,7 +75,7 @@ pub fn breaks(name: &str, config: Config, wanted: &[&'static str]) -> usize {
 
 /// Past the capture of test output: what was explored is to be seen.
 fn print(text: &str) {
-    // Whoever does not listen misses it.
+    // A closed standard error is no failure.
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 

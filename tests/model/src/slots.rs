@@ -1,4 +1,4 @@
-//! The module's schedule: the real one, made anew from a state that can be hashed, asked, and read back.
+//! The module's schedule: the real one, rebuilt from a state that can be hashed, asked, and read back.
 //!
 //! A slot of the model is `SLOT` long; a cycle fills its slot. What comes, comes in the middle of a slot.
 
@@ -145,7 +145,7 @@ impl Slots {
     }
 
     /// [`Schedule::anew`].
-    pub fn anew(&mut self, now: u8) {
+    pub fn reset(&mut self, now: u8) {
         let tail = self.tail(now);
         self.with(now, None, |real, now| *real = real.anew(now));
         (self.rest, self.latest) = (tail, 0);

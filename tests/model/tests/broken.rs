@@ -63,11 +63,11 @@ fn when_taking_a_cycle_passes_for_running_it() {
     broken(Broken::AcceptanceIsProof, 4, Budget { cycles: 2, doubts: 1, ..ONE }, POSES);
 }
 
-/// Nobody can promise this: the last message that would make the module run the cycle may be the lost one, and one more to
+/// No protocol can promise this: the last message that would make the module run the cycle may be the lost one, and one more to
 /// confirm it would be the last in its place (J. Gray, Notes on Data Base Operating Systems, 1978; J. Halpern and
 /// Y. Moses, JACM 37, 1990: agreement on a time needs common knowledge, which no message over such a link brings about).
 #[test]
-fn a_prepared_cycle_by_both_or_by_none_is_what_nobody_can_promise() {
+fn a_prepared_cycle_by_both_or_by_none_cannot_be_promised() {
     let config = Config { deliveries: &[Delivery::Prepare], ..Config::new(2, ONE) };
     breaks("the last commit is lost", config, &[BOTH_OR_NONE]);
     breaks("the last commit is lost, by the table", config, &[COMBINATIONS]);

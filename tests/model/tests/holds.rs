@@ -57,7 +57,7 @@ fn no_state_is_stuck() {
 
 /// The table of combinations, holding included: what loss tolerant plans promise.
 #[test]
-fn direct_cycles_are_safe_whoever_misses_them() {
+fn direct_cycles_are_safe_whichever_modules_miss_them() {
     let config = Config { deliveries: DIRECT, ..Config::new(4, Budget { cycles: 3, doubts: 1, ..NONE }) };
     keeps("three direct cycles, doubt", config, &[COMBINATIONS]);
 }

@@ -24,7 +24,7 @@ pub fn image(name: &str) -> PathBuf {
     path
 }
 
-/// A UDP port that nobody has.
+/// A UDP port that is free.
 ///
 /// # Panics
 /// If there is none.

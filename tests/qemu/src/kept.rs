@@ -1,6 +1,6 @@
 //! The table of what the firmware takes, `firmware/boards/costs.md`: what is measured is compared with it.
 //!
-//! With `FLOTILLA_WRITE_DOCS=1` the numbers there are replaced instead. Its words are nobody's but its author's.
+//! With `FLOTILLA_WRITE_DOCS=1` the numbers there are replaced instead. Its text is left as it is.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,7 @@ pub fn compare(what: &str, measured: &[u64], tolerance: f64) {
         let near = now.abs_diff(then) <= 10 || now.abs_diff(then) as f64 <= tolerance * then as f64;
         assert!(
             near,
-            "{what}: {measured:?} for {kept:?} in {}: FLOTILLA_WRITE_DOCS=1 writes it anew",
+            "{what}: {measured:?} for {kept:?} in {}: FLOTILLA_WRITE_DOCS=1 rewrites it",
             path.display()
         );
     }

@@ -16,7 +16,7 @@ use qemu::bench::{Bench, Seen};
 
 const SEED: u64 = 1;
 
-/// A cycle is sent so long before it starts, as in `flotilla run`.
+/// How long a cycle is sent before it starts, as in `flotilla run`.
 const LEAD: MicrosSpan = MicrosSpan(300_000);
 
 /// From the first order to the first cycle.

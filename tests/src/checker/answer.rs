@@ -26,7 +26,7 @@ pub struct Answer {
     pub transition: Option<Vec<[f64; 2]>>,
     /// Where each tail is between the two steps of a transition that has two, rad.
     pub via_rad: Option<Vec<f64>>,
-    /// How long the tails turn, both steps of it where it has two, s; t_trans for each step where nobody says.
+    /// How long the tails turn, both steps of it where it has two, s; t_trans for each step if absent.
     pub turning_s: Option<f64>,
     /// (Fx, Fy, τ), N, N, N·m.
     pub wrench: [f64; 3],

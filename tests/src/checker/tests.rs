@@ -2,7 +2,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::*;
 
-/// Two modules side by side whose tails swing about north, alike; both came a quarter turn, and all of it is true.
+/// Two modules side by side with tails that swing about north, alike; both came a quarter turn, and all of it is true.
 fn cleared() -> (Request, Answer) {
     let cycle = vec![[FRAC_PI_2, 1.0]; 2];
     let start = FRAC_PI_2 + 1.0;
@@ -105,8 +105,8 @@ fn modules_that_are_not_neighbours_are_looked_at_too() {
     let names: Vec<_> = apart.iter().map(|pair| (pair.i, pair.j)).collect();
     assert_eq!(names, [(0, 1), (0, 2), (1, 2), (2, 4)]);
     let diagonal = apart[1].apart_m;
-    assert!(least_m(&modboat, diagonal, Course::Rest(PI / 4.0), Course::Rest(1.25 * PI)).is_err());
-    assert!(least_m(&modboat, diagonal, Course::Rest(PI / 4.0), Course::Rest(0.0)).is_ok());
+    assert!(least_m(&modboat, diagonal, TailMotion::Rest(PI / 4.0), TailMotion::Rest(1.25 * PI)).is_err());
+    assert!(least_m(&modboat, diagonal, TailMotion::Rest(PI / 4.0), TailMotion::Rest(0.0)).is_ok());
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn each_broken_rule_is_named() {
     refused(|_, a| a.transition.as_mut().unwrap()[0][1] += 0.01, "but its cycle starts at");
     refused(|_, a| a.transition.as_mut().unwrap()[0][1] += TAU, "turns at 13.5");
     refused(|_, a| a.transition = None, "module 1: comes to");
-    refused(|r, _| r.tail_rad = None, "nobody knows where");
+    refused(|r, _| r.tail_rad = None, "tail angles unknown");
     refused(|_, a| a.wrench[2] = 1e-6, "by (7)");
     refused(|_, a| a.error = 0.51, "error 0.51 said");
     refused(|r, _| r.demand = [0.0; 3], "error 0.5 said, 0.00");
@@ -164,13 +164,13 @@ fn loss_tolerance_is_tried_out() {
     answer.clearance_m = Some(brute_clearance_m(&answer));
     let modboat = Modboat::default();
     check(&modboat, &request, &answer).expect("true as long as it does not claim to be loss tolerant");
-    check_without(&modboat, &request, &answer, &[]).expect("nobody is missing");
-    check_without(&modboat, &request, &answer, &[0, 1]).expect("nobody moves");
+    check_without(&modboat, &request, &answer, &[]).expect("no module is missing");
+    check_without(&modboat, &request, &answer, &[0, 1]).expect("no module moves");
     check_without(&modboat, &request, &answer, &[1]).expect_err("module 1 swings into module 2");
     answer.loss_tolerant = true;
     let message = check(&modboat, &request, &answer).expect_err("one of them may rest in the other's way");
     assert!(message.contains("swim, which one of them missed"), "{message}");
-    // Swings of ±1 rad about north from a rest at north-west meet nobody.
+    // Swings of ±1 rad about north from a rest at north-west meet no other.
     let (request, mut answer) = cleared();
     answer.loss_tolerant = true;
     check(&modboat, &request, &answer).expect("loss tolerant");
@@ -179,7 +179,7 @@ fn loss_tolerance_is_tried_out() {
             (r.tail_rad, a.transition, a.travel_rad) = (None, None, 0.0);
             a.loss_tolerant = true;
         },
-        "nobody knows where",
+        "tail angles unknown",
     );
 }
 
@@ -214,7 +214,7 @@ fn a_held_fleet_stays_where_it_is() {
     held.clearance_m = Some(-0.015);
     assert!(check(&modboat, &touching, &held).expect_err("not safe").contains("modules 1 and 2: -15.000 mm"));
     held.loss_tolerant = false;
-    check(&modboat, &touching, &held).expect("nobody moves");
+    check(&modboat, &touching, &held).expect("no module moves");
     held.clearance_m = Some(0.01);
     assert!(check(&modboat, &touching, &held).is_err(), "a clearance that is none");
 }

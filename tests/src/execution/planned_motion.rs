@@ -1,4 +1,4 @@
-//! Where a tail should be by a decision of the host: formulas of its own, in double precision.
+//! The planned motion of a tail, from a decision of the host: formulas of its own, in double precision.
 //!
 //! ```text
 //! φ(t) = from + (to − from)·s(t)                                          each step of a transition
@@ -54,7 +54,7 @@ pub struct Step {
 
 /// One decision as modules carry it out: each step of the transition is an order of its own, the last one with the swim cycle.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct PlannedMotion {
     /// Number of the first order.
     pub number: u32,
     /// Its start, s of true time.
@@ -73,7 +73,7 @@ pub struct Course {
     pub power_tolerant: bool,
 }
 
-impl Course {
+impl PlannedMotion {
     /// End of its swim cycle, s.
     #[must_use]
     pub fn end_s(&self) -> f64 {
@@ -138,14 +138,14 @@ mod tests {
     use super::*;
 
     /// Two orders: module 1 turns by 4.5 rad, then by −1; module 2 rests all the time. Then module 1 swings by 2 about −0.5.
-    fn course() -> Course {
+    fn motion() -> PlannedMotion {
         let step = |to_rad: f64, rest_s: f64| Step {
             to_rad: vec![to_rad, 0.25],
             turning_s: 0.5,
             ramp_s: 0.05,
             rest_s,
         };
-        Course {
+        PlannedMotion {
             number: 7,
             start_s: 10.0,
             from_rad: vec![-2.0, 0.25],
@@ -160,7 +160,7 @@ mod tests {
     /// 4.5 rad in 0.5 s with ramps of 50 ms: 10 rad/s, 0.25 rad on each ramp.
     #[test]
     fn hand_worked_angles() {
-        let course = course();
+        let motion = motion();
         for (number, t_s, rad, phase) in [
             (7, 9.0, -2.0, Phase::Rest),
             (7, 10.025, -1.9375, Phase::Transition),
@@ -176,12 +176,12 @@ mod tests {
             (8, 11.85, -2.5, Phase::Swing),
             (8, 12.7, 1.5, Phase::Rest),
         ] {
-            let (found_rad, found) = course.planned(0, number, t_s).expect("its number");
+            let (found_rad, found) = motion.planned(0, number, t_s).expect("its number");
             assert!((found_rad - rad).abs() < 1e-12, "{number} at {t_s} s: {found_rad}, {rad}");
             assert_eq!(found, phase, "{number} at {t_s} s");
-            assert_eq!(course.planned(1, number, t_s), Some((0.25, Phase::Rest)), "{number} at {t_s} s");
+            assert_eq!(motion.planned(1, number, t_s), Some((0.25, Phase::Rest)), "{number} at {t_s} s");
         }
-        assert!(course.planned(0, 6, 10.0).is_none() && course.planned(0, 9, 10.0).is_none());
+        assert!(motion.planned(0, 6, 10.0).is_none() && motion.planned(0, 9, 10.0).is_none());
     }
 
     #[test]

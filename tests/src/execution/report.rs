@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::course::Phase;
+use super::planned_motion::Phase;
 
 /// Errors of tails in one phase of their motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

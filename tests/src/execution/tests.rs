@@ -1,11 +1,11 @@
 use super::*;
 
 /// Two modules side by side; both decisions are the same: rest for half a second, then swing about north.
-fn course(guarantee_m: Option<f64>) -> Course {
+fn motion(guarantee_m: Option<f64>) -> PlannedMotion {
     let north = std::f64::consts::FRAC_PI_2;
     let step = Step { to_rad: vec![north + 1.0; 2], turning_s: 0.0, ramp_s: 0.0, rest_s: 0.0 };
     let from_rad = step.to_rad.clone();
-    Course {
+    PlannedMotion {
         number: 1,
         start_s: 1.0,
         from_rad,
@@ -26,11 +26,11 @@ fn seen(angle_rad: f64, runs: Option<u32>) -> Seen {
 /// Both swing as planned, the second one `off_rad` off and `late_s` late, of which its clock is to blame for `clock_s`.
 fn swing(guarantee_m: Option<f64>, off_rad: f64, late_s: f64, clock_s: f64) -> Report {
     let mut judge = Judge::new(&Modboat::default(), &CELLS);
-    let course = course(guarantee_m);
-    judge.decided(0, course.clone());
+    let motion = motion(guarantee_m);
+    judge.decided(0, motion.clone());
     for k in 1_000..2_500 {
         let t_s = f64::from(k) * 1e-3;
-        let rad = |module: usize, t_s: f64| course.planned(module, 1, t_s).expect("its number").0;
+        let rad = |module: usize, t_s: f64| motion.planned(module, 1, t_s).expect("its number").0;
         let second = Seen {
             clock_error_s: clock_s,
             ..seen(rad(1, t_s - late_s) + off_rad + 4.0 * std::f64::consts::PI, Some(1))
@@ -92,11 +92,11 @@ fn a_contact_between_two_ticks_is_seen() {
 #[test]
 fn who_runs_nothing_is_expected_to_rest() {
     let mut judge = Judge::new(&Modboat::default(), &CELLS);
-    let course = course(None);
-    let start_rad = course.from_rad[0];
+    let motion = motion(None);
+    let start_rad = motion.from_rad[0];
     judge.observe(0.9, &[seen(start_rad, None), seen(1.0, None)]);
-    judge.decided(0, course.clone());
-    let mid_rad = course.planned(0, 1, 1.3).expect("its number").0;
+    judge.decided(0, motion.clone());
+    let mid_rad = motion.planned(0, 1, 1.3).expect("its number").0;
     judge.observe(1.3, &[seen(mid_rad, Some(1)), seen(1.01, None)]);
     let off = Seen { powered: false, ..seen(0.3, None) };
     judge.observe(1.301, &[off, seen(1.01, None)]);

@@ -75,7 +75,7 @@ impl Storm {
         Self { modules, seed, weather, drop_under_way: rng.random_bool(0.5), reboots, steps, deaths }
     }
 
-    /// Whether nobody's power or host fails, so that only the medium is to blame.
+    /// Whether no module's power and no host fails, so that only the medium is to blame.
     #[must_use]
     pub fn is_radio_only(&self) -> bool {
         self.reboots.is_empty() && self.deaths.is_empty()

@@ -4,11 +4,11 @@ use std::sync::OnceLock;
 
 use modboat::parameters::Parameters;
 use modboat::planner_kind::PlannerKind;
-use tests::stream::{Course, Kind, Rows, Sequence, on_both_cores, settings};
+use tests::stream::{DemandStream, Kind, Rows, Sequence, on_both_cores, settings};
 
 use crate::{EXACT, FAR, NEAR, SHAPES, SHARE, alone, finish, full, structure};
 
-/// What the two planners made of one course.
+/// Figures of both planners for one stream.
 struct Pair {
     shape: &'static str,
     share: f64,
@@ -17,7 +17,7 @@ struct Pair {
     field: Rows,
 }
 
-/// The courses that tables (a), (b) and (c) are about, run once.
+/// The streams that tables (a), (b) and (c) are about, run once.
 fn pairs() -> &'static [Pair] {
     static PAIRS: OnceLock<Vec<Pair>> = OnceLock::new();
     PAIRS.get_or_init(|| {
@@ -39,17 +39,26 @@ fn pairs() -> &'static [Pair] {
                 (false, true) => (10, 120),
                 (false, false) => (10, 25),
             };
-            let course = |planner| {
+            let stream = |planner| {
                 let (structure, kind) = (structure(shape), kind.clone());
-                Course { structure, kind, config: settings(planner), share, sequence, walks, each, times: 1 }
-                    .run()
+                DemandStream {
+                    structure,
+                    kind,
+                    config: settings(planner),
+                    share,
+                    sequence,
+                    walks,
+                    each,
+                    times: 1,
+                }
+                .run()
             };
             Pair {
                 shape,
                 share,
                 sequence,
-                exact: course(PlannerKind::Exact),
-                field: course(PlannerKind::PotentialField),
+                exact: stream(PlannerKind::Exact),
+                field: stream(PlannerKind::PotentialField),
             }
         })
     })

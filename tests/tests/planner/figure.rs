@@ -6,7 +6,7 @@ use std::path::Path;
 use modboat::parameters::Parameters;
 use modboat::planner_kind::PlannerKind;
 use plot::scaling::{Line, svg};
-use tests::stream::{Course, Kind, Row, Rows, Sequence, settings};
+use tests::stream::{DemandStream, Kind, Row, Rows, Sequence, settings};
 
 use crate::{NEAR, SHARE, alone, structure};
 
@@ -30,7 +30,7 @@ fn figure_time_and_error_against_size() {
         let sizes = SIZES.iter().map(|&(name, plans)| {
             let (structure, kind, config) = (structure(name), kind.clone(), settings(planner));
             let (modules, walks) = (structure.len(), 5);
-            let course = Course {
+            let stream = DemandStream {
                 structure,
                 kind,
                 config,
@@ -40,7 +40,7 @@ fn figure_time_and_error_against_size() {
                 each: plans[index] / walks,
                 times: 3,
             };
-            (modules, course.run())
+            (modules, stream.run())
         });
         sizes.collect()
     };

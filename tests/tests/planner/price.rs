@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use modboat::parameters::Parameters;
 use modboat::planner_config::{LossTolerance, PlannerConfig};
 use modboat::planner_kind::PlannerKind;
-use tests::stream::{Course, Kind, Rows, Sequence, on_both_cores, settings};
+use tests::stream::{DemandStream, Kind, Rows, Sequence, on_both_cores, settings};
 
 use crate::{EXACT, NEAR, SHARE, alone, full, structure};
 
@@ -32,7 +32,7 @@ fn table_c_the_price_of_loss_tolerance_with_long_tails() {
     let rows = on_both_cores(&jobs, |(shape, sequence, _, config)| {
         let (structure, kind, config, sequence) = (structure(shape), kind.clone(), config.clone(), *sequence);
         let each = if full() { 100 } else { 10 };
-        Course { structure, kind, config, share: SHARE, sequence, walks: 10, each, times: 1 }.run()
+        DemandStream { structure, kind, config, share: SHARE, sequence, walks: 10, each, times: 1 }.run()
     });
     let mut table = String::new();
     table += "(c) Tails of 0.68 pitches, 0.10 wide: loss tolerance and its price (60 % of the envelope)\n";
@@ -52,7 +52,7 @@ fn table_c_the_price_of_loss_tolerance_with_long_tails() {
         );
     }
     print!("\n{table}");
-    // Whoever requires gets, or is told that nothing moves; and what is preferred costs nothing against `off`.
+    // Required tolerance is met, or nothing moves; and preferred tolerance costs nothing against `off`.
     let mut by: BTreeMap<(&str, String), Vec<&Rows>> = BTreeMap::new();
     for ((shape, sequence, ..), rows) in jobs.iter().zip(&rows) {
         by.entry((shape, sequence.to_string())).or_default().push(rows);

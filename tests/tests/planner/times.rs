@@ -5,7 +5,7 @@
 
 use modboat::parameters::Parameters;
 use modboat::planner_kind::PlannerKind;
-use tests::stream::{Course, Kind, Rows, Sequence, settings};
+use tests::stream::{DemandStream, Kind, Rows, Sequence, settings};
 
 use crate::{NEAR, SHARE, alone, full, structure};
 
@@ -41,7 +41,7 @@ fn table_e_times() {
                 let (structure, kind, config) = (structure.clone(), kind.clone(), settings(planner));
                 // A few walks, so that no single one decides.
                 let walks = plans.clamp(1, 5);
-                Course {
+                DemandStream {
                     structure,
                     kind,
                     config,

@@ -27,7 +27,7 @@ pub const TICK_US: u64 = 1_000;
 /// Uniformly drawn time under way, µs.
 pub type DelayUs = RangeInclusive<u64>;
 
-/// When a cycle is sent that nobody answers, µs from the first time, until `lead_us`.
+/// When a cycle is sent that is never answered, µs from the first time, until `lead_us`.
 pub fn sends(lead_us: u64) -> Vec<u64> {
     let (mut at, mut pause) = (0, u64::from(RESEND_FIRST.0));
     let mut sends = vec![at];
@@ -65,7 +65,7 @@ pub fn any(miss: f64, modules: usize) -> f64 {
 /// What becomes of a cycle that is prepared.
 #[derive(Clone, Copy, Debug)]
 pub struct TwoPhase {
-    /// Probability that it is not committed: everybody holds.
+    /// Probability that it is not committed: all modules hold.
     pub dropped: f64,
     /// Probability that it is committed and the commit reaches some, and not all.
     pub split: f64,

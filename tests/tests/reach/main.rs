@@ -51,7 +51,7 @@ fn prepared(loss: f64, delay_us: u64, lead_us: u64, cycles: usize, seed: u64) {
     let reached: Vec<_> = (0..cycles).map(|_| rig.cycle(weather, lead, Delivery::Prepare)).collect();
     assert!(
         reached.iter().all(|reached| !reached.dropped || reached.modules == 0),
-        "dropped, and somebody ran it"
+        "dropped, and a module ran it"
     );
     let expected = two_phase(loss, delay_us, lead_us, N);
     let what = format!("prepared {} ms ahead, {:.0} % loss, {delay_us} µs", lead_us / 1_000, 100.0 * loss);

@@ -61,7 +61,7 @@ impl Module {
 pub struct Reached {
     /// Modules that could run it at its start.
     pub modules: usize,
-    /// Nobody was to run it.
+    /// No module was to run it.
     pub dropped: bool,
 }
 
@@ -75,7 +75,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// With everybody in a session; `seed` decides every loss.
+    /// With every module in a session; `seed` decides every loss.
     pub fn new(modules: u16, seed: u64) -> Self {
         let HostIdentity { key, boot } = HostIdentity::simulated(seed, 0);
         let ids: Vec<ModuleId> = (1..=modules).map(ModuleId).collect();

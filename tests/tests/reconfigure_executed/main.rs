@@ -96,7 +96,7 @@ fn show(what: &str, executed: &Executed) {
     }
 }
 
-/// Everybody in its slot, level; nobody who waits has been tilted; the ledger is exact.
+/// Every robot is in its slot, level; no waiting robot has been tilted; the ledger is exact.
 fn all_arrived(executed: &Executed, tilt_most_rad: f64) {
     let Executed { record, summary } = executed;
     let seed = summary.seed;
@@ -190,7 +190,7 @@ fn random_reconfigurations_are_executed() {
             continue;
         };
         let executed = execute(&problem, &planned.plan, &options(seed), &mut Quiet).expect("begun");
-        let ratio = executed.summary.ratio.expect("somebody moved");
+        let ratio = executed.summary.ratio.expect("a robot moved");
         println!("seed {seed}, {kind:?}: {:.2} J, executed/planned {ratio:.4}", planned.plan.energy_total_j);
         all_arrived(&executed, 0.05);
         assert!((ratio - 1.0).abs() < 0.1, "seed {seed}: {ratio}");
@@ -373,7 +373,7 @@ fn a_mover_that_stays_away_ends_the_run_by_name() {
         }
     });
     show("power lost for good", &executed);
-    let failure = executed.summary.failure.expect("nobody moves");
+    let failure = executed.summary.failure.expect("no robot moves");
     assert!(failure.starts_with("robot 7, move 1, on a leg:"), "{failure}");
     assert!(failure.ends_with("for 20 s (it does not answer)"), "{failure}");
     assert!(executed.record.samples.len() > 20 * 20 && executed.summary.moves[0].end_m.is_none());
