@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 mod crates;
 mod imports;
+mod words;
 
 /// Files that may be longer than [`LINES_MAX`], and why. Empty at best.
 const LONG: [(&str, &str); 0] = [];
