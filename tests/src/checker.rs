@@ -393,7 +393,7 @@ fn check_tails(modboat: &Modboat, request: &Request, answer: &Answer) -> Result<
                 }
                 Err(overlap) => return Err(overlap),
             }
-            // Who missed all of it rests where it was; who had the first of two steps and missed the second, after that.
+            // A module that missed all of it rests where it was; one that missed the second step alone rests where the first ended.
             let between = answer.via_rad.as_ref().filter(|_| phase > 0);
             let rests = [request.tail_rad.as_ref(), between].into_iter().flatten();
             for tails in rests.filter(|_| answer.loss_tolerant) {

@@ -20,7 +20,7 @@ pub fn of_parameters(parameters: &Parameters) -> Modboat {
     }
 }
 
-/// What modules are to do by a decision.
+/// The planned motion of all modules by a decision.
 #[must_use]
 pub fn of_decision(decision: &Decision) -> PlannedMotion {
     let seconds = |us: u32| f64::from(us) * 1e-6;
@@ -59,7 +59,7 @@ fn turns(transition: &[Turn]) -> Vec<[f64; 2]> {
     transition.iter().map(|turn| [turn.from_rad, turn.to_rad]).collect()
 }
 
-/// What a planner answered.
+/// The checker's answer from a plan.
 #[must_use]
 pub fn of_plan(plan: &Plan) -> Answer {
     Answer {
@@ -76,7 +76,7 @@ pub fn of_plan(plan: &Plan) -> Answer {
     }
 }
 
-/// What a run asked its planner and was answered.
+/// The request and the answer of one cycle of a run.
 #[must_use]
 pub fn of_cycle(record: &RunRecord, cycle: &CycleRecord) -> (Request, Answer) {
     let request = Request {

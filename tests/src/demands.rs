@@ -16,7 +16,7 @@ use modboat::motion::Wrench;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Demands that know nothing of each other.
+/// Independent demands.
 pub struct Uniform {
     envelope: Envelope,
     share: f64,

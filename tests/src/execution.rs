@@ -57,7 +57,7 @@ enum Expected {
     Order { motion: usize, number: u32 },
 }
 
-/// See the module's documentation.
+/// The judge of a run: tail angles in, contacts and errors out.
 #[derive(Debug)]
 pub struct Judge {
     modboat: Modboat,

@@ -11,7 +11,7 @@
 //! | [`reconfigure`] | seeded reconfigurations of ROVs |
 //! | [`seeds`] | many seeds on all cores, and numbers from the environment |
 //! | [`spoil`] | ways to spoil a plan of ROVs |
-//! | [`storm`] | whole fleets in bad weather, with reboots, and who watches them |
+//! | [`storm`] | whole fleets on a bad medium, with reboots, and the checks on them |
 //! | [`stream`] | planners asked demand after demand, and what came of it |
 //! | [`figures`] | quantiles |
 

@@ -1,4 +1,4 @@
-//! Many seeds on all cores, and numbers from the environment.
+//! Runs of many seeds on all cores, and numbers from the environment.
 
 use std::ops::Range;
 use std::sync::Mutex;

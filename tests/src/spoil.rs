@@ -196,7 +196,7 @@ fn not_a_number(_: &Problem, plan: &mut Plan, rng: &mut ChaCha8Rng) -> Option<()
 
 fn through_a_body(problem: &Problem, plan: &mut Plan, rng: &mut ChaCha8Rng) -> Option<()> {
     let index = pick(plan.moves.len(), rng)?;
-    // Who has not moved yet, or a tool.
+    // A robot that has not moved yet, or a tool.
     let waiting =
         problem.robots.iter().filter(|robot| !plan.moves[..=index].iter().any(|own| own.robot == robot.id));
     let bodies = waiting.map(|robot| robot.start).chain(problem.tools.iter().map(|tool| tool.pose));

@@ -53,7 +53,7 @@ const SKEW_US: u64 = 4_000;
 /// Modules' clocks jump by at most this while they swim, s: some lost ticks.
 const STEP_S: f64 = 0.005;
 
-/// What came of it.
+/// Outcome of a storm.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// What must not happen, in words.
@@ -114,7 +114,7 @@ struct Watch {
     /// By module, of boots that are over: datagrams received, accepted, and sent.
     module_received: Vec<[u64; 7]>,
     module_sent: u64,
-    /// Of hosts that are dead.
+    /// Of runs of the host that are over.
     host_received: [u64; 7],
     host_sent: Vec<u64>,
     discarded: u64,
@@ -385,7 +385,7 @@ impl<'a> World<'a> {
         let host_run = self.host_runs.len().wrapping_sub(1);
         let first = self.watch.running[0];
         let decisions = self.pilot.as_ref().map_or(&[][..], |pilot| pilot.decisions());
-        // Who runs a cycle of no amplitude does not swim.
+        // A module with a cycle of no amplitude does not swim.
         let swims = decisions.iter().rev().take(2).any(|decision| {
             let moves = decision.plan.cycle.iter().any(|swing| swing.amplitude_rad != 0.0);
             moves && first.is_some_and(|(_, number)| number == decision.last_number())

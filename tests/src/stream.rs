@@ -79,7 +79,7 @@ impl std::fmt::Display for Sequence {
     }
 }
 
-/// What a planner was asked.
+/// One question to a planner.
 #[derive(Clone, Debug)]
 pub struct Asked {
     /// F_des.
@@ -179,7 +179,7 @@ impl Row {
     }
 }
 
-/// What came of a number of plans.
+/// Figures of a number of plans.
 #[derive(Clone, Debug, Default)]
 pub struct Rows(pub Vec<Row>);
 

@@ -382,7 +382,7 @@ fn a_module_that_falls_silent_ends_the_run_and_not_what_was_measured() {
         }
     });
     let failure = result.summary.failure.as_deref().expect("it failed");
-    // A contact is the graver news; otherwise it is said who is missing.
+    // A contact is the graver news; otherwise the message names the missing module.
     assert!(failure.contains("tail contacts") || failure.contains("module 2 did not answer"), "{failure}");
     assert!((30.0..40.0).contains(&result.summary.duration_s), "{}", result.summary.duration_s);
     assert!(result.record.cycles.len() >= 14 && !result.summary.complete);

@@ -31,7 +31,7 @@ use super::{Bits, CELLS_MAX, Map};
 /// Greatest number of cells along a side.
 pub const SIDE_MAX: u32 = 65_535;
 
-/// A 2D map.
+/// A 2D map of free and blocked cells.
 #[derive(Clone, Debug)]
 pub struct Plane {
     width: u32,

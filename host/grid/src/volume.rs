@@ -27,7 +27,7 @@ pub const SIDE_MAX: u32 = 65_535;
 /// free.
 type Move = ([i32; 3], u32);
 
-/// A 3D map.
+/// A 3D map of free and blocked cells.
 #[derive(Clone, Debug)]
 pub struct Volume {
     size: [u32; 3],

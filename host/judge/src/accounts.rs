@@ -1,4 +1,4 @@
-//! Times follow each other, energies add up.
+//! Checks of timing and energy: actions follow each other without gaps, energies add up.
 
 use reconfiguration::plan::{Action, Move};
 

@@ -1,4 +1,4 @@
-//! v6: what the waiting robots push, against weight and buoyancy of their cluster.
+//! Check of v6: thrusts of the waiting robots against weight and buoyancy of their cluster.
 //!
 //! ```text
 //! F_g = Σ (0, 0, W_i − B_i),   M_g = Σ r_Gi × (0, 0, W_i) − r_Bi × (0, 0, B_i)          (3)–(5), level

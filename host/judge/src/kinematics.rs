@@ -1,4 +1,4 @@
-//! Actions on their own: where they begin and end, and how long a robot takes from rest to rest.
+//! Checks of single actions: where they begin and end, and how long a robot takes from rest to rest.
 //!
 //! ```text
 //! T = L/v + v/a    if v² ≤ a·L: up to v, along, and down again

@@ -40,7 +40,7 @@ mod passage;
 /// Poses that are further apart than this are two, m and rad.
 const SAME: f64 = 1e-6;
 
-/// What a plan has to keep.
+/// A condition that a plan has to keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
@@ -122,7 +122,7 @@ impl std::fmt::Display for Violation {
     }
 }
 
-/// What the judgement of this plan takes for granted, if it is less than the whole.
+/// Which checks are left out for this plan, if any are.
 #[must_use]
 pub fn note(plan: &Plan) -> Option<&'static str> {
     (plan.manner == Manner::Paper).then_some(

@@ -1,4 +1,4 @@
-//! Every number of a plan is one, and none is negative that cannot be.
+//! Check of numbers: every number of a plan is finite, and not negative where it cannot be.
 
 use super::{Condition, Judge};
 

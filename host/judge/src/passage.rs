@@ -1,4 +1,4 @@
-//! v3 and the water: where a mover is, every few millimetres of its way.
+//! Checks of v3 and of the bounds of the water, every few millimetres of a mover's way.
 //!
 //! ```text
 //! d = k·max(L, W, H)      (19)

@@ -1,4 +1,4 @@
-//! A plan written by hand, and what becomes of it when it is spoilt.
+//! The judge on a plan written by hand, good and spoilt.
 
 use std::collections::BTreeSet;
 

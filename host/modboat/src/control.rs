@@ -137,7 +137,7 @@ impl ControlConfig {
     }
 }
 
-/// What is wanted.
+/// Demanded velocity and heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
     /// Velocity in the world, m/s.
@@ -146,7 +146,7 @@ pub struct Target {
     pub heading_rad: f64,
 }
 
-/// What is observed of the structure.
+/// Observed motion of the structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Observation {
     /// Velocity in the world, m/s.

@@ -29,7 +29,7 @@
 //! | plan, 25 modules | 1.7 to 3.5 ms | 1.1 to 1.3 times |
 //!
 //! With three modules it takes some 800 plans, half an hour of swimming, to win back the loading; with many it never
-//! happens. So the direct search is the default, and the table is there for who wants the paper's way.
+//! happens. So the direct search is the default, and the table is there to reproduce the paper.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! The words that planner, dispatcher and plots share: a wrench, one module's swim cycle, one module's transition.
+//! Types that planner, dispatcher and plots share: a wrench, one module's swim cycle, one module's transition.
 
 use serde::{Deserialize, Serialize};
 

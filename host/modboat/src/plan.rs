@@ -1,4 +1,4 @@
-//! What a planner answers: one decision, a transition and a swim cycle for every module.
+//! A plan, the answer of a planner: one decision, a transition and a swim cycle for every module.
 //!
 //! There is always an answer. If no cycle can be reached, the one before is done again, if it starts where the
 //! tails are; if that will not do either, all modules hold still.
@@ -9,7 +9,7 @@
 use super::motion::{StepTime, Swing, Turn, Wrench};
 use super::reason::Reason;
 
-/// What kind of decision a plan is.
+/// Outcome of planning: a new cycle, the previous one again, or hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// A cycle made for the demand.
@@ -32,7 +32,7 @@ impl Outcome {
     }
 }
 
-/// One decision.
+/// A plan for one decision, with what its examination found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// What kind of decision it is.

@@ -1,4 +1,4 @@
-//! What calls the planners: from a demanded wrench and the tails' present angles to one [`Plan`].
+//! The planner chosen by the configuration: from a demanded wrench and the tails' present angles to one [`Plan`].
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use super::potential_field::planner::FieldPlanner;
 use super::setting::{Participation, Reach, Setting};
 use super::structure::Structure;
 
-/// Plans for one structure.
+/// A planner of one structure, exact or potential field.
 #[derive(Clone, Debug)]
 pub struct Planner {
     modules: usize,
@@ -97,10 +97,10 @@ impl Planner {
             for (i, j) in structure.neighbours(offset) {
                 match (poses_rad.get(i).copied().flatten(), poses_rad.get(j).copied().flatten()) {
                     (Some(pose), None) if !reach.clears_i(pose) => {
-                        participation[i] = Participation::Held(pose)
+                        participation[i] = Participation::Held(pose);
                     }
                     (None, Some(pose)) if !reach.clears_j(pose) => {
-                        participation[j] = Participation::Held(pose)
+                        participation[j] = Participation::Held(pose);
                     }
                     _ => {}
                 }

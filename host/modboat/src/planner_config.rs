@@ -1,4 +1,4 @@
-//! The knobs of the planners; a scenario's `[planner]` table overrides them.
+//! Configuration of the planners; a scenario's `[planner]` table overrides it.
 
 use quantity::ParameterError;
 use serde::{Deserialize, Serialize};
@@ -12,11 +12,11 @@ pub enum DistanceSource {
     /// The collision regions themselves: exact, ready in 2 ms, and faster than the table from a dozen modules on.
     #[default]
     Direct,
-    /// The paper's table of §II-A, see [`table`](super::table).
+    /// The paper's table of §II-A, see [`distance_table`](super::distance_table).
     Table,
 }
 
-/// What is asked of plans that some modules may never hear of.
+/// Loss tolerance asked of plans: that modules may miss them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LossTolerance {
@@ -32,7 +32,7 @@ pub enum LossTolerance {
 }
 
 impl LossTolerance {
-    /// Whether a plan without it is none.
+    /// Whether plans without it are refused.
     #[must_use]
     pub const fn is_required(self) -> bool {
         matches!(self, Self::Require | Self::Power)

@@ -1,8 +1,8 @@
-//! The planners by name.
+//! Names of the planners.
 
 use serde::{Deserialize, Serialize};
 
-/// Which planner.
+/// A planner by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlannerKind {
@@ -14,7 +14,7 @@ pub enum PlannerKind {
 }
 
 impl PlannerKind {
-    /// All of them.
+    /// All planners.
     pub const ALL: [Self; 2] = [Self::Exact, Self::PotentialField];
 
     /// `exact` or `potential-field`.

@@ -57,7 +57,7 @@ pub struct Candidate {
     pub error_n: f64,
 }
 
-/// The search, with the memory it works in.
+/// Algorithm 1 for one structure, with its workspace.
 #[derive(Clone, Debug)]
 pub struct PotentialField {
     parameters: Parameters,

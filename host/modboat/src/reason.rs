@@ -1,4 +1,4 @@
-//! Why nothing moves: what kept a planner from any plan.
+//! Why a plan is held: what kept the planner from any motion.
 
 /// Why a plan is [`held`](super::plan::Outcome::Held). Modules are counted from 0, in the order of the structure.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -40,7 +40,7 @@ const SLICES: usize = 4096;
 /// The boundary is enclosed to this, rad.
 const ENCLOSED_RAD: f64 = 1e-7;
 
-/// Where in phase space the tails of two modules at a fixed lattice offset collide.
+/// The collision region of two tails at a fixed lattice offset, in phase space.
 #[derive(Clone, Debug)]
 pub struct CollisionRegion {
     offset: [i32; 2],

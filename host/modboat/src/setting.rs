@@ -1,4 +1,4 @@
-//! What every planner knows of one structure, and the examination that every plan passes before it is given out.
+//! The setting of a planner: one structure with its parameters, and the examination that every plan passes.
 //!
 //! The examination uses the exact tail geometry ([`Tail`](super::tail::Tail)), which shares nothing with the collision
 //! regions that planners search by: a plan in which two tails touch is no plan.

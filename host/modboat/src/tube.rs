@@ -28,7 +28,7 @@ use super::region::DEPTH_RAD;
 /// Greatest speed of a tail in a slow transition, rad/s. *Assumed*: the clock's share of the error is then 4 mrad.
 pub const SLOW_RAD_S: f64 = 2.0;
 
-/// What the two tails of a pair do.
+/// Which tube holds for a pair: by what its two tails do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tube {
     /// One moves, or none.
@@ -40,10 +40,10 @@ pub enum Tube {
 }
 
 impl Tube {
-    /// All of them; each stands at `self as usize`.
+    /// All tubes; each stands at `self as usize`.
     pub const ALL: [Self; 3] = [Self::One, Self::Both, Self::Slow];
 
-    /// Of a pair of which these move.
+    /// The tube of a pair of which these move.
     #[must_use]
     pub const fn of(moves: [bool; 2]) -> Self {
         if moves[0] && moves[1] { Self::Both } else { Self::One }

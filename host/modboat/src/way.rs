@@ -1,4 +1,4 @@
-//! The way from where the tails are to where a cycle starts.
+//! Motion of the tails from their present angles to the start of a cycle.
 
 use crate::motion::{StepTime, Turn};
 use crate::transition::STILL_RAD;

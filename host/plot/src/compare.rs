@@ -1,4 +1,4 @@
-//! `trajectories.svg` and `heading.svg`: what several planners made of one scenario.
+//! `trajectories.svg` and `heading.svg`: runs of several planners on one scenario.
 //!
 //! On the map the path of every run of every planner, the first seed's strong and the others' pale, over the demanded
 //! course of the first. Below each other, or rather in one panel, the heading errors of the first seed: as they are,
@@ -62,7 +62,7 @@ fn map(area: &Area<'_>, compared: &Compared<'_>) -> Result<(), DrawError> {
     let ((west, east), (south, north)) = (bounds(0), bounds(1));
     let (width, height) = picture::area_size(area);
     let (width_px, height_px) = (picture::chart_width(width), height - picture::around(false, true));
-    // Equal axes: the tighter direction sets the scale. Who keeps a station is seen from no nearer than 0.02 mm a px.
+    // Equal axes: the tighter direction sets the scale, at least 0.02 mm a px for a station that is kept.
     let m_per_px =
         ((east - west) / (width_px - 2.0 * AIR)).max((north - south) / (height_px - 2.0 * AIR)).max(2e-5);
     let (x, y) = (0.5 * (west + east), 0.5 * (south + north));

@@ -40,7 +40,7 @@ pub mod tails;
 pub mod trajectory;
 pub mod wrench;
 
-/// A picture that could not be made.
+/// Why a picture could not be made.
 #[derive(Debug, Error)]
 pub enum PlotError {
     /// The picture could not be drawn.

@@ -1,4 +1,4 @@
-//! Curves made fit for paper: cut to the window, thinned to what the eye can tell apart, averaged over a cycle.
+//! Preparation of curves: clipped to the window, thinned to what the eye can tell apart, averaged over a cycle.
 
 /// A point on a picture, in the units of its axes.
 pub type Point = (f64, f64);

@@ -18,7 +18,7 @@ use super::axis::Axis;
 use super::lines::Point;
 use super::style::{self, Anchor};
 
-/// What plotters reports when it cannot draw.
+/// The error of plotters when it cannot draw.
 pub type DrawError = DrawingAreaErrorKind<std::io::Error>;
 /// A rectangle of the picture, in steps of the drawing grid from its own upper left corner.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -42,7 +42,7 @@ const BELOW: f64 = 42.0;
 /// Height below a chart whose x axis is written out by the chart under it, px.
 const BELOW_BARE: f64 = 8.0;
 
-/// The words above a picture.
+/// Title, description and line above a picture.
 #[derive(Clone, Debug)]
 pub struct Heading<'h> {
     /// Name of the run.

@@ -1,4 +1,4 @@
-//! `trajectory.svg`: where the structure went, how fast, and how it stood; after the paper's Fig. 6.
+//! `trajectory.svg`: path, velocity and heading of the structure; after the paper's Fig. 6.
 //!
 //! A map with equal axes shows the path of the centre of mass, the demanded course of each leg from where the
 //! structure was when the leg began, and the structure itself at equal times. Three panels show both components
@@ -286,7 +286,7 @@ fn history(
         let demands: Vec<[f64; 4]> = record
             .legs
             .iter()
-            // Who keeps a station has no velocity to keep.
+            // A structure that keeps a station has no velocity to keep.
             .filter(|leg| is_heading || leg.station_m.is_none())
             .map(|leg| {
                 let [vx, vy] = leg.velocity_m_s;

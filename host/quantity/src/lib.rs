@@ -1,4 +1,4 @@
-//! Numbers from outside: what is asked of them, and the one error that refuses them. And the one way to wrap an angle.
+//! Ranges of numbers that come from outside, the error that refuses one, and the wrapping of angles.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::RangeInclusive;
@@ -8,7 +8,7 @@ use thiserror::Error;
 /// The numbers that modules of a fleet can have.
 pub const MODULE_IDS: RangeInclusive<u16> = 1..=1024;
 
-/// A number that its key cannot have.
+/// A number out of the range of its key.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{key} = {value} {unit}: {reason}")]
 pub struct ParameterError {
@@ -22,7 +22,7 @@ pub struct ParameterError {
     pub reason: &'static str,
 }
 
-/// What is asked of a number in a parameter table.
+/// The range of a number in a parameter table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
     /// Finite and greater than zero, at most 10⁶.

@@ -1,4 +1,4 @@
-//! What the motion of one rigid body under water depends on: mass, weight, buoyancy, inertia, hydrodynamics.
+//! Constants of the motion of one rigid body under water: mass, weight, buoyancy, inertia, hydrodynamics.
 //!
 //! A [`Vehicle`](super::vehicle::Vehicle) without its looks, and what `flotilla simulate` is given in a request.
 //! Body frame: x forward, y right, z down, about the body origin O.

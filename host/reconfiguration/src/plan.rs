@@ -1,4 +1,4 @@
-//! What a reconfiguration planner answers, and how it is written down: the contract of `reconfigure --json`.
+//! Plan of a reconfiguration, the answer of its planner, and its JSON form: the contract of `reconfigure --json`.
 //!
 //! Moves follow each other without a gap; within a move its actions do. Distances in m, angles in rad, times in s from
 //! the beginning of the plan, energies in J.
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pose::Pose;
 
-/// What is minimised.
+/// The criterion that a plan minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Criterion {
@@ -29,7 +29,7 @@ pub enum Manner {
     Best,
 }
 
-/// What a robot does for a while.
+/// Kind of an action: leg, turn, undock or dock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ActionKind {
@@ -43,7 +43,7 @@ pub enum ActionKind {
     Dock,
 }
 
-/// One timed action.
+/// One timed action of a robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Action {
     /// What.
@@ -89,7 +89,7 @@ pub struct Move {
     pub actions: Vec<Action>,
 }
 
-/// What one waiting robot pushes while another moves.
+/// Thrusts of one waiting robot while another moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Holding {
     /// The robot's id.
@@ -116,11 +116,11 @@ pub struct Plan {
     pub criterion: Criterion,
     /// By which rules.
     pub manner: Manner,
-    /// Who was there.
+    /// All robots at their starts.
     pub robots: Vec<Placed>,
     /// Where to.
     pub slots: Vec<Pose>,
-    /// Who moves when, and how.
+    /// The moves, in order.
     pub moves: Vec<Move>,
     /// Σ over moves, J.
     pub energy_navigate_j: f64,

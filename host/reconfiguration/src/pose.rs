@@ -1,4 +1,4 @@
-//! Where a level robot is: roll and pitch are held at zero by moving and waiting robots alike (condition v6).
+//! Pose of a level robot: moving and waiting robots hold roll and pitch at zero (condition v6).
 
 use serde::{Deserialize, Serialize};
 

@@ -43,7 +43,7 @@ pub struct Slot {
     pub requires: Vec<String>,
 }
 
-/// The numbers in the conditions, the grid, and how robots move.
+/// Rules of a problem: numbers in the conditions, the grid, and speeds of robots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rules {
@@ -92,7 +92,7 @@ impl Default for Rules {
     }
 }
 
-/// A whole problem.
+/// A reconfiguration problem: vehicles, start, goal and rules.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// Its name.
@@ -101,7 +101,7 @@ pub struct Problem {
     pub description: String,
     /// The kinds of robots and tools in it.
     pub vehicles: Vec<Vehicle>,
-    /// Who is there.
+    /// The robots.
     pub robots: Vec<Robot>,
     /// What is carried.
     pub tools: Vec<Tool>,

@@ -1,4 +1,4 @@
-//! What a robot or a tool is: hull, mass, buoyancy, hydrodynamic coefficients, thrusters, connectors, services.
+//! Data of a robot or a tool: hull, mass, buoyancy, hydrodynamic coefficients, thrusters, connectors, services.
 //!
 //! Read from TOML; every number in the files that come with the program has its source beside it. A tool is a vehicle
 //! without thrusters. All vectors are in the body frame (x forward, y right, z down) about the body origin, which is
@@ -127,7 +127,7 @@ impl Vehicle {
         Cow::Owned(FACES.iter().map(face).collect())
     }
 
-    /// What its motion depends on.
+    /// The rigid body of the vehicle.
     #[must_use]
     pub fn body(&self) -> Body {
         let weight_n = self.mass_kg * GRAVITY_M_S2;

@@ -1,4 +1,4 @@
-//! What a run leaves in memory: the input of `summary.json` and of every plot.
+//! Record of a run, in memory: the input of `summary.json` and of every plot.
 
 use modboat::motion::{Swing, Turn, Wrench};
 use modboat::parameters::Parameters;

@@ -1,10 +1,10 @@
-//! The courses of an executed reconfiguration, for pictures and figures.
+//! Record of an executed reconfiguration, for pictures and figures.
 
 use reconfiguration::plan::Plan;
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 
-/// Everything that a picture of a reconfiguration shows.
+/// One executed plan: problem, plan, and samples of its execution.
 #[derive(Clone, Debug)]
 pub struct Record {
     /// What was asked.
@@ -15,7 +15,7 @@ pub struct Record {
     pub samples: Vec<Sample>,
 }
 
-/// One instant.
+/// The state of all robots at one instant.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// Time since the beginning of the plan, s.

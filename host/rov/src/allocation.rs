@@ -1,4 +1,4 @@
-//! Allocation: the thrusts that make a wrench at least electric power, within the thrusters' limits.
+//! Allocation: the thrusts that give a wrench at least electric power, within the thrusters' limits.
 //!
 //! ```text
 //! minimise Σ P(uᵢ)   subject to   T u = s τ,   lᵢ ≤ uᵢ ≤ hᵢ,   with the greatest s ≤ 1 for which this can be done
@@ -35,7 +35,7 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// A thrust may pass its limit by this share of it before the demand is scaled down: rounding.
 const LIMIT_TOLERANCE: f64 = 1e-12;
 
-/// What cannot be allocated.
+/// Why thrusts cannot be allocated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AllocationError {
     /// Not one pair of limits a thruster.

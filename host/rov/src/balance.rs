@@ -1,4 +1,4 @@
-//! What the waiting robots push so that their cluster stays level (v6), at least electric power: (5) and (16).
+//! Balance of a waiting cluster: thrusts that keep it level (v6), at least electric power: (5) and (16).
 //!
 //! Every connected component of what rests is a cluster of its own. It is balanced when its thrusters give the wrench
 //! that (7) asks for at rest, τ_c = g(level): all six components, so that K and M are balanced and nothing drifts. The
@@ -17,7 +17,7 @@ use super::power::PowerLaw;
 /// Wrenches smaller than this need no balance, N and N·m.
 const NOTHING: f64 = 1e-9;
 
-/// How a resting configuration stays level.
+/// Thrusts that keep a resting configuration level, and their power.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Balance {
     /// P_bal, W.

@@ -1,4 +1,4 @@
-//! Where one robot may swim while the others rest: condition v3 with (19).
+//! Clearance of one robot from the others at rest: condition v3 with (19).
 //!
 //! ```text
 //! d = k·max(L, W, H), k = 3/2          (19)
@@ -30,7 +30,7 @@ pub struct Resting {
     pub half_m: [f64; 3],
 }
 
-/// The water around one mover.
+/// Bodies at rest around one mover, and the distance that it keeps from them.
 #[derive(Clone, Debug)]
 pub struct Clearance {
     /// Bodies at rest.

@@ -38,7 +38,7 @@ pub fn admits(slot: &Slot, robot: &Robot) -> bool {
     slot.requires.iter().all(|capability| robot.capabilities.contains(capability))
 }
 
-/// What the conditions make of a problem.
+/// Conditions that a problem has to meet.
 pub trait Conditions {
     /// Clearance d of (19) for a mover of that kind, m: the factor times the longest side of its box.
     #[must_use]

@@ -1,4 +1,4 @@
-//! What a configuration is made of: connectors in the world, who holds whom (18), which boxes overlap.
+//! Geometry of a configuration: connectors in the world, which bodies are connected (18), which boxes overlap.
 //!
 //! ```text
 //! p = p_O + R_z(ψ)·l,   n = R_z(ψ)·n_b                     connector of a level body in the world

@@ -26,7 +26,7 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// How far a direction's length may be from one.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// What is wrong with a set of thrusters.
+/// Why a set of thrusters is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ThrusterError {
     /// No unit vector.

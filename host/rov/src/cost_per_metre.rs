@@ -1,4 +1,4 @@
-//! What a metre costs by direction, and the straight-line bound that follows from it.
+//! Cost per metre by direction, and the straight-line bound that follows from it.
 //!
 //! ```text
 //! r(d) = min over v of (P(v·d) + λ)/v          best speed
@@ -75,7 +75,7 @@ impl PowerMap {
     }
 }
 
-/// Which way the robot looks.
+/// Heading of the robot on a leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Heading {
     /// Always there, rad.
@@ -103,7 +103,7 @@ impl CostPerMetre {
         Self { nodes: Vec::new(), azimuths: 1, yaw_rad: 0.0, planes: Vec::new() }
     }
 
-    /// Energy for itself and for those who wait, at λ = `lambda_w`.
+    /// Energy of the mover and of the waiting robots, which draw λ = `lambda_w`.
     #[must_use]
     pub fn energy(map: &PowerMap, heading: Heading, lambda_w: f64) -> Self {
         let all = map.costs_per_metre(lambda_w);

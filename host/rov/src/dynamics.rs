@@ -1,4 +1,4 @@
-//! How a robot or a cluster moves in six degrees of freedom.
+//! Dynamics of a robot or a cluster in six degrees of freedom.
 //!
 //! ```text
 //! η̇ = J(η) ν                                                                             (6), (8)
@@ -45,7 +45,7 @@ pub enum DynamicsError {
     },
 }
 
-/// Where a body is and how it moves.
+/// Pose and velocity of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     /// Body origin in the world, m.
@@ -124,7 +124,7 @@ impl Dynamics {
         Ok(Self { cluster: cluster.clone(), mass, inverse })
     }
 
-    /// What moves.
+    /// The cluster whose equations these are.
     #[must_use]
     pub fn cluster(&self) -> &Cluster {
         &self.cluster

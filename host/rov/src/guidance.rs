@@ -1,4 +1,4 @@
-//! Guidance and control: where a robot is to be at every instant of an action, and the thrusts that bring it there.
+//! Guidance and control of a robot: its reference at every instant of an action, and the thrusts that follow it.
 //!
 //! | file | what |
 //! |---|---|

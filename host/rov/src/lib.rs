@@ -1,5 +1,5 @@
-//! The planner of thruster-driven ROVs: pure functions from a start and a goal configuration to who moves when, where
-//! and along which path, at least energy.
+//! The planner of thruster-driven ROVs: pure functions from a start and a goal configuration to moves, their order, times
+//! and paths, at least energy.
 //!
 //! L. Furno, M. Blanke, R. Galeazzi, D. J. Christensen, *Self-reconfiguration of modular underwater robots using an
 //! energy heuristic*, IROS 2017, DOI 10.1109/IROS.2017.8206530. Equation numbers are that paper's.

@@ -1,6 +1,6 @@
 //! The order of moves and the assignment of robots to slots: the paper's rule, and the exact optimum.
 //!
-//! What a move costs depends on who has moved before and which slots are filled, not on the order in which that came
+//! The cost of a move depends on which robots have moved and which slots are filled, not on the order in which that came
 //! about, and not on which of several equal robots fills a slot. So a *state* is the set of robots that have moved and
 //! the kind of robot in every slot, and the least total cost is a shortest path over states.
 //!
@@ -15,7 +15,7 @@
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 
-/// Robots and slots at most.
+/// Most robots and slots that an order is found for.
 pub const MOST: usize = 16;
 
 /// Costs of moves, and lower bounds of them: what an order is chosen by.

@@ -1,4 +1,4 @@
-//! The whole planner: p1 and p2 of section VII. A problem in, a plan out.
+//! The whole planner, p1 and p2 of section VII: from a problem to a plan.
 //!
 //! | part | where |
 //! |---|---|
@@ -39,7 +39,7 @@ pub enum OrderRule {
     Exact,
 }
 
-/// What to plan for.
+/// What to plan: criterion, manner of motion, rule for the order, power law.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// What is minimised.
@@ -109,7 +109,7 @@ pub enum PlanError {
     },
 }
 
-/// Plans.
+/// Plans a reconfiguration.
 ///
 /// # Errors
 /// [`PlanError`].
@@ -295,7 +295,7 @@ impl<'a> MovePricer<'a> {
         Some(mover.bound(criterion, manner, way(&from.start, &to.pose), lambda_w))
     }
 
-    /// What keeps robots from moving at the start, for the one who asked.
+    /// What keeps robots from moving at the start, for the error message.
     fn obstacle(&mut self) -> String {
         let state = State::default();
         let mut stuck = Vec::new();
@@ -321,7 +321,7 @@ impl<'a> MovePricer<'a> {
         let mut state = State::default();
         let mut now_s = 0.0;
         let mut moves = Vec::new();
-        // Who is in which slot.
+        // The robot in each slot.
         let mut arrived: Vec<Option<usize>> = vec![None; problem.slots.len()];
         for &(robot, slot) in &order.moves {
             let here = state;
@@ -331,7 +331,7 @@ impl<'a> MovePricer<'a> {
                 continue;
             }
             let Ok(Balance { power_w, thrusts_n }) = self.balance(&here, robot).cloned() else { continue };
-            // In the order of the bodies: tools, those who have not moved, those in slots.
+            // In the order of the bodies: tools, robots that have not moved, robots in slots.
             let waiting = (0..problem.robots.len()).filter(|&other| other != robot && !here.has_moved(other));
             let waiting = waiting.chain(arrived.iter().flatten().copied());
             let balance = waiting

@@ -30,7 +30,7 @@ mod t200;
 /// Least thrust whose power is trusted in the fit, N: five least counts of the current.
 const FIT_FROM_N: f64 = 4.0;
 
-/// What a power law cannot be made of.
+/// Why a power law cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PowerError {
     /// No sheet of the table.

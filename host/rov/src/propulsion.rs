@@ -1,4 +1,4 @@
-//! What swimming costs: electric power, energy and time of straight legs and of turns in place, (12)–(15).
+//! Cost of motion: electric power, energy and time of straight legs and of turns in place, (12)–(15).
 //!
 //! ```text
 //! τ(ν, ν̇) = M ν̇ + C(ν)ν + D_V ν + D_N(ν)ν + g(level)          after (7), (12)
@@ -55,7 +55,7 @@ pub enum PropulsionError {
     Dynamics(#[from] DynamicsError),
 }
 
-/// What a leg or a turn takes.
+/// Energy and time of a leg or a turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Expense {
     /// Time, s.

@@ -15,7 +15,7 @@ const TAKEN: f64 = 1e-6;
 /// Halvings at most: steps down to 1/64 ms.
 const HALVINGS: u32 = 6;
 
-/// Why a motion cannot be told.
+/// Why a motion cannot be computed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ResponseError {
     /// Steps of 1/64 ms do not settle it.

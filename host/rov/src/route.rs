@@ -136,7 +136,7 @@ pub struct Route {
 }
 
 impl Route {
-    /// What the criterion makes of it: (17), or its length.
+    /// Cost by a criterion: (17), or its length.
     #[must_use]
     pub fn cost(&self, criterion: Criterion, lambda_w: f64) -> f64 {
         match criterion {

@@ -90,7 +90,7 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// Nothing known.
+    /// No edge of `lattice` looked at yet.
     #[must_use]
     pub fn new(lattice: &Lattice) -> Self {
         Self { known: RefCell::new(vec![0; lattice.len()]) }
@@ -108,7 +108,7 @@ impl Edges {
     }
 }
 
-/// What a corner costs; nothing where headings are held or decided later.
+/// Cost of a corner; zero where headings are held or decided later.
 pub type CornerCost<'a> = &'a dyn Fn(Option<[f64; 3]>, [f64; 3], bool) -> f64;
 
 /// The graph of one mover under one criterion.
@@ -168,7 +168,7 @@ impl<'a> SearchGraph<'a> {
         self.lattice.len() + 1
     }
 
-    /// Where a vertex is, m.
+    /// Position of a vertex, m.
     #[must_use]
     pub fn place_m(&self, vertex: usize) -> [f64; 3] {
         if vertex < self.lattice.len() {

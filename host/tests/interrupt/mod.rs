@@ -1,4 +1,4 @@
-//! Ctrl-C.
+//! Ctrl-C to a child process.
 
 use std::process::Command;
 use std::time::{Duration, Instant};

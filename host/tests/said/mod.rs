@@ -1,4 +1,4 @@
-//! What `flotilla` said and left, for tests that run it to its end.
+//! Output and files of a `flotilla` run, for tests that run it to its end.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

@@ -30,7 +30,7 @@ pub enum Broken {
     AcceptanceIsProof,
 }
 
-/// How much may happen, at most.
+/// Most events of each kind that may happen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Budget {
     /// Cycles dispatched.
@@ -49,7 +49,7 @@ pub struct Budget {
     pub stalls: u8,
 }
 
-/// What is to be explored.
+/// Configuration of an exploration.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
     /// The last slot.
@@ -69,7 +69,7 @@ pub struct Config {
     pub broken: Option<Broken>,
 }
 
-/// See the module's documentation.
+/// State of the whole model: modules, host, and messages under way.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Fleet {
     /// Slot n begins at start n; slot 1 is the first.
@@ -86,7 +86,7 @@ pub struct Fleet {
     pub breaches: Breaches,
 }
 
-/// One thing that can happen.
+/// One event that can happen next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
     /// The next slot begins; a module doubts its clock just before, and drops what waits.

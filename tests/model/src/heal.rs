@@ -1,4 +1,4 @@
-//! What becomes of a fleet when the network heals: nothing is lost from then on, no module boots, none doubts its clock, and
+//! Recovery of a fleet when the network heals: nothing is lost from then on, no module boots, none doubts its clock, and
 //! what comes comes in the order in which it was sent. A stopped module is released by the host.
 //!
 //! This is one schedule of events, and a fair one: in every slot announcements, calls, orders, answers and reports come until

@@ -35,7 +35,7 @@ pub struct DispatchedCycle {
     pub from: [Pose; MODULES],
 }
 
-/// What is known of one module.
+/// The host's knowledge of one module.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Link {
     /// The session in force.
@@ -76,7 +76,7 @@ impl Link {
     }
 }
 
-/// See the module's documentation.
+/// State of the host.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Host {
     /// Number of its boot, from 1.

@@ -47,7 +47,7 @@
 //! - The host's timer acts at once on what has come. Acknowledgements and reports can always be replayed; of two reports the older is
 //!   ignored.
 //! - Recordings of announcements of former boots, more offers than one for a nonce, transitions in two steps, thrust leases and
-//!   fleets that swim without those who are missing (`require`) are left out.
+//!   fleets that swim without missing modules (`require`) are left out.
 //! - A release is repeated: a copy that comes after a module has stalled releases that stall too. Known, and not among the properties.
 //! - States are told apart by hashes of 64 bits. Which module is which does not matter, so in a trace the two may change places at any
 //!   step.

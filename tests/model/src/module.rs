@@ -46,7 +46,7 @@ pub struct Past {
     pub never: CycleSet,
 }
 
-/// See the module's documentation.
+/// State of one module.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Module {
     /// Boots so far.

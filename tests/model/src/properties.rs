@@ -1,4 +1,4 @@
-//! What must never happen.
+//! Properties that the checker verifies in every state.
 //!
 //! | running | the other runs the same | the other rests where the plan takes it to be | the other rests elsewhere | the other runs another cycle |
 //! |---|---|---|---|---|

@@ -1,4 +1,4 @@
-//! Runs the checker and prints what it has seen.
+//! Runs of the checker: explores all states of a configuration and prints how many.
 
 use std::collections::BTreeSet;
 use std::io::Write;

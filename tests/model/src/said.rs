@@ -1,4 +1,4 @@
-//! What host and modules say to each other, without what decides nothing: keys are symbols, motions are poses.
+//! Messages between host and modules, reduced to what matters: keys are symbols, motions are poses.
 
 use protocol::{Delivery, ModuleState};
 
@@ -8,7 +8,7 @@ pub const MODULES: usize = 2;
 /// One bit for each cycle of all lives of the host, by [`Held::id`].
 pub type CycleSet = u32;
 
-/// Who drew which nonces: the module's boot and its sessions in that boot so far, and the life of the host. Two sessions have
+/// A session, by the nonces of both sides: the module's boot and its sessions in that boot so far, and the life of the host. Two sessions have
 /// the same keys if and only if these are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SessionId {
@@ -86,7 +86,7 @@ pub const fn life_of(id: u8) -> u8 {
     id / 8 + 1
 }
 
-/// What a host says in a session.
+/// A message of the host in a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Say {
     /// A cycle.
@@ -110,7 +110,7 @@ pub struct Order {
     pub say: Say,
 }
 
-/// What an acknowledgement says.
+/// Content of an acknowledgement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Answer {
     /// Accepted, or a duplicate of what was: no difference to the host.

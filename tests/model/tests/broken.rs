@@ -1,4 +1,4 @@
-//! What the checker finds when the protocol is broken on purpose, and what no protocol can promise.
+//! Counterexamples that the checker finds when the protocol is broken on purpose, and for what no protocol can promise.
 
 use model::fleet::{Broken, Budget, Config};
 use model::properties::{

@@ -1,4 +1,4 @@
-//! What holds in every state that any order of events leads to.
+//! Properties that hold in every state that any order of events leads to.
 
 use model::fleet::{Budget, Config};
 use model::heal::SLOTS;

@@ -25,7 +25,7 @@ pub struct Seen {
     pub telemetry: Telemetry,
 }
 
-/// See the module's documentation.
+/// A host with its dispatcher and socket, in lock step with emulated modules.
 pub struct Bench {
     /// Their host.
     pub dispatcher: Dispatcher<SocketAddr>,

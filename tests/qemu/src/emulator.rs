@@ -1,4 +1,4 @@
-//! One emulated module: started, listened to, killed.
+//! Process of one emulated module: start, output, end.
 
 use std::io::{BufRead, BufReader};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
@@ -65,7 +65,7 @@ pub struct Setup<'a> {
     pub arguments: &'a [&'a str],
 }
 
-/// See the module's documentation. Killed when dropped.
+/// A running emulator of one module. Killed when dropped.
 #[derive(Debug)]
 pub struct Emulator {
     process: Child,
@@ -187,7 +187,7 @@ impl Emulator {
         (status, std::mem::take(&mut self.seen))
     }
 
-    /// Takes its power away.
+    /// Kills the emulator.
     pub fn kill(&mut self) {
         // It may have ended by itself.
         let _ = self.process.kill();

@@ -18,7 +18,7 @@ use sim::TailState;
 use crate::bench::Seen;
 use crate::modules::Modules;
 
-/// See the module's documentation.
+/// Emulated modules as the fleet of a run.
 pub struct Emulated {
     inner: OverUdp,
     /// The modules.

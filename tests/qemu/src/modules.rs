@@ -25,12 +25,12 @@ pub const STEP: MicrosSpan = MicrosSpan(1_000);
 /// 8 ns an instruction: 125 million a second, about a board's.
 const SHIFT: u8 = 3;
 
-/// See the module's documentation.
+/// Emulated modules on UDP ports, in lock step with their host.
 pub struct Modules {
     host: HostIdentity,
     port: u16,
     seed: u64,
-    lives: u64,
+    boots: u64,
     /// A sender on the network that is not their host.
     stranger: UdpSocket,
     /// In the order of their ids, from 1; without those whose power is off.
@@ -49,20 +49,20 @@ impl Modules {
         let stranger = UdpSocket::bind("127.0.0.1:0").expect("a free port");
         let each = (0..count).map(|_| None).collect();
         let mut modules =
-            Self { host: host.clone(), port, seed, lives: 0, stranger, each, came: vec![0; count] };
+            Self { host: host.clone(), port, seed, boots: 0, stranger, each, came: vec![0; count] };
         (0..count).for_each(|index| modules.boot(index));
         modules
     }
 
-    /// Gives the module at `index` power: another life, in another emulator.
+    /// Gives the module at `index` power: another boot, in another emulator.
     ///
     /// # Panics
     /// If it does not start.
     pub fn boot(&mut self, index: usize) {
         let configuration = provisioned::modboat(&self.host, ModuleId(index as u16 + 1), self.port);
-        let seed = self.seed.wrapping_mul(1_000_003).wrapping_add(self.lives);
+        let seed = self.seed.wrapping_mul(1_000_003).wrapping_add(self.boots);
         let steps = Steps { length: STEP, shift: SHIFT, seed };
-        self.lives += 1;
+        self.boots += 1;
         self.came[index] = 0;
         self.each[index] = Some(Stepped::start(&provisioned::image(&configuration), self.port, steps));
     }

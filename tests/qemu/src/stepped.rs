@@ -26,7 +26,7 @@ pub struct Steps {
     pub seed: u64,
 }
 
-/// See the module's documentation.
+/// An emulated module whose time goes on by steps.
 #[derive(Debug)]
 pub struct Stepped {
     /// The emulator.

@@ -5,7 +5,7 @@ use protocol::{MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// See the module's documentation; without end.
+/// Datagrams of a storm, without end.
 ///
 /// One in four is noise of any length up to the longest, one in four noise behind a right beginning, two are the beginnings of a datagram
 /// that a host of another life has sealed for this very module.

@@ -61,18 +61,19 @@ fn assert_well(result: &RunResult, duration_s: u32) {
 fn a_module_that_is_killed_and_started_again_swims_on() {
     let scenario = scenario("3x1", 20);
     let mut fleet = Emulated::start(&scenario, SEED);
-    let mut lives = 1;
+    // Number of its boot; 0 while it is off.
+    let mut boot = 1;
     let result = swim(&scenario, &mut fleet, |t_s, fleet| {
-        if lives == 1 && t_s > 5.0 {
+        if boot == 1 && t_s > 5.0 {
             fleet.modules.kill(2);
-            lives = 0;
+            boot = 0;
         }
-        if lives == 0 && t_s > 6.5 {
+        if boot == 0 && t_s > 6.5 {
             fleet.modules.boot(2);
-            lives = 2;
+            boot = 2;
         }
     });
-    assert_eq!(lives, 2);
+    assert_eq!(boot, 2);
     assert_well(&result, 20);
     let summary = &result.summary;
     assert!(summary.cycles.reboots >= 1, "{summary:?}");

@@ -1,4 +1,4 @@
-//! What a module must not follow: configurations that are none, and cycles beyond its time or its limits.
+//! Refusals of a module: invalid configurations, and cycles beyond its time or its limits.
 
 use link::dispatcher::Event;
 use link::identity::HostIdentity;

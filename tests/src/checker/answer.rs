@@ -1,8 +1,8 @@
-//! What is put to the checker: a request and its answer.
+//! Input of the checker: a request to a planner, and its answer.
 
 use serde_json::Value;
 
-/// What was asked.
+/// A request to a planner.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// Cells [col, row] by module.
@@ -15,7 +15,7 @@ pub struct Request {
     pub previous: Option<Vec<[f64; 2]>>,
 }
 
-/// What was answered.
+/// The planner's answer.
 #[derive(Clone, Debug)]
 pub struct Answer {
     /// `planned`, `repeated` or `held`.

@@ -24,7 +24,7 @@ const LEG_S: [f64; 2] = [2.0, 20.0];
 /// Greatest gusts, m/s. *Assumed*: a quarter of the greatest speed.
 const GUST_M_S: f64 = 0.025;
 
-/// What was drawn.
+/// A scenario as drawn, with reboots.
 #[derive(Clone, Debug)]
 pub struct Drawn {
     /// As a scenario file, for `flotilla run`.

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 /// A turn of less than this is none, rad.
 const STILL_RAD: f64 = 1e-9;
 
-/// What a tail is meant to do.
+/// Phase of a tail's planned motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
     /// It rests.

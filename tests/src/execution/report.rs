@@ -1,4 +1,4 @@
-//! What a judge of execution found.
+//! Report of a judge of execution.
 
 use std::fmt;
 
@@ -46,7 +46,7 @@ impl Off {
     }
 }
 
-/// Two tails that came too near each other.
+/// Contact or near contact of two tails.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Near {
     /// When first, s of true time.
@@ -75,7 +75,7 @@ impl fmt::Display for Near {
     }
 }
 
-/// What a judge found in one run, or in many.
+/// Findings of a judge in one run, or in many.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// The least distance between the surfaces of two tails, m; +∞ where no two can meet.
@@ -196,7 +196,7 @@ impl Report {
     }
 }
 
-/// What modules are taken to keep.
+/// Limits of the errors of modules.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// e_s, rad.

@@ -1,4 +1,4 @@
-//! What a storm is made of: everything drawn from its seed.
+//! The draw of a storm: all its faults, from its seed.
 
 use host::run::scenario::{Demand, Leg, Scenario};
 use link::faults::FaultParameters;
@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{CALM_S, Outcome, STEP_S, STORM_S, TICK_US, World};
 
-/// What is drawn for one storm.
+/// One storm: its fleet and its faults.
 #[derive(Clone, Debug)]
 pub struct Storm {
     /// Modules: 3, 9 or 25.
@@ -21,9 +21,9 @@ pub struct Storm {
     pub weather: FaultParameters,
     /// Whether what is under way when the medium heals is lost.
     pub drop_under_way: bool,
-    /// Reboots of modules: when, who, for how long.
+    /// Reboots of modules: when, which module, for how long.
     pub(super) reboots: Vec<(u64, usize, MicrosSpan)>,
-    /// Clock steps: when, who, by how much, s.
+    /// Clock steps: when, which module, by how much, s.
     pub(super) steps: Vec<(u64, usize, f64)>,
     /// Deaths of the host: when, for how long, µs.
     pub(super) deaths: Vec<(u64, u64)>,

@@ -1,4 +1,4 @@
-//! Table (f): demands that nothing can meet.
+//! Table (f): demands outside the envelope, which no plan can meet.
 
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;

@@ -34,7 +34,7 @@ fn compare(what: &str, count: usize, trials: usize, share: f64) {
     );
 }
 
-/// Counts who missed a cycle.
+/// Counts the modules that missed a cycle.
 fn direct(loss: f64, delay: &DelayUs, cycles: usize, seed: u64) {
     let mut rig = Rig::new(MODULES, seed);
     let lead = MicrosSpan(lead_us() as u32);

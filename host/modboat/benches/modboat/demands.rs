@@ -1,4 +1,4 @@
-//! Demands as a planner meets them, and what it is asked with each.
+//! Sequences of demands for the benches, and the question to a planner with each.
 
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -41,7 +41,7 @@ const DAMPING: f64 = 1e-9;
 /// Candidates of one module that are tried against its neighbours at most.
 const TRIES: usize = 8;
 
-/// What a search is after.
+/// The demand that a search aims at, and the amplitudes that it prefers.
 #[derive(Clone, Copy, Debug)]
 pub struct Aim {
     /// W∘F_des, N.
@@ -83,7 +83,7 @@ pub enum Poses {
     Offered,
 }
 
-/// The state of a search.
+/// The search for amplitudes, with the cycles found so far.
 #[derive(Clone, Debug, Default)]
 pub struct Allocation {
     /// Each module's cycle; always one that the rules allow.

@@ -1,4 +1,4 @@
-//! The way from where the tails are to where a cycle starts: one step if there is one, else two.
+//! The search for a transition from the present tail angles to the start of a cycle: in one step if possible, else in two.
 
 use crate::buffers::Buffers;
 use crate::motion::Swing;

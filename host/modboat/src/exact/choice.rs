@@ -1,4 +1,4 @@
-//! A choice of rest poses, as the search keeps it.
+//! Choices of rest poses for structures of few modules.
 
 /// Structures of so few modules are searched through.
 pub(super) const SMALL: usize = 4;

@@ -1,4 +1,4 @@
-//! What one module can push from a given rest pose without leaving it: the thrust of a cycle that starts and ends there.
+//! Thrust that one module can give from a given rest pose: that of a cycle which starts and ends there.
 //!
 //! With the tail resting at p and a cycle of signed amplitude A, φ₀ = p − A (so that φ₀ + A = p), law (7) gives
 //!

@@ -23,7 +23,7 @@ use super::rest::RestPoses;
 /// What a tail costs that stays in a neighbour's reach, as if it travelled so far, rad.
 const STAYS_RAD: f64 = 1e3;
 
-/// The search, with the memory it works in.
+/// The search for turns out of reach, with its workspace.
 #[derive(Clone, Debug, Default)]
 pub struct Leaving {
     chooser: Chooser,

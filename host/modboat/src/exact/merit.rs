@@ -1,4 +1,4 @@
-//! What a cycle's rest poses are worth for what may come next, where few modules have little to spare.
+//! Merit of a cycle's rest poses for demands that may come next; it counts where few modules have little to spare.
 //!
 //! ```text
 //! merit = (share of the demands about this one that can be met without turning) − b·|ΣA|/Σ|A|
@@ -25,7 +25,7 @@ const BALANCE: f64 = 0.2;
 /// Relative error with which a demand about one counts as met: Newton's method is as good as there.
 const NEAR: f64 = 1e-4;
 
-/// The demands about one, and memory.
+/// Merit of rest poses: demands near the present one, and workspace.
 #[derive(Clone, Debug)]
 pub struct Merit {
     /// From a weighted demand to those about it, N, by direction; each [`ABOUT`] so far.

@@ -65,7 +65,7 @@ const GOOD_ERROR: f64 = 0.05;
 /// Beyond so many modules Algorithm 1 is not asked for the farthest wrench of a direction, which takes it several times.
 const FIELD_MODULES: usize = 100;
 
-/// Plans for one structure.
+/// The exact planner of one structure.
 #[derive(Clone, Debug)]
 pub struct ExactPlanner {
     setting: Setting,
@@ -77,7 +77,7 @@ pub struct ExactPlanner {
 }
 
 impl ExactPlanner {
-    /// For one structure.
+    /// A planner for the structure of `setting`.
     #[must_use]
     pub fn new(setting: Setting) -> Self {
         let active = setting.positions_m.iter().zip(&setting.participation);

@@ -1,4 +1,4 @@
-//! Whether two neighbours may do what they are about to do: the constraint that every search here prunes by.
+//! Whether the cycles of two neighbours are free of collisions: the constraint that every search here prunes by.
 
 use crate::motion::Swing;
 use crate::pairs::Pair;
@@ -25,7 +25,7 @@ impl Cycle {
     }
 }
 
-/// What neighbours are asked to keep.
+/// Constraints between the cycles of neighbours.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules<'a> {
     /// The structure.

@@ -40,7 +40,7 @@ impl Arc {
         (pose_rad - self.start_rad).rem_euclid(TAU)
     }
 
-    /// True if the pose lies in it.
+    /// Whether the pose lies in the arc.
     #[must_use]
     pub fn holds(self, pose_rad: f64) -> bool {
         self.length_rad >= TAU || self.past_rad(pose_rad) <= self.length_rad

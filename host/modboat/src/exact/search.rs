@@ -67,7 +67,7 @@ impl CycleCandidate {
     }
 }
 
-/// The search, with the memory it works in.
+/// The search for cycles, with its workspace.
 #[derive(Clone, Debug)]
 pub struct Search {
     pub(super) rest: RestPoses,
@@ -94,7 +94,7 @@ pub struct Search {
 }
 
 impl Search {
-    /// For one structure.
+    /// A search for the structure of `setting`.
     #[must_use]
     pub fn new(setting: &Setting) -> Self {
         let rest = RestPoses::new(setting);

@@ -19,7 +19,7 @@ use crate::setting::{Approach, Setting, ends, swim_ends};
 use crate::transition::solver::Solver;
 use crate::transition::{self, Transition};
 
-/// Plans for one structure.
+/// The potential-field planner of one structure.
 #[derive(Clone, Debug)]
 pub struct FieldPlanner {
     setting: Setting,
@@ -41,7 +41,7 @@ struct Reached {
 }
 
 impl FieldPlanner {
-    /// Searches by the collision regions until it is given a table.
+    /// A planner that searches by the collision regions until it is given a table.
     #[must_use]
     pub fn new(setting: Setting) -> Self {
         let Setting { cells, positions_m, pairs, parameters, config, .. } = &setting;

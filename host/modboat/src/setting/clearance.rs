@@ -1,4 +1,4 @@
-//! How near tails come to each other in a plan: as planned, as modules may execute it, and where some modules miss it.
+//! Least clearance between tails in a plan: as planned, as modules may execute it, and if some modules miss it.
 //!
 //! The tube about a motion comes nearer than the motion by at most what both tips move within their errors, 2·L·e. So the hexagon of
 //! a pair is looked at only where its motion is that near to the least found.

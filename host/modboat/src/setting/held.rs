@@ -1,4 +1,4 @@
-//! What keeps the tails from moving.
+//! The reason why a plan is held.
 
 use super::{Participation, Setting};
 use crate::motion::Wrench;

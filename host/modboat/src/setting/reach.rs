@@ -1,11 +1,11 @@
-//! Where a tail can touch a neighbour's: the directions towards it, and how far off them.
+//! Reach of a tail: angles at which it can touch a neighbour's, as a direction and a greatest angle off it.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::distance::DistanceToCollision;
 use quantity::wrap_rad;
 
-/// Where a tail can touch a neighbour's at one lattice offset.
+/// Angles at which two tails at one lattice offset can touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// Direction from i to j, rad from x_S.

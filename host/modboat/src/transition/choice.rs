@@ -41,7 +41,7 @@ use crate::pairs::Pairs;
 /// The most options of one module.
 pub const OPTIONS_MAX: usize = 16;
 
-/// What may be spent on one group.
+/// Limits of the effort for one group.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Entries of all tables together, times the options that each is the least of.
@@ -56,7 +56,7 @@ impl Default for Limits {
     }
 }
 
-/// What a search came to.
+/// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
     /// The choice in [`Chooser::chosen`].
@@ -130,7 +130,7 @@ impl Chooser {
         self.descent.reserve(modules, count);
     }
 
-    /// Forgets all modules.
+    /// Removes all nodes.
     pub fn clear(&mut self) {
         self.costs.clear();
         self.first.clear();

@@ -40,7 +40,7 @@ pub trait Clearance {
     fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool;
 }
 
-/// What is asked for.
+/// The transition asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
     /// The neighbours.
@@ -66,7 +66,7 @@ pub enum Signs {
     PerModule,
 }
 
-/// A transition; it lives in the solver until the next is asked for.
+/// A transition of least travel; it stays in the solver until the next is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Least<'a> {
     /// Each module's turn; of two steps, from the first's start to the second's end.

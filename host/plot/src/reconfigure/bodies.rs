@@ -11,11 +11,11 @@ use crate::lines::Point;
 use crate::picture::DrawError;
 use crate::style::{self, Anchor};
 
-/// A robot in its slot.
+/// Colour of a robot in its slot.
 pub const ARRIVED: RGBColor = style::GREEN;
-/// A robot that is not.
+/// Colour of a robot that is not in its slot.
 pub const WAITING: RGBColor = style::VERMILION;
-/// Sensors and other special services.
+/// Colour of sensors and other special services.
 pub const SENSOR: RGBColor = RGBColor(0xF0, 0xE4, 0x42);
 
 /// What is painted from far to near.
@@ -29,7 +29,7 @@ enum Body<'r> {
     Cross(Vec3, Vec3, bool),
 }
 
-/// Draws all bodies of a rest.
+/// Draws all bodies of one step.
 ///
 /// # Errors
 /// What plotters reports.

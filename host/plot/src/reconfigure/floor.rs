@@ -13,12 +13,12 @@ use crate::lines::{Point, Window, clip_polygon, clip_segment};
 use crate::picture::DrawError;
 use crate::style;
 
-/// Where a mover must not be.
+/// Colour of the area that a mover must keep out of.
 pub const KEEP_OUT: RGBColor = RGBColor(0xF3, 0xE6, 0xEE);
 /// Distance of the lines on the floor, m.
 pub const GRID_M: f64 = 0.5;
 
-/// The floor, and what is seen of the world.
+/// The floor of a scene, and the part of the world that is shown.
 pub struct World {
     /// What is seen, north and east.
     pub floor: Window,

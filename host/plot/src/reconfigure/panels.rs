@@ -27,7 +27,7 @@ const BAR: f64 = 19.0;
 /// A quantity of a robot, given by its index, at an instant; `None` where it has none.
 pub type Quantity = Box<dyn Fn(&Sample, usize) -> Option<f64>>;
 
-/// What one row of panels shows.
+/// One row of panels: a quantity of every robot.
 pub struct Row {
     /// Its quantity with the unit.
     pub title: String,

@@ -20,7 +20,7 @@ pub type Vec3 = [f64; 3];
 /// How far two bodies may sink into each other and still count as parted, m.
 const TOUCH_M: f64 = 0.02;
 
-/// From where a scene is seen.
+/// The direction from which a scene is seen.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     right: Vec3,

@@ -13,7 +13,7 @@ const SAME_M: f64 = 0.02;
 /// No robot swims beyond this, m: a broken record must not shrink the rest of a picture to nothing.
 const FAR_M: f64 = 1e3;
 
-/// A robot where it rests.
+/// A robot at rest.
 #[derive(Clone, Debug)]
 pub struct Resting {
     /// Its number.
@@ -26,7 +26,7 @@ pub struct Resting {
     pub has_sensor: bool,
 }
 
-/// The move that led to a rest.
+/// The move that ended in this step.
 #[derive(Clone, Debug)]
 pub struct Way {
     /// The mover: index into [`Rest::robots`].
@@ -47,7 +47,7 @@ pub struct Way {
     pub clearance_m: f64,
 }
 
-/// The cluster at rest.
+/// The cluster at rest, at the start or after a move.
 #[derive(Clone, Debug)]
 pub struct Rest {
     /// All robots, in the order of the problem.
@@ -62,7 +62,7 @@ pub struct Rest {
     pub way: Option<Way>,
 }
 
-/// The start and the rest after each move.
+/// The steps of a record: the start, then the cluster after each move.
 #[must_use]
 pub fn rests(record: &Record) -> Vec<Rest> {
     let problem = &record.problem;

@@ -10,7 +10,7 @@ use plotters::style::RGBColor;
 use crate::picture::{Area, DrawError};
 use crate::style::{self, Anchor};
 
-/// How a line is drawn.
+/// Pattern of a line: solid, dashed or dotted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pattern {
     /// Without a gap.

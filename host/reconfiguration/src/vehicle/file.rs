@@ -8,7 +8,7 @@ use toml_lines::{self, Lengths, line_of};
 use super::{Connector, Thruster, Vehicle};
 use crate::strip::{Strips, WATER_KG_M3};
 
-/// Why a vehicle cannot be had.
+/// Why a vehicle cannot be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum VehicleError {
     /// The file is not what it should be.

@@ -121,7 +121,7 @@ impl Tableau {
         }
     }
 
-    /// From here on `costs` stay at their least: who would change them keeps its bound.
+    /// From here on `costs` stay at their least: a variable that would change them keeps its bound.
     fn hold(&mut self, costs: &[f64], prices: &Vector6<f64>) {
         for (index, variable) in self.variables.iter_mut().enumerate() {
             let reduced = costs[index] - prices.dot(&variable.column);

@@ -33,7 +33,7 @@ fn one_robot_holds_the_tool_with_its_upright_thrusters() {
     let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
     let power_w = 2.0 * law.power_w(a) + law.power_w(b);
     assert!((balance.power_w - power_w).abs() < 1e-4 && (power_w - 3.2).abs() < 0.05, "{balance:?}");
-    // Who helps, helps: a second robot in line halves the arms.
+    // More robots need less power: a second robot in line halves the arms.
     let two = [(at(0.0, 0.0), &tool), (at(-0.483, 0.0), &robot), (at(0.483, 0.0), &robot)];
     let two = balanced(&two).expect("a balance");
     assert!(two.power_w > 0.0 && two.power_w < 0.5 * power_w, "{two:?}");

@@ -1,4 +1,4 @@
-//! What is said about a problem that is refused.
+//! Errors of problems that are refused, with their messages.
 
 use quantity::ParameterError;
 use thiserror::Error;
@@ -42,7 +42,7 @@ impl std::fmt::Display for Configuration {
     }
 }
 
-/// Why a problem is none.
+/// Why a problem is refused.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ProblemError {
     /// A number among the rules.

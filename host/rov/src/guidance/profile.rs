@@ -14,7 +14,7 @@
 //! | a | acceleration, up and down | m/s² or rad/s² |
 //! | T, t_r | whole time, time of speeding up | s |
 
-/// See the module's documentation.
+/// A motion from rest to rest: trapezoid or triangle of speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
     way: f64,

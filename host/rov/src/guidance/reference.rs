@@ -13,7 +13,7 @@ use reconfiguration::problem::Rules;
 
 use super::profile::Profile;
 
-/// Where a level body is to be, and how it is to move.
+/// The reference of one instant: pose, velocity and acceleration of a level body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reference {
     /// Pose.
@@ -29,7 +29,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// At rest.
+    /// A reference at rest at `pose`.
     #[must_use]
     pub fn at_rest(pose: Pose) -> Self {
         Self { pose, ..Self::default() }
@@ -112,7 +112,7 @@ impl ReferenceTrajectory {
         self.kind
     }
 
-    /// Where it ends.
+    /// The pose at its end.
     #[must_use]
     pub fn end(&self) -> Pose {
         self.to

@@ -32,7 +32,7 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Which end `node` is: 0 or 1.
+    /// Which end of the edge `node` is: 0 or 1.
     #[must_use]
     pub const fn end(&self, node: usize) -> usize {
         (node != self.ends[0]) as usize
@@ -59,7 +59,7 @@ impl Graph {
         self.incident.reserve(2 * edges);
     }
 
-    /// Forgets everything.
+    /// Removes all nodes and edges.
     pub fn clear(&mut self) {
         self.nodes.clear();
         self.edges.clear();

@@ -10,7 +10,7 @@
 
 use super::graph::Graph;
 
-/// Tarjan's algorithm with its stacks.
+/// A 2-SAT solver: Tarjan's algorithm with its stacks.
 #[derive(Clone, Debug, Default)]
 pub struct TwoSat {
     /// Order of discovery of a literal, 2·node + option; 0 is undiscovered.
