@@ -24,7 +24,7 @@ pub use report::{Limits, Near, Off, Report};
 use crate::checker::{Modboat, Pair, STEP_M, geometry, pairs};
 
 pub mod draw;
-mod planned_motion;
+pub mod planned_motion;
 mod report;
 mod watch;
 
