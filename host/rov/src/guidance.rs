@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | [`profile`] | from rest to rest: way, speed and acceleration over time |
-//! | [`reference`] | the reference trajectory of one action of a plan |
+//! | [`reference`](mod@reference) | the reference trajectory of one action of a plan |
 //! | [`los`] | line-of-sight (LOS) guidance: the velocity that leads back to a path |
 //! | [`tracking`] | tracking controller, from reference and state to thrusts: feedforward, feedback, allocation |
 //!
