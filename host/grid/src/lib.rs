@@ -19,7 +19,7 @@ pub const CELLS_MAX: u64 = 1 << 29;
 
 /// A map whose vertices have integer coordinates.
 pub trait Map<const N: usize>: theta::Space {
-    /// Vertex at a place, or nothing outside the map.
+    /// Vertex at a place, or `None` outside the map.
     fn vertex(&self, place: [u32; N]) -> Option<usize>;
 
     /// Place of a vertex.

@@ -47,7 +47,7 @@ const DOWN_LEFT: u32 = 4;
 const DOWN_RIGHT: u32 = 8;
 
 impl Plane {
-    /// A map of `width` × `height` cells; nothing if a side is zero or the map is too large.
+    /// A map of `width` × `height` cells; `None` if a side is zero or the map is too large.
     #[must_use]
     pub fn new(width: u32, height: u32, is_free: impl Fn(u32, u32) -> bool) -> Option<Self> {
         if [width, height].iter().any(|side| !(1..=SIDE_MAX).contains(side)) {

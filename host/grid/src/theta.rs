@@ -47,10 +47,10 @@ pub trait Space {
     /// Calls `visit` with every neighbour of `vertex` that may be entered from it, and what the leg there costs.
     fn for_neighbours(&self, vertex: usize, visit: impl FnMut(usize, f64));
 
-    /// Cost of the straight leg, or nothing if it is blocked.
+    /// Cost of the straight leg, or `None` if it is blocked.
     fn leg(&self, from: usize, to: usize) -> Option<f64>;
 
-    /// The same, or nothing if it costs `limit` or more: where the cost is known before the leg is found free, that
+    /// The same, or `None` if it costs `limit` or more: where the cost is known before the leg is found free, that
     /// saves looking.
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
         self.leg(from, to).filter(|&cost| cost < limit)
@@ -110,12 +110,12 @@ impl Search {
         Self::default()
     }
 
-    /// Basic Theta* from `start` to `goal`; nothing when the open list ran empty, which proves that there is no path.
+    /// Basic Theta* from `start` to `goal`; `None` when the open list ran empty, which proves that there is no path.
     pub fn theta_star(&mut self, space: &impl Space, start: usize, goal: usize) -> Option<FoundPath> {
         self.run(space, start, goal, Parents::Visible)
     }
 
-    /// A* from `start` to `goal` along edges of the graph, at least cost; nothing proves that there is no path.
+    /// A* from `start` to `goal` along edges of the graph, at least cost; `None` proves that there is no path.
     pub fn a_star(&mut self, space: &impl Space, start: usize, goal: usize) -> Option<FoundPath> {
         self.run(space, start, goal, Parents::Neighbours)
     }
@@ -215,7 +215,7 @@ fn key(g: f64, h: f64, vertex: usize) -> Reverse<u128> {
     Reverse((u128::from(f) << 64) | (u128::from(nearer) << 32) | vertex as u128)
 }
 
-/// Cost of a path, turns included, or nothing if a leg of it is blocked.
+/// Cost of a path, turns included, or `None` if a leg of it is blocked.
 #[must_use]
 pub fn cost(space: &impl Space, path: &[usize]) -> Option<f64> {
     let mut before = *path.first()?;

@@ -37,7 +37,7 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// A map of that many cells along x, y and z, all free; nothing if a side is zero or the map is too large.
+    /// A map of that many cells along x, y and z, all free; `None` if a side is zero or the map is too large.
     #[must_use]
     pub fn new(size: [u32; 3]) -> Option<Self> {
         if size.iter().any(|side| !(1..=SIDE_MAX).contains(side)) {

@@ -133,7 +133,7 @@ fn unbalanced(cluster: &[(&Body<'_>, &[f64])]) -> Option<String> {
     None
 }
 
-/// Least and greatest thrust at a voltage, N; nothing outside the table.
+/// Least and greatest thrust at a voltage, N; `None` outside the table.
 fn limits_n(volts: f64) -> Option<[f64; 2]> {
     let mut ends: Vec<(f64, [f64; 2])> = Vec::new();
     for line in T200.lines().skip(1) {

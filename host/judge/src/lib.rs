@@ -102,7 +102,7 @@ impl std::fmt::Display for Condition {
 /// One broken condition.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Violation {
-    /// In which move, from 0; nothing if it is about the whole plan.
+    /// In which move, from 0; `None` if it is about the whole plan.
     pub index: Option<usize>,
     /// When it is first seen, s from the beginning of the plan.
     pub time_s: f64,

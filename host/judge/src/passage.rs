@@ -99,7 +99,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
     }
 }
 
-/// When to look, s from the beginning of an action; nothing if that would be too often.
+/// When to look, s from the beginning of an action; `None` if that would be too often.
 fn looks(action: &Action) -> Option<impl Iterator<Item = f64>> {
     let step = if action.kind == ActionKind::Turn { STEP_RAD } else { STEP_M };
     let length = length(action);

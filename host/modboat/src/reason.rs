@@ -12,14 +12,14 @@ pub enum Reason {
     },
     /// Two tails touch as they are.
     Touch {
-        /// Whose.
+        /// The two modules.
         modules: [usize; 2],
         /// Between their surfaces, m.
         clearance_m: f64,
     },
     /// Two tails rest so near each other that a module's errors could make them touch.
     Near {
-        /// Whose.
+        /// The two modules.
         modules: [usize; 2],
         /// Between their surfaces, m.
         clearance_m: f64,

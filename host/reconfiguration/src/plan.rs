@@ -58,7 +58,7 @@ pub struct Action {
     pub to: Pose,
     /// Greatest speed, m/s for a leg and rad/s for a turn; zero otherwise.
     pub speed: f64,
-    /// Acceleration up to that speed and down again, m/s² or rad/s²; nothing for the paper's constant speed.
+    /// Acceleration up to that speed and down again, m/s² or rad/s²; `None` for the paper's constant speed.
     pub acceleration: Option<f64>,
     /// What its thrusters draw, J.
     pub energy_j: f64,

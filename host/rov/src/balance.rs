@@ -76,7 +76,7 @@ pub fn balance(
     Ok(Balance { power_w, thrusts_n })
 }
 
-/// The least power that balances a cluster, W; nothing if it cannot be.
+/// The least power that balances a cluster, W; `None` if it cannot be.
 #[must_use]
 pub fn power_of_cluster(members: &[(Pose, &Vehicle)], law: &PowerLaw, limits_n: (f64, f64)) -> Option<f64> {
     of_cluster(members, law, limits_n)

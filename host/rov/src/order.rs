@@ -26,11 +26,11 @@ pub trait MoveCosts {
     fn slots(&self) -> usize;
     /// Robots of one kind are equal once they rest.
     fn kind(&self, robot: usize) -> u8;
-    /// Lower bound of a robot's move to a slot from any state; nothing where that is not allowed (v2).
+    /// Lower bound of a robot's move to a slot from any state; `None` where that is not allowed (v2).
     fn bound(&self, robot: usize, slot: usize) -> Option<f64>;
     /// A better bound where the state is known.
     fn bound_from(&mut self, state: &State, robot: usize, slot: usize) -> Option<f64>;
-    /// What the move costs; nothing if it is impossible.
+    /// What the move costs; `None` if it is impossible.
     fn cost(&mut self, state: &State, robot: usize, slot: usize) -> Option<f64>;
 }
 
@@ -107,7 +107,7 @@ struct Entry {
     f: f64,
     g: f64,
     state: State,
-    /// The move that is not priced yet; nothing for a state that has been reached.
+    /// The move that is not priced yet; `None` for a state that has been reached.
     next: Option<(usize, usize)>,
 }
 

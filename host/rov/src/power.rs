@@ -155,7 +155,7 @@ impl PowerLaw {
         }
     }
 
-    /// dP/du of the smooth laws, W/N; nothing for the table.
+    /// dP/du of the smooth laws, W/N; `None` for the table.
     pub(super) fn marginal_w_n(&self, thrust_n: f64) -> Option<f64> {
         match self {
             Self::Quadratic { coefficient_w_n2 } => Some(2.0 * coefficient_w_n2 * thrust_n),
@@ -168,7 +168,7 @@ impl PowerLaw {
         }
     }
 
-    /// The thrust whose marginal power is `y` W/N, and how fast it grows with y; nothing for the table.
+    /// The thrust whose marginal power is `y` W/N, and how fast it grows with y; `None` for the table.
     pub(super) fn thrust_of_marginal(&self, y: f64) -> Option<(f64, f64)> {
         match self {
             Self::Quadratic { coefficient_w_n2 } => {

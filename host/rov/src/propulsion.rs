@@ -64,7 +64,7 @@ pub struct Expense {
     pub energy_j: f64,
     /// Greatest speed reached, m/s or rad/s.
     pub speed: f64,
-    /// Acceleration up to it and down again, m/s² or rad/s²; nothing at constant speed.
+    /// Acceleration up to it and down again, m/s² or rad/s²; `None` at constant speed.
     pub acceleration: Option<f64>,
 }
 
@@ -126,7 +126,7 @@ impl Propulsion {
         }
     }
 
-    /// Electric power, W, of moving level at `nu` while that changes by `nu_dot`; nothing beyond the thrusters' limits.
+    /// Electric power, W, of moving level at `nu` while that changes by `nu_dot`; `None` beyond the thrusters' limits.
     #[must_use]
     pub fn power_w(&self, nu: &[f64; 6], nu_dot: &[f64; 6]) -> Option<f64> {
         let tau = self.wrench(nu, nu_dot);

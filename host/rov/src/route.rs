@@ -161,7 +161,7 @@ pub struct RouteQuery<'a> {
 }
 
 impl RouteQuery<'_> {
-    /// The best route found, or nothing: then there is no way on this grid.
+    /// The best route found, or `None`: then there is no way on this grid.
     #[must_use]
     pub fn route(&self, criterion: Criterion, manner: Manner, search: &mut Search) -> Option<Route> {
         let edges = Edges::new(self.lattice);
@@ -297,7 +297,7 @@ impl RouteQuery<'_> {
         all
     }
 
-    /// The leg and the place on it where the hull first has room to turn; nothing if that is a corner, or nowhere.
+    /// The leg and the place on it where the hull first has room to turn; `None` if that is a corner, or nowhere.
     fn first_room(&self, path: &[[f64; 3]]) -> Option<(usize, [f64; 3])> {
         const STEP_M: f64 = 0.02;
         for (index, leg) in path.windows(2).enumerate() {
@@ -442,7 +442,7 @@ impl Timeline {
     }
 }
 
-/// Heading of a leg; nothing straight up or down.
+/// Heading of a leg; `None` straight up or down.
 fn azimuth_rad([x, y, _]: [f64; 3]) -> Option<f64> {
     (x.hypot(y) > 1e-9).then(|| y.atan2(x))
 }

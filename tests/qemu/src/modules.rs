@@ -123,7 +123,7 @@ impl Modules {
         radio.send(now, to, datagram)
     }
 
-    /// What has come to the host's `radio`; nothing when all has that the modules sent.
+    /// What has come to the host's `radio`; `None` when all has that the modules sent.
     ///
     /// # Errors
     /// The radio's.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 pub struct Report(BTreeMap<String, String>);
 
 impl Report {
-    /// Reads a line; nothing if it is another.
+    /// Reads a line; `None` if it is another.
     #[must_use]
     pub fn read(line: &str) -> Option<Self> {
         let words: Vec<&str> = line.split_whitespace().collect();

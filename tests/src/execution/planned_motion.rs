@@ -92,7 +92,7 @@ impl PlannedMotion {
     }
 
     /// What module `module` (from 0) should do at `t_s` by the order `number`: its angle (rad, up to whole turns) and phase. It
-    /// rests before the order's start and after its end. Nothing for an order that is not of this decision.
+    /// rests before the order's start and after its end. `None` for an order that is not of this decision.
     #[must_use]
     pub fn planned(&self, module: usize, number: u32, t_s: f64) -> Option<(f64, Phase)> {
         let k = self.step_of(number)?;

@@ -9,7 +9,7 @@ use super::planned_motion::Phase;
 pub struct Off {
     /// The greatest, rad.
     pub greatest_rad: f64,
-    /// Whose that was (from 0), and when, s of true time.
+    /// Module (from 0) with the greatest error, and when, s of true time.
     pub at: (usize, f64),
     square_rad2: f64,
     count: u64,

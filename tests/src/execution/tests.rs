@@ -90,7 +90,7 @@ fn a_contact_between_two_ticks_is_seen() {
 /// One that never had the order rests where it was; one that booted again rests where it was found; without power nothing is
 /// expected.
 #[test]
-fn who_runs_nothing_is_expected_to_rest() {
+fn a_module_that_runs_nothing_is_expected_to_rest() {
     let mut judge = Judge::new(&Modboat::default(), &CELLS);
     let motion = motion(None);
     let start_rad = motion.from_rad[0];

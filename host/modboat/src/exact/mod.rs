@@ -272,7 +272,7 @@ impl ExactPlanner {
         let met = best.found.as_ref().is_some_and(|found| found.met);
         let required = setting.config.loss_tolerant.is_required();
         // What the envelope does not hold cannot be met: see `farthest`.
-        if !(done || met || required) && setting.all_take_part() && envelope.gauge(demand) <= ON_BORDER {
+        if !(done || met || required) && setting.all_active() && envelope.gauge(demand) <= ON_BORDER {
             let found = search.turn_together(setting, envelope, demand, tails);
             if !best.offer(found, &mut search.buffers) && setting.cells.len() <= field_modules {
                 let found = search.turn_by_field(setting, demand, tails, previous);

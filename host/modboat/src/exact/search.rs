@@ -118,7 +118,7 @@ impl Search {
             solver: Solver::with_room(pairs),
             order,
             merit,
-            field: setting.all_take_part().then(field),
+            field: setting.all_active().then(field),
             poses_rad: vec![0.0; modules],
             thrusts_n: Vec::with_capacity(modules),
             best: Vec::with_capacity(modules),

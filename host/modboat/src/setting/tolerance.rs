@@ -35,7 +35,7 @@ pub enum Participation {
 impl Setting {
     /// Whether all modules are active.
     #[must_use]
-    pub fn all_take_part(&self) -> bool {
+    pub fn all_active(&self) -> bool {
         self.participation.iter().all(|participation| *participation == Participation::Active)
     }
 

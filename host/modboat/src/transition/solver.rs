@@ -73,7 +73,7 @@ pub struct Least<'a> {
     pub turns: &'a [Turn],
     /// Of two steps, the poses between them, unwrapped, rad.
     pub via_rad: Option<&'a [f64]>,
-    /// Whose amplitude is to be negated.
+    /// Modules with an amplitude to be negated.
     pub negated: &'a [bool],
     /// Σ |rotation|, rad.
     pub travel_rad: f64,

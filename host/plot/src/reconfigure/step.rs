@@ -58,7 +58,7 @@ pub struct Rest {
     pub slots: Vec<(usize, Solid)>,
     /// Starts that were left: in order, the last one just now.
     pub left: Vec<Vec3>,
-    /// How it came to be; nothing at the start.
+    /// How it came to be; `None` at the start.
     pub way: Option<Way>,
 }
 

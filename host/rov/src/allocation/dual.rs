@@ -36,7 +36,7 @@ struct State {
     unreachable: bool,
 }
 
-/// The thrusts, or nothing where the demand is out of reach (or so near the end of the reach that it may be).
+/// The thrusts, or `None` where the demand is out of reach (or so near the end of the reach that it may be).
 pub(super) fn solve(
     rows: &Matrix6xX<f64>,
     target: &Vector6<f64>,

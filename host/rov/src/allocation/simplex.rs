@@ -51,7 +51,7 @@ struct Tableau {
     values: Vector6<f64>,
 }
 
-/// Solves both programs; nothing if the pivots run out.
+/// Solves both programs; `None` if the pivots run out.
 pub(super) fn solve(
     rows: &Matrix6xX<f64>,
     target: &Vector6<f64>,

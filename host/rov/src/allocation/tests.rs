@@ -64,7 +64,7 @@ fn check(allocator: &Allocator, demand: &[f64; 6], found: &Allocation, what: &st
     assert!(distance(&told, demand) <= 1e-12 * norm(demand), "{what}");
 }
 
-/// Least η Σu² for T u = τ within limits, or nothing if there is none, by an interior-point solver. With `share`, the
+/// Least η Σu² for T u = τ within limits, or `None` if there is none, by an interior-point solver. With `share`, the
 /// greatest share of τ instead.
 fn interior_point(allocator: &Allocator, demand: &[f64; 6], share: bool) -> Option<f64> {
     let t = allocator.matrix.matrix();

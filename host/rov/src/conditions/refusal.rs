@@ -57,7 +57,7 @@ pub enum ProblemError {
     /// A pose that no place has.
     #[error("{place}: {number}")]
     Pose {
-        /// Whose.
+        /// The body that has it.
         place: Place,
         /// Which number of it.
         number: ParameterError,
@@ -65,7 +65,7 @@ pub enum ProblemError {
     /// A box without an inside.
     #[error("{place}: {name}: box_m = {box_m:?} m: must be finite and greater than zero")]
     Box {
-        /// Whose.
+        /// The body that has it.
         place: Place,
         /// The vehicle's name.
         name: String,
@@ -75,7 +75,7 @@ pub enum ProblemError {
     /// A vehicle that is not there.
     #[error("{place}: vehicle {vehicle} of {vehicles}")]
     NoSuchVehicle {
-        /// Whose.
+        /// The body that has it.
         place: Place,
         /// Its index.
         vehicle: usize,

@@ -34,7 +34,7 @@ pub struct Progress {
 }
 
 impl Profile {
-    /// Along `way` (nothing if negative), no faster than `speed`; both of the others must be positive.
+    /// Along `way` (zero if negative), no faster than `speed`; both of the others must be positive.
     #[must_use]
     pub fn new(way: f64, speed: f64, acceleration: f64) -> Self {
         let way = way.max(0.0);

@@ -50,7 +50,7 @@ pub(super) fn sheets() -> &'static [Sheet] {
     })
 }
 
-/// The sheets below and above a voltage and the share of the upper one; nothing outside the table.
+/// The sheets below and above a voltage and the share of the upper one; `None` outside the table.
 pub(super) fn around(voltage_v: f64) -> Option<(usize, usize, f64)> {
     let sheets = sheets();
     let above = sheets.iter().position(|sheet| sheet.voltage_v >= voltage_v)?;
@@ -61,7 +61,7 @@ pub(super) fn around(voltage_v: f64) -> Option<(usize, usize, f64)> {
     Some((above - 1, above, (voltage_v - low) / (high - low)))
 }
 
-/// The points at a voltage, by pulse width; nothing outside the table.
+/// The points at a voltage, by pulse width; `None` outside the table.
 pub(super) fn at(voltage_v: f64) -> Option<Vec<Point>> {
     let (low, high, share) = around(voltage_v)?;
     let mix = |a: f64, b: f64| a + share * (b - a);
