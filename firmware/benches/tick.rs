@@ -6,19 +6,21 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-use firmware::cycle::SwimCycle;
-use firmware::encoder::{Encoder, Mounting};
-use firmware::endpoint::Endpoint;
-use firmware::lease::{LeaseLimits, ThrustLease};
-use firmware::limits::Limits;
-use firmware::link::{Identity, SURE_WITHIN};
-use firmware::motor::Bridge;
+use firmware::link::endpoint::Endpoint;
+use firmware::link::session::{Identity, SURE_WITHIN};
+use firmware::modboat::cycle::SwimCycle;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::schedule::Schedule;
+use firmware::modboat::servo::{NoSense, TailServo};
+use firmware::modboat::tail::Tail;
+use firmware::modboat::waveform::Waveform;
+use firmware::rov::lease::ThrustLease;
+use firmware::rov::thruster::bank::Bank;
 use firmware::rov::{Rov, Supply};
-use firmware::schedule::Schedule;
-use firmware::servo::{NoSense, ServoParameters, TailServo};
-use firmware::tail::Tail;
-use firmware::thruster::bank::{Bank, Mounting as Mount, Settings};
-use firmware::waveform::Waveform;
+use protocol::configuration::{
+    BankConstants, EncoderMounting, LeaseLimits, ServoConstants, TailLimits, ThrusterMounting,
+};
 use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
 use protocol::{
     Cycle, Delivery, FleetKey, Frame, MAX_DATAGRAM, Message, ModuleId, Motion, Nonce, RovCycle, Session,
@@ -69,7 +71,7 @@ impl OutputPin for Board {
 }
 
 fn tick(criterion: &mut Criterion) {
-    let mut schedule = Schedule::new(Limits::default(), Radians(2.0));
+    let mut schedule = Schedule::new(TailLimits::default(), Radians(2.0));
     let waveform = Waveform::new(Radians(0.5), Radians(1.5), MicrosSpan(1_500_000));
     let cycle = SwimCycle::new(
         1,
@@ -87,7 +89,7 @@ fn tick(criterion: &mut Criterion) {
         bencher.iter(|| schedule.reference(black_box(swimming)));
     });
 
-    let parameters = ServoParameters::default();
+    let parameters = ServoConstants::default();
     let mut servo = TailServo::new(&parameters).expect("the defaults are valid");
     criterion.bench_function("servo law", |bencher| {
         bencher.iter(|| {
@@ -102,7 +104,7 @@ fn tick(criterion: &mut Criterion) {
 
     let bridge = Bridge::new(Board, Board, Board);
     let mut tail =
-        Tail::new(Board, Mounting::default(), NoSense, bridge, &parameters).expect("valid defaults");
+        Tail::new(Board, EncoderMounting::default(), NoSense, bridge, &parameters).expect("valid defaults");
     criterion.bench_function("whole tick: schedule, encoder, servo, bridge", |bencher| {
         bencher.iter(|| tail.tick(&schedule.reference(black_box(swimming))));
     });
@@ -120,11 +122,12 @@ fn rov(criterion: &mut Criterion) {
         report_every: MicrosSpan(20_000),
         sure_within: SURE_WITHIN,
     };
-    let mountings: Vec<Mount> = (0..N).map(|k| Mount { output: k as u8, reversed: k % 2 == 1 }).collect();
-    let settings = Settings { arming: MicrosSpan(0), ..Settings::default() };
+    let mountings: Vec<ThrusterMounting> =
+        (0..N).map(|k| ThrusterMounting { output: k as u8, reversed: k % 2 == 1 }).collect();
+    let settings = BankConstants { arming: MicrosSpan(0), ..BankConstants::default() };
     let pins = (0..N).map(|_| Board);
     let bank = Bank::new(pins, &mountings, settings).expect("valid defaults");
-    let endpoint = Endpoint::new(Some(identity), ThrustLease::new(LeaseLimits::of(N)));
+    let endpoint = Endpoint::new(Some(identity), ThrustLease::new(N, LeaseLimits::default()));
     let mut rov = Rov::new(endpoint, bank);
     let supply = Supply { battery: Volts(15.3), current: Amperes(4.0) };
     let mut buffer = [0; MAX_DATAGRAM];

@@ -11,12 +11,12 @@ use protocol::{
     FleetKey, Frame, Kind, MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side, TimeReply, Verdict,
 };
 
-use crate::encoder::Encoder;
-use crate::endpoint::{Endpoint, Robot};
-use crate::link::{Identity, SURE_WITHIN};
+use crate::link::endpoint::{Endpoint, Robot};
+use crate::link::session::{Identity, SURE_WITHIN};
 use crate::modboat::Modboat;
+use crate::modboat::encoder::Encoder;
+use crate::modboat::servo::CurrentSense;
 use crate::rov::Rov;
-use crate::servo::CurrentSense;
 
 /// The module on the bench.
 pub const MODULE: ModuleId = ModuleId(2);

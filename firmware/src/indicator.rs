@@ -36,7 +36,7 @@ mod tests {
     use std::vec::Vec;
 
     use super::*;
-    use crate::failsafe::STATES;
+    use crate::link::failsafe::STATES;
 
     /// The lamp over four seconds, in steps of 50 ms.
     fn seen(state: ModuleState, faults: Faults) -> Vec<bool> {

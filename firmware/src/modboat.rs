@@ -5,22 +5,38 @@
 //!
 //! What it watches, every tick: the battery, a motor that is driven and does not follow, an encoder that is not believed, a
 //! bridge that fails, and whether the ticks come when they should. What follows from them decides the
-//! [`failsafe`](crate::failsafe).
+//! [`failsafe`](crate::link::failsafe).
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use protocol::ModuleState;
+use protocol::configuration::BatteryLimits;
 use protocol::ledger::Class;
 use protocol::units::{Amperes, Micros, MicrosSpan, Radians, Volts};
 
-use crate::encoder::Encoder;
-use crate::endpoint::Endpoint;
-use crate::failsafe::{BLIND_FOR, BatteryLimits, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
-use crate::homing::{Homing, Search};
-use crate::motor::ErrorOf;
-use crate::servo::{Command, CurrentSense};
-use crate::swimmer::{Measurement, Swimmer};
-use crate::tail::{Tail, TailStatus};
+use crate::link::endpoint::Endpoint;
+use crate::link::failsafe::{BLIND_FOR, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
+use crate::modboat::encoder::Encoder;
+use crate::modboat::homing::{Homing, Search};
+use crate::modboat::motor::ErrorOf;
+use crate::modboat::servo::{Command, CurrentSense};
+use crate::modboat::swimmer::{Measurement, Swimmer};
+use crate::modboat::tail::{Tail, TailStatus};
+
+pub mod cycle;
+pub mod disturbance;
+pub mod encoder;
+pub mod homing;
+pub mod limits;
+pub mod motor;
+pub mod quadrature;
+pub mod reference;
+pub mod schedule;
+pub mod servo;
+pub mod swimmer;
+pub mod tail;
+pub mod transition;
+pub mod waveform;
 
 /// An output that has failed for so long is not coming back. *Assumed.*
 const OUTPUT_FAILS_FOR: MicrosSpan = MicrosSpan(100_000);

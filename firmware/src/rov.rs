@@ -4,13 +4,17 @@
 //! sends what [`Rov::poll_transmit`] gives. The simulated ROV of the host does exactly the same.
 
 use embedded_hal::pwm::SetDutyCycle;
+use protocol::configuration::BatteryLimits;
 use protocol::ledger::Class;
 use protocol::units::{Amperes, Micros, Volts};
 
-use crate::endpoint::Endpoint;
-use crate::failsafe::{BatteryLimits, BatteryWatch};
-use crate::lease::{Output, ThrustLease};
-use crate::thruster::bank::Bank;
+use crate::link::endpoint::Endpoint;
+use crate::link::failsafe::BatteryWatch;
+use crate::rov::lease::{Output, ThrustLease};
+use crate::rov::thruster::bank::Bank;
+
+pub mod lease;
+pub mod thruster;
 
 /// What the power sensor shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -28,8 +28,8 @@ mod error;
 mod network;
 
 pub use constants::{
-    EncoderConstants, Mounting, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants,
-    ThrusterMounting,
+    BankConstants, BatteryLimits, EncoderConstants, EncoderMounting, EscConstants, LeaseLimits, Robot,
+    RovConstants, ServoConstants, SupplyConstants, TailConstants, TailLimits, ThrusterMounting,
 };
 pub use error::ConfigurationError;
 pub use network::{Host, Network, Own, PASSPHRASE_MAX, Passphrase, SSID_MAX};

@@ -6,10 +6,10 @@ use protocol::{Cycle, Delivery, Faults, Message, ModboatCycle, ModuleState, Moti
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, identity};
-use crate::failsafe::BLIND_FOR;
-use crate::limits::Limits;
+use crate::link::failsafe::BLIND_FOR;
+use crate::modboat::servo::NoSense;
 use crate::plant::{Rig, RigEncoder, RigPin, RigPwm};
-use crate::servo::NoSense;
+use protocol::configuration::TailLimits;
 
 mod homing;
 
@@ -30,7 +30,7 @@ struct Bench<E = RigEncoder> {
 impl Bench {
     fn boot(angle_rad: f64) -> Self {
         let rig = Rig::new(angle_rad);
-        let endpoint = Endpoint::new(Some(identity(1)), Swimmer::new(Limits::default()));
+        let endpoint = Endpoint::new(Some(identity(1)), Swimmer::new(TailLimits::default()));
         let boat = Modboat::new(endpoint, rig.tail());
         Self::on(rig, boat)
     }
@@ -210,7 +210,7 @@ fn stopped_by_the_host_it_holds_and_released_it_rests_where_it_was_turned() {
 #[test]
 fn unprovisioned_it_never_drives() {
     let rig = Rig::new(0.3);
-    let mut boat = Modboat::new(Endpoint::new(None, Swimmer::new(Limits::default())), rig.tail());
+    let mut boat = Modboat::new(Endpoint::new(None, Swimmer::new(TailLimits::default())), rig.tail());
     let mut host = Bench::ready(0.3);
     host.host.seal(&cycle(1, 2_000 * MS, 0.3, 1.0));
     for (k, datagram) in (0..).zip(host.host.recorded.iter().cycle().take(3_000)) {

@@ -6,15 +6,13 @@ use std::rc::Rc;
 use std::vec::Vec;
 
 use proptest::prelude::*;
+use protocol::configuration::{BankConstants, EscConstants, LeaseLimits, ThrusterMounting};
 use protocol::units::{MicrosSpan, Newtons, PulseMicros};
 use protocol::{Cycle, Delivery, Message, ModuleState, Motion, Refusal, RovCycle, Verdict};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, identity};
-use crate::lease::LeaseLimits;
-use crate::thruster::bank::{Mounting, Settings};
-use crate::thruster::esc::Demands;
-use crate::thruster::law;
+use crate::rov::thruster::law;
 
 const SUPPLY: Supply = Supply { battery: Volts(16.0), current: Amperes(3.0) };
 const TICK: u64 = 5_000;
@@ -48,11 +46,11 @@ struct Bench {
 
 impl Bench {
     fn boot(pins: &[Pin; 2], life: u8) -> Rov<Pin> {
-        let mountings = [0, 1].map(|output| Mounting { output, reversed: false });
-        let demands = Demands { slew_n_s: 400.0, reversal_delay: MicrosSpan(20_000) };
-        let settings = Settings { arming: MicrosSpan(500_000), demands, ..Settings::default() };
+        let mountings = [0, 1].map(|output| ThrusterMounting { output, reversed: false });
+        let esc = EscConstants { slew_n_s: 400.0, reversal_delay: MicrosSpan(20_000) };
+        let settings = BankConstants { arming: MicrosSpan(500_000), esc, ..BankConstants::default() };
         let bank = Bank::new(pins.iter().cloned(), &mountings, settings).unwrap();
-        let lease = ThrustLease::new(LeaseLimits::of(2));
+        let lease = ThrustLease::new(2, LeaseLimits::default());
         Rov::new(Endpoint::new(Some(identity(life)), lease), bank)
     }
 

@@ -13,7 +13,7 @@ use crate::rov::dynamics::{Dynamics, State};
 use crate::rov::response::response;
 use crate::rov::vehicle::Vehicle;
 use crate::run::vehicles;
-use firmware::thruster::{law, table};
+use firmware::rov::thruster::{law, table};
 use protocol::units::{PulseMicros, Volts};
 
 /// Greatest time that is taken, s, and how many of them.

@@ -22,7 +22,7 @@
 //! rests there, the second, sent when everybody certainly has the first, does the rest. If somebody has not, the second
 //! is never sent: the fleet holds, at the poses between or where it was.
 
-use firmware::link::SURE_WITHIN;
+use firmware::link::session::SURE_WITHIN;
 use protocol::ledger::Class;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{Delivery, ModuleId, ModuleState, Motion};

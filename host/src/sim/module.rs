@@ -5,15 +5,15 @@
 
 use std::convert::Infallible;
 
-use firmware::encoder::{Encoder, Mounting};
-use firmware::endpoint::Endpoint;
-use firmware::limits::Limits;
-use firmware::link::{Identity, Link, SURE_WITHIN};
+use firmware::link::endpoint::Endpoint;
+use firmware::link::session::{Identity, Link, SURE_WITHIN};
 use firmware::modboat::Modboat;
-use firmware::motor::Bridge;
-use firmware::servo::{CurrentSense, ServoError, ServoParameters};
-use firmware::swimmer::Swimmer;
-use firmware::tail::Tail;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::servo::{CurrentSense, ServoError};
+use firmware::modboat::swimmer::Swimmer;
+use firmware::modboat::tail::Tail;
+use protocol::configuration::{EncoderMounting, ServoConstants, TailLimits};
 use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
 use serde::{Deserialize, Serialize};
@@ -110,9 +110,9 @@ struct Build {
     fleet: FleetId,
     key: ModuleKey,
     report_every: MicrosSpan,
-    limits: Limits,
-    servo: ServoParameters,
-    mounting: Mounting,
+    limits: TailLimits,
+    servo: ServoConstants,
+    mounting: EncoderMounting,
     motor: MotorParameters,
 }
 
@@ -155,7 +155,7 @@ impl<R: Radio> SimModule<R> {
             report_every: setup.report_every,
             limits: limits_of(setup.modboat),
             servo: servo_for(motor),
-            mounting: Mounting { zero_counts, reversed: false },
+            mounting: EncoderMounting { zero_counts, reversed: false },
             motor: motor.drawn(setup.seed),
         };
         let (motor, _) = SimMotor::new(&build.motor, setup.tail_rad)?;
@@ -245,15 +245,15 @@ impl<R: Radio> SimModule<R> {
 }
 
 /// What the firmware is told of a motor like this.
-pub(super) fn servo_for(motor: &MotorParameters) -> ServoParameters {
-    ServoParameters {
+pub(super) fn servo_for(motor: &MotorParameters) -> ServoConstants {
+    ServoConstants {
         no_load_speed: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
         time_constant_s: motor.time_constant_s as f32,
         speed_max: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
         // The current that the torque limit stands for.
         stall_current: Amperes(motor.stall_current_a() as f32),
         interval: TICK,
-        ..ServoParameters::default()
+        ..ServoConstants::default()
     }
 }
 
@@ -268,11 +268,11 @@ fn boot(build: &Build, motor: &SimMotor, boot: [u8; 12]) -> Result<Firmware, Mod
 }
 
 /// The limits a module is provisioned with: those of the kind of Modboat it is.
-fn limits_of(modboat: &Parameters) -> Limits {
-    Limits {
+fn limits_of(modboat: &Parameters) -> TailLimits {
+    TailLimits {
         amplitude_min: Radians(modboat.amplitude_min_rad as f32),
         amplitude_max: Radians(modboat.amplitude_max_rad as f32),
         speed_max: RadiansPerSecond(modboat.tail_speed_max_rad_s as f32),
-        ..Limits::default()
+        ..TailLimits::default()
     }
 }

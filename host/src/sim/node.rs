@@ -2,12 +2,12 @@
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-use firmware::clock::FleetClock;
-use firmware::encoder::Encoder;
-use firmware::link::Link;
+use firmware::link::clock::FleetClock;
+use firmware::link::session::Link;
 use firmware::modboat::Modboat;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::servo::CurrentSense;
 use firmware::rov::Rov;
-use firmware::servo::CurrentSense;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{MAX_DATAGRAM, ModuleState, Radio};
 use rand::{RngExt, SeedableRng};

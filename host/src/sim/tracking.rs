@@ -11,14 +11,14 @@
 //! | transition | turns of 0.02 to 2π rad, each at the planner's law of time |
 //! | rest | after each of them, from its end on |
 
-use firmware::cycle::{Phase, SwimCycle};
-use firmware::encoder::Mounting;
-use firmware::motor::Bridge;
-use firmware::reference::wrap;
-use firmware::servo::ServoError;
-use firmware::tail::Tail;
-use firmware::waveform::Waveform;
+use firmware::modboat::cycle::{Phase, SwimCycle};
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::reference::wrap;
+use firmware::modboat::servo::ServoError;
+use firmware::modboat::tail::Tail;
+use firmware::modboat::waveform::Waveform;
 use protocol::TransitionLaw;
+use protocol::configuration::EncoderMounting;
 use protocol::units::{Micros, MicrosSpan, Radians};
 
 use super::module::{ModuleError, TICK, servo_for};
@@ -131,7 +131,7 @@ impl Tracking {
         let mut from_rad = 0.3333;
         let (mut motor, pins) = SimMotor::new(real, from_rad)?;
         let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
-        let mounting = Mounting { zero_counts: real.encoder_offset_counts(), reversed: false };
+        let mounting = EncoderMounting { zero_counts: real.encoder_offset_counts(), reversed: false };
         let mut tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, &servo_for(nominal))
             .map_err(|error: ServoError| ModuleError::Servo(error))?;
         // A slower swing is the easier one to follow.

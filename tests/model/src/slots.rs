@@ -2,11 +2,11 @@
 //!
 //! A slot of the model is `SLOT` long; a cycle fills its slot. What comes, comes in the middle of a slot.
 
-use firmware::cycle::SwimCycle;
-use firmware::limits::Limits;
-use firmware::schedule::{Schedule, Verdict};
-use firmware::waveform::Waveform;
+use firmware::modboat::cycle::SwimCycle;
+use firmware::modboat::schedule::{Schedule, Verdict};
+use firmware::modboat::waveform::Waveform;
 use protocol::Delivery;
+use protocol::configuration::TailLimits;
 use protocol::units::{Micros, MicrosSpan, Radians};
 
 use crate::said::{Answer, Held, Pose};
@@ -160,7 +160,7 @@ impl Slots {
 
     /// The real schedule that this stands for, in the slot of what began last or before `now`.
     fn real(&self, now: u8) -> Schedule {
-        let limits = Limits::default();
+        let limits = TailLimits::default();
         let before = |held: &Held| Micros(start_of(held.start).0 - 1);
         let Some(current) = self.current else {
             let mut real = Schedule::new(limits, Radians(self.rest.angle_rad()));

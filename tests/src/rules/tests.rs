@@ -37,10 +37,13 @@ fn nested_and_renamed_imports_and_paths_in_the_text_are_found() {
         of("host/src/modboat/plan.rs", source)[3],
         "5: host::modboat must not import host::sim (super::super::sim::go)"
     );
-    assert_eq!(of("host/src/modboat/mod.rs", "use firmware::limits::Limits;").len(), 1);
-    assert_eq!(of("host/src/sim/module.rs", "use firmware::limits::Limits;\nuse protocol::Radio;").len(), 0);
+    assert_eq!(of("host/src/modboat/mod.rs", "use firmware::modboat::limits::Violation;").len(), 1);
+    assert_eq!(
+        of("host/src/sim/module.rs", "use firmware::modboat::limits::Violation;\nuse protocol::Radio;").len(),
+        0
+    );
     assert_eq!(of("firmware/src/lib.rs", "fn f(_: host::quantity::Range) {}").len(), 1);
-    assert_eq!(of("protocol/src/frame.rs", "use ::firmware::limits;").len(), 1);
+    assert_eq!(of("protocol/src/frame.rs", "use ::firmware::modboat::limits;").len(), 1);
     assert_eq!(of("host/src/main.rs", "fn main() { host::cli::main() }").len(), 0);
     assert_eq!(of("host/src/newcomer.rs", "use crate::modboat::tail::Tail;").len(), 1);
 }
@@ -66,7 +69,7 @@ fn std_stays_out_of_what_the_module_runs() {
                   #[cfg(test)]\nmod tests {\n    use std::rc::Rc;\n    fn g() { if true { std::process::abort() } }\n}\n\
                   fn late() { std::println!() }\n";
     assert_eq!(
-        of("firmware/src/servo.rs", source),
+        of("firmware/src/modboat/servo.rs", source),
         [
             "4: firmware must not use std (std::vec::Vec)",
             "5: firmware must not use alloc (alloc::vec::Vec::new)",

@@ -1,6 +1,6 @@
 //! The dispatcher, and the firmware's links of 25 modules, over radios that lose.
 
-use firmware::link::{Identity, Link, SURE_WITHIN};
+use firmware::link::session::{Identity, Link, SURE_WITHIN};
 use host::link::dispatcher::Dispatcher;
 use host::link::faults::{FaultParameters, Faulty};
 use host::link::identity::HostIdentity;

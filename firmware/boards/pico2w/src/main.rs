@@ -35,7 +35,7 @@ use embassy_rp::gpio::{Level, Output};
 use embassy_rp::peripherals::{PIN_10, PIN_11, PIN_12, PIN_13, PIN_14, PIN_15, PIO1, PWM_SLICE5};
 use embassy_rp::pwm::Pwm;
 use firmware::modboat::Modboat;
-use firmware::motor::Bridge;
+use firmware::modboat::motor::Bridge;
 use firmware::provision::{self, NotProvisioned};
 use protocol::Configuration;
 use protocol::configuration::Robot;

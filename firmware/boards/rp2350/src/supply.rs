@@ -22,7 +22,7 @@ use embassy_rp::gpio::Pull;
 use embassy_rp::peripherals::ADC;
 use firmware::provision;
 use firmware::rov::Supply;
-use firmware::servo::CurrentSense;
+use firmware::modboat::servo::CurrentSense;
 use protocol::configuration::SupplyConstants;
 use protocol::units::{Amperes, MicrosSpan, Volts};
 

@@ -30,7 +30,7 @@ use embassy_rp::peripherals::{
 use embassy_rp::pwm::{Pwm, PwmOutput};
 use firmware::provision::{self, NotProvisioned};
 use firmware::rov::Rov;
-use firmware::thruster::bank::BankError;
+use firmware::rov::thruster::bank::BankError;
 use protocol::Configuration;
 use protocol::configuration::Robot;
 use protocol::units::MicrosSpan;
@@ -102,7 +102,7 @@ fn rov(
     let Robot::Rov(constants) = &configuration.robot else {
         return Err(NotProvisioned::Kind(configuration.kind()));
     };
-    let rate_hz = constants.frame_rate_hz;
+    let rate_hz = constants.bank.frame_rate_hz;
     let settings = timer::settings(rate_hz).ok_or(BankError::FrameRate(rate_hz))?;
     let Timers { first, second, third, fourth } = timers;
     let slices = SLICES.init([

@@ -2,14 +2,14 @@
 
 use std::collections::HashSet;
 
-use firmware::endpoint::{Endpoint, Robot};
-use firmware::limits::Limits;
-use firmware::link::{Identity, SURE_WITHIN};
+use firmware::link::endpoint::{Endpoint, Robot};
+use firmware::link::session::{Identity, SURE_WITHIN};
 use firmware::modboat::Modboat;
-use firmware::reference::{Reference, wrap};
-use firmware::schedule::POSE_TOLERANCE;
-use firmware::servo::NoSense;
-use firmware::swimmer::Swimmer;
+use firmware::modboat::reference::{Reference, wrap};
+use firmware::modboat::schedule::POSE_TOLERANCE;
+use firmware::modboat::servo::NoSense;
+use firmware::modboat::swimmer::Swimmer;
+use protocol::configuration::TailLimits;
 use protocol::ledger::Class;
 use protocol::session::open_announcement;
 use protocol::units::{Micros, MicrosSpan, Radians, Volts};
@@ -69,7 +69,7 @@ fn boat(board: &Board, life: u32) -> Modboat<Eye, NoSense, Pwm, Pin, Pin> {
         sure_within: SURE_WITHIN,
     };
     let tail: BoardTail = board.tail();
-    Modboat::new(Endpoint::new(Some(identity), Swimmer::new(Limits::default())), tail)
+    Modboat::new(Endpoint::new(Some(identity), Swimmer::new(TailLimits::default())), tail)
 }
 
 impl World {
@@ -203,7 +203,7 @@ impl World {
         let step_rad = wrap(reference.angle_rad - last.angle_rad).abs();
         let seconds = (now - then) as f32 * 1e-6;
         let joint_rad = if ran == running { 0.0 } else { POSE_TOLERANCE.0 };
-        let allowed_rad = Limits::default().speed_max.0 * seconds * 1.001 + 1e-3 + joint_rad;
+        let allowed_rad = TailLimits::default().speed_max.0 * seconds * 1.001 + 1e-3 + joint_rad;
         assert!(step_rad <= allowed_rad, "{step_rad} rad in {seconds} s at {now} µs, {state:?}");
     }
 

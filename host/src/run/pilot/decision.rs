@@ -1,6 +1,6 @@
 //! One decision, and what goes over the wire for it.
 
-use firmware::limits::Limits;
+use protocol::configuration::TailLimits;
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{ModboatCycle, Motion, TransitionLaw};
 
@@ -105,7 +105,7 @@ pub(super) fn steps(plan: &Plan, turns: &[Turn]) -> (Option<Via>, MicrosSpan) {
         return (None, first);
     };
     // A cycle that only turns still has a period: the least that a module takes.
-    let rest = Limits::default().period_min;
+    let rest = TailLimits::default().period_min;
     (Some(Via { rad: via_rad.clone(), turning: first, rest }), MicrosSpan(first.0 + rest.0 + second.0))
 }
 

@@ -1,6 +1,6 @@
 //! Whether the motor of a scenario keeps its tail as near to planned angles as plans rely on.
 
-use firmware::link::SURE_WITHIN;
+use firmware::link::session::SURE_WITHIN;
 
 use crate::modboat::parameters::Parameters;
 use crate::modboat::planner_config::{LawOfTime, PlannerConfig};

@@ -18,12 +18,13 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
-use firmware::endpoint::Endpoint;
-use firmware::lease::{LeaseLimits, SURE_WITHIN, ThrustLease};
-use firmware::link::Identity;
+use firmware::link::endpoint::Endpoint;
+use firmware::link::session::Identity;
+use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
+use firmware::rov::thruster::bank::{Bank, BankError};
+use firmware::rov::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
 use firmware::rov::{Rov, Supply};
-use firmware::thruster::bank::{Bank, BankError, Mounting, Settings};
-use firmware::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
+use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
 use protocol::units::{Amperes, Micros, MicrosSpan, PulseMicros, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
 use thiserror::Error;
@@ -133,10 +134,11 @@ impl<R: Radio> SimRov<R> {
     fn boot(&mut self) -> Result<Rov<EscPin>, BankError> {
         let wired = self.reversed.iter().enumerate();
         // A number that does not fit is too many thrusters anyway.
-        let mounted = |(k, &reversed)| Mounting { output: u8::try_from(k).unwrap_or(u8::MAX), reversed };
-        let mountings: Vec<Mounting> = wired.map(mounted).collect();
-        let bank = Bank::new(self.pins.iter().cloned(), &mountings, Settings::default())?;
-        let lease = ThrustLease::new(LeaseLimits::of(mountings.len()));
+        let mounted =
+            |(k, &reversed)| ThrusterMounting { output: u8::try_from(k).unwrap_or(u8::MAX), reversed };
+        let mountings: Vec<ThrusterMounting> = wired.map(mounted).collect();
+        let bank = Bank::new(self.pins.iter().cloned(), &mountings, BankConstants::default())?;
+        let lease = ThrustLease::new(mountings.len(), LeaseLimits::default());
         let identity = Identity {
             module: self.id,
             fleet: self.fleet,
@@ -213,11 +215,11 @@ impl EscPin {
     /// What its controller reads.
     fn pulse(&self) -> PulseMicros {
         match self.0.get() {
-            0 => firmware::thruster::law::NEUTRAL,
+            0 => firmware::rov::thruster::law::NEUTRAL,
             // p = d/(f·D)
-            duty => {
-                PulseMicros(f32::from(duty) * 1e6 / (Settings::default().frame_rate_hz * f32::from(MAX_DUTY)))
-            }
+            duty => PulseMicros(
+                f32::from(duty) * 1e6 / (BankConstants::default().frame_rate_hz * f32::from(MAX_DUTY)),
+            ),
         }
     }
 }

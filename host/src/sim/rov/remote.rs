@@ -60,7 +60,7 @@ impl RemoteRov {
 
 #[cfg(test)]
 mod tests {
-    use firmware::thruster::law;
+    use firmware::rov::thruster::law;
     use protocol::units::{Amperes, Newtons, PulseMicros};
     use protocol::{Faults, ModuleState};
 

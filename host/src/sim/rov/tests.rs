@@ -1,4 +1,4 @@
-use firmware::thruster::esc::Demands;
+use protocol::configuration::EscConstants;
 use protocol::ledger::Class;
 use protocol::units::Newtons;
 use protocol::{Delivery, FleetKey, Motion, RovCycle};
@@ -148,14 +148,14 @@ fn a_reboot_stops_it_until_it_has_armed_again() {
     assert!(bench.rov.thrusts_n()[2].abs() < 1e-12 && bench.rov.thrusts_n()[0] > 9.9);
     bench.rov.reboot(bench.now, MicrosSpan(100_000));
     assert_eq!(bench.rov.state(bench.now), None);
-    let armed_at = 5_200_000 + u64::from(Settings::default().arming.0);
+    let armed_at = 5_200_000 + u64::from(BankConstants::default().arming.0);
     bench.run(armed_at, Some(&demand), |bench| {
         assert!(bench.rov.pulses_us().iter().all(|us| (us - 1500.0).abs() < 1e-3), "{:?}", bench.now);
     });
     bench.run(armed_at + 1_000_000, Some(&demand), |_| ());
     assert!(bench.rov.thrusts_n()[0] > 9.9, "{:?}", bench.rov.thrusts_n());
     assert_eq!((bench.reboots, bench.dispatcher.modules()[0].boots()), (1, 2));
-    assert!(Demands::default().slew_n_s > 100.0, "or it would not be there within a second");
+    assert!(EscConstants::default().slew_n_s > 100.0, "or it would not be there within a second");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use board_qemu::uart::Uart;
 use board_qemu::{clock, configuration, semihosting};
 use cortex_m_rt::entry;
 use firmware::modboat::Modboat;
-use firmware::servo::NoSense;
+use firmware::modboat::servo::NoSense;
 use firmware::{indicator, provision};
 use protocol::configuration::Robot;
 use protocol::units::{MicrosSpan, Volts};

@@ -1,0 +1,1 @@
+//! What every module is to the board, the simulator or the process that runs it.
