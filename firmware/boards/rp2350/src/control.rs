@@ -15,10 +15,10 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Ticker};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-use firmware::modboat::encoder::Encoder;
 use firmware::modboat::Modboat;
-use firmware::rov::{Rov, Supply};
+use firmware::modboat::encoder::Encoder;
 use firmware::modboat::servo::CurrentSense;
+use firmware::rov::{Rov, Supply};
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{Faults, MAX_DATAGRAM, ModuleState};
 

@@ -20,9 +20,9 @@ use embassy_rp::Peri;
 use embassy_rp::adc::{Adc, AdcPin, Blocking, Channel, Config};
 use embassy_rp::gpio::Pull;
 use embassy_rp::peripherals::ADC;
+use firmware::modboat::servo::CurrentSense;
 use firmware::provision;
 use firmware::rov::Supply;
-use firmware::modboat::servo::CurrentSense;
 use protocol::configuration::SupplyConstants;
 use protocol::units::{Amperes, MicrosSpan, Volts};
 
