@@ -3,12 +3,13 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use host::modboat::observer::{Fix, Observer};
-use host::modboat::structure::Structure;
 use host::run::experiment::simulate;
 use host::run::scenario::Scenario;
-use host::sim::tank::Tank;
-use host::sim::{PoseSample, TailState};
+use modboat::observer::{Fix, Observer};
+use modboat::structure::Structure;
+use record::PoseSample;
+use sim::TailState;
+use sim::tank::Tank;
 
 /// 90 s of three modules: planned, sent, executed by the firmware, swum and observed.
 fn experiment(criterion: &mut Criterion) {

@@ -1,31 +1,26 @@
-//! The host of a fleet: plans for everybody, sends each module its cycle, simulates the tank, shows what happened.
-//!
-//! ```text
-//! protocol ← firmware ← sim ← run ← cli          protocol ← link ← run          modboat, rov ← sim, run, plot
-//! ```
+//! The `flotilla` program: the closed loop of a fleet, and the command line.
 //!
 //! | module | what |
 //! |---|---|
-//! | [`modboat`] | the planner of docked Modboats: pure functions from a wrench to everybody's cycle |
-//! | [`rov`] | the planner of thruster-driven ROVs: hydrostatics, dynamics, energy, reconfiguration |
-//! | [`grid`] | Theta* and A* on grids, and the maps read from files: pure functions |
-//! | [`verify`] | whether a reconfiguration plan keeps every condition, by code of its own |
-//! | [`link`] | radios, their faults, and the dispatcher |
-//! | [`provision`] | from a module's TOML file and its key to the image in its flash, and back |
-//! | [`sim`] | the tank, the motors, and modules made of the firmware crate |
 //! | [`run`] | the closed loop: plan, dispatch, execute, observe |
-//! | [`plot`] | the pictures of a run |
+//! | [`provision`] | from a module's TOML file and its key to the image in its flash, and back |
 //! | [`cli`] | the `flotilla` program |
+//!
+//! What these are built from are crates of their own, beside this one:
+//!
+//! | crate | what |
+//! |---|---|
+//! | [`modboat`] | planner, controller and observer of docked Modboats: pure functions |
+//! | [`rov`] | planner and guidance of thruster-driven ROVs: pure functions |
+//! | [`reconfiguration`] | vehicles, the problem and the plan of a reconfiguration: data that `rov` and `judge` share |
+//! | [`judge`] | whether a reconfiguration plan keeps every condition, by code of its own |
+//! | [`grid`] | Theta* and A* on grids, and maps read from text |
+//! | [`link`] | radios, their faults, keys, and the dispatcher |
+//! | [`sim`] | water, motors, motion capture, and modules made of the firmware crate |
+//! | [`record`] | what a run leaves in memory |
+//! | [`plot`] | pictures of it |
+//! | [`quantity`], [`toml_lines`] | numbers from outside, and TOML with line numbers |
 
 pub mod cli;
-pub mod grid;
-pub mod link;
-pub mod modboat;
-pub mod plot;
 pub mod provision;
-pub mod quantity;
-pub mod rov;
 pub mod run;
-pub mod sim;
-mod toml_lines;
-pub mod verify;

@@ -6,7 +6,7 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use host::link::key_file::KeyFile;
+use link::key_file::KeyFile;
 use protocol::ModuleId;
 use said::{done, mode, refused, text};
 use tempfile::{TempDir, tempdir};

@@ -7,14 +7,14 @@ mod keys;
 use std::time::{Duration, Instant};
 
 use common::{PATIENCE, Process};
-use host::link::dispatcher::{Dispatcher, Event};
-use host::link::identity::HostIdentity;
-use host::link::key_file::KeyFile;
-use host::link::udp::UdpRadio;
-use host::sim::rov::remote::RemoteRov;
 use keys::{KEY, keygen};
+use link::dispatcher::{Dispatcher, Event};
+use link::identity::HostIdentity;
+use link::key_file::KeyFile;
+use link::udp::UdpRadio;
 use protocol::units::{Micros, MicrosSpan, Newtons};
 use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, Refusal, RovCycle};
+use sim::rov::remote::RemoteRov;
 use tempfile::tempdir;
 
 const REVERSED: [bool; 3] = [false, false, true];

@@ -1,10 +1,10 @@
 //! From the host's types to the checker's numbers, so that the checker need not know the host.
 
-use host::modboat::motion::{Swing, Turn};
-use host::modboat::parameters::Parameters;
-use host::modboat::plan::Plan;
 use host::run::pilot::Decision;
-use host::run::record::{CycleRecord, RunRecord};
+use modboat::motion::{Swing, Turn};
+use modboat::parameters::Parameters;
+use modboat::plan::Plan;
+use record::{CycleRecord, RunRecord};
 
 use crate::checker::{Answer, Modboat, Request};
 use crate::execution::{Course, Step};

@@ -11,8 +11,8 @@
 
 use std::f64::consts::TAU;
 
-use host::modboat::envelope::Envelope;
-use host::modboat::motion::Wrench;
+use modboat::envelope::Envelope;
+use modboat::motion::Wrench;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -126,8 +126,8 @@ fn normal(rng: &mut impl Rng) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use host::modboat::parameters::Parameters;
-    use host::modboat::structure::Structure;
+    use modboat::parameters::Parameters;
+    use modboat::structure::Structure;
 
     use super::*;
 

@@ -1,5 +1,5 @@
-//! What the tests of the whole system share: an independent checker of plans, random demands and shapes, the rules of
-//! the house as text, and the figures that tests print.
+//! What the tests of the whole system share: an independent checker of plans, random demands and shapes, and the figures
+//! that tests print.
 //!
 //! | module | what |
 //! |---|---|
@@ -9,7 +9,6 @@
 //! | [`execution`] | whether the tails of a run did what was planned, and kept clear |
 //! | [`random`] | seeded shapes and demands |
 //! | [`reconfigure`] | seeded reconfigurations of ROVs |
-//! | [`rules`] | import rules and bans, read off the source text |
 //! | [`seeds`] | many seeds on all cores, and numbers from the environment |
 //! | [`spoil`] | ways to spoil a plan of ROVs |
 //! | [`storm`] | whole fleets in bad weather, with reboots, and who watches them |
@@ -23,7 +22,6 @@ pub mod execution;
 pub mod figures;
 pub mod random;
 pub mod reconfigure;
-pub mod rules;
 pub mod seeds;
 pub mod spoil;
 pub mod storm;

@@ -4,10 +4,10 @@
 //! cell by docking each next to a random free side. The goal lies apart from the start or overlaps it in part. With a
 //! tool, both grow from the tool's cell, so that it is held throughout.
 
-use host::rov::pose::Pose;
-use host::rov::problem::{Problem, Robot, Rules, Slot, Tool};
-use host::rov::vehicle::Vehicle;
 use rand::{Rng, RngExt};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::{Problem, Robot, Rules, Slot, Tool};
+use reconfiguration::vehicle::Vehicle;
 
 type Cell = [i32; 3];
 
@@ -43,7 +43,7 @@ fn grown(seed: Cell, count: usize, spatial: bool, rng: &mut impl Rng) -> Vec<Cel
     cells.split_off(1)
 }
 
-/// A random problem of that kind which passes [`Problem::check`].
+/// A random problem of that kind which passes [`check`](rov::conditions::Conditions::check).
 ///
 /// # Panics
 /// If the built-in vehicles are not there.
@@ -92,6 +92,7 @@ pub fn problem(kind: Kind, rng: &mut impl Rng) -> Problem {
 mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
+    use rov::conditions::Conditions;
 
     use super::*;
 

@@ -3,12 +3,13 @@
 //! Some spoil one number; the ways *through a body* and *out of the water* are whole plans, consistent in times,
 //! durations and energies, with nothing wrong but where the robot swims.
 
-use host::rov::plan::{Action, ActionKind, Manner, Move, Plan};
-use host::rov::pose::Pose;
-use host::rov::problem::Problem;
-use host::verify::Condition;
+use judge::Condition;
 use rand::{Rng, RngExt};
 use rand_chacha::ChaCha8Rng;
+use reconfiguration::plan::{Action, ActionKind, Manner, Move, Plan};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::Problem;
+use rov::conditions::Conditions;
 
 /// One way to spoil a plan.
 pub struct Spoiler {

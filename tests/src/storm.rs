@@ -23,17 +23,18 @@
 
 use std::collections::{HashMap, HashSet};
 
-use host::link::faults::FaultCount;
-use host::link::identity::HostIdentity;
-use host::link::loopback::Node;
 use host::run::fleet::{Fleet, InProcess};
 use host::run::pilot::Pilot;
 use host::run::scenario::Scenario;
-use host::sim::mocap::Mocap;
-use host::sim::tank::Tank;
-use host::sim::{PoseSample, TailState};
+use link::faults::FaultCount;
+use link::identity::HostIdentity;
+use link::loopback::Node;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{MAX_DATAGRAM, Radio};
+use record::PoseSample;
+use sim::TailState;
+use sim::mocap::Mocap;
+use sim::tank::Tank;
 
 pub use draw::Storm;
 

@@ -6,14 +6,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use host::modboat::distance::DistanceToCollision;
-use host::modboat::envelope::Envelope;
-use host::modboat::motion::{Swing, Wrench};
-use host::modboat::parameters::Parameters;
-use host::modboat::plan::{Outcome, Plan};
-use host::modboat::planner::{Planner, PlannerKind};
-use host::modboat::planner_config::PlannerConfig;
-use host::modboat::structure::Structure;
+use modboat::distance::DistanceToCollision;
+use modboat::envelope::Envelope;
+use modboat::motion::{Swing, Wrench};
+use modboat::parameters::Parameters;
+use modboat::plan::{Outcome, Plan};
+use modboat::planner::Planner;
+use modboat::planner_config::PlannerConfig;
+use modboat::planner_kind::PlannerKind;
+use modboat::structure::Structure;
 
 use crate::checker::Request;
 use crate::convert::swings;

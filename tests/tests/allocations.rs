@@ -4,12 +4,13 @@
 //! `cargo test -p tests --test allocations -- --nocapture` prints the table.
 
 use allocation_counter::measure;
-use host::modboat::motion::Wrench;
-use host::modboat::parameters::Parameters;
-use host::modboat::plan::{Outcome, Plan};
-use host::modboat::planner::{Planner, PlannerKind};
-use host::modboat::planner_config::{LossTolerance, PlannerConfig};
-use host::modboat::structure::Structure;
+use modboat::motion::Wrench;
+use modboat::parameters::Parameters;
+use modboat::plan::{Outcome, Plan};
+use modboat::planner::Planner;
+use modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::planner_kind::PlannerKind;
+use modboat::structure::Structure;
 use tests::stream::{Kind, Sequence, settings};
 
 const SEED: u64 = 11;

@@ -1,10 +1,10 @@
 //! Theta* against optima that are found by other means: visibility graphs, octile lengths, and the smoothing that it was
 //! invented to beat.
 
-use host::grid::Map;
-use host::grid::plane::Plane;
-use host::grid::read;
-use host::grid::theta::{Search, Space, cost, smooth};
+use grid::Map;
+use grid::plane::Plane;
+use grid::read;
+use grid::theta::{Search, Space, cost, smooth};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::figures::{Quantiles, mean};
@@ -136,7 +136,7 @@ impl Space for Octile<'_> {
 
 #[test]
 fn beats_smoothed_a_star_on_random_maps() {
-    // [1] in host::grid::theta quotes 70 % for 500 × 500 cells, 20 % of them blocked.
+    // [1] in grid::theta quotes 70 % for 500 × 500 cells, 20 % of them blocked.
     let mut search = Search::new();
     let mut scores = [("straight-line bound", 0, 0, 0, Vec::new()), ("octile bound", 0, 0, 0, Vec::new())];
     let (mut expanded, mut expanded_along) = (0, 0);

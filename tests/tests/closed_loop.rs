@@ -2,10 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use host::modboat::planner::PlannerKind;
 use host::run::compare::{Comparison, Contender, compare};
-use host::run::experiment::Quiet;
+use host::run::progress::Quiet;
 use host::run::scenario::{BUILT_IN, Scenario};
+use modboat::planner_kind::PlannerKind;
 use tests::checker::{Modboat, check};
 use tests::convert::of_cycle;
 

@@ -3,17 +3,18 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
 
-use host::link::faults::{FaultCount, FaultParameters};
-use host::modboat::structure::Structure;
-use host::run::experiment::{Pace, Quiet, RunResult, run};
+use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::{Fleet, InProcess};
-use host::run::record::{CycleRecord, RunRecord};
+use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use host::run::summary::Summary;
-use host::sim::module::TICK;
+use link::faults::{FaultCount, FaultParameters};
+use modboat::structure::Structure;
 use protocol::ModuleState;
 use protocol::ledger::{Incoming, Outgoing};
 use protocol::units::{Micros, MicrosSpan};
+use record::{CycleRecord, RunRecord};
+use sim::module::TICK;
 use tests::checker::{Modboat, check, check_without};
 use tests::convert::of_cycle;
 

@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use host::modboat::distance::DistanceToCollision;
-use host::modboat::motion::{Swing, Wrench};
-use host::modboat::parameters::Parameters;
-use host::modboat::planner::Planner;
-use host::modboat::planner_config::PlannerConfig;
-use host::modboat::structure::Structure;
+use modboat::distance::DistanceToCollision;
+use modboat::motion::{Swing, Wrench};
+use modboat::parameters::Parameters;
+use modboat::planner::Planner;
+use modboat::planner_config::PlannerConfig;
+use modboat::structure::Structure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::{Modboat, Request, check};

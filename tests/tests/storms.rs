@@ -1,7 +1,7 @@
 //! Fleets of 3, 9 and 25 modules in storms. 200 seeds as they are; `FLOTILLA_SEEDS=10000` runs a night's worth, `FLOTILLA_SEED=N`
 //! one storm alone. A seed and a commit reproduce everything.
 
-use host::link::faults::FaultCount;
+use link::faults::FaultCount;
 use tests::seeds::{number, on_all_cores};
 use tests::storm::{Outcome, Storm, THREE_CYCLES_S};
 

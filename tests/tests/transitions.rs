@@ -6,16 +6,16 @@
 
 use std::sync::Arc;
 
-use host::modboat::distance::DistanceToCollision;
-use host::modboat::motion::{Swing, Wrench};
-use host::modboat::pairs::{Pair, Pairs};
-use host::modboat::parameters::Parameters;
-use host::modboat::plan::Outcome;
-use host::modboat::planner::Planner;
-use host::modboat::planner_config::PlannerConfig;
-use host::modboat::potential_field::PotentialField;
-use host::modboat::structure::Structure;
-use host::modboat::transition;
+use modboat::distance::DistanceToCollision;
+use modboat::motion::{Swing, Wrench};
+use modboat::pairs::{Pair, Pairs};
+use modboat::parameters::Parameters;
+use modboat::plan::Outcome;
+use modboat::planner::Planner;
+use modboat::planner_config::PlannerConfig;
+use modboat::potential_field::PotentialField;
+use modboat::structure::Structure;
+use modboat::transition;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::Modboat;

@@ -1,4 +1,4 @@
-//! The picture. Colours, type sizes and fonts are those of `host/src/plot/style.rs`, which this crate cannot import.
+//! The picture. Colours, type sizes and fonts are those of `host/plot/src/style.rs`, which this crate cannot import.
 
 use std::fmt::Write as _;
 

@@ -3,12 +3,14 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use modboat::planner_kind::PlannerKind;
+use plot::compare::Compared;
+
 use super::folder::Folder;
 use super::planner::Kind;
 use super::progress::Bar;
 use super::run::{DEFAULT, failure};
 use super::{Failure, signal, written};
-use crate::modboat::planner::PlannerKind;
 use crate::run::compare::{Comparison, Contender, FIGURES, compare};
 use crate::run::scenario::Scenario;
 
@@ -70,7 +72,10 @@ fn write(compared: &Comparison, json: &str, folder: &Path) -> Result<Vec<PathBuf
     std::fs::write(&path, format!("{json}\n"))
         .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
     let mut paths = vec![path];
-    let pictures = crate::plot::write_comparison(compared, folder);
+    let planners: Vec<_> =
+        compared.planners.iter().map(|contender| (contender.planner, contender.records.as_slice())).collect();
+    let pictures = Compared { scenario: &compared.scenario, planners: &planners };
+    let pictures = plot::write_comparison(&pictures, folder);
     paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
     Ok(paths)
 }

@@ -9,15 +9,14 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
+use modboat::envelope::{Envelope, ON_BORDER};
+use modboat::motion::Wrench;
+use modboat::parameters::Parameters;
+use modboat::structure::Structure;
 use serde::Serialize;
 
-use super::plan::Request;
+use super::request::Request;
 use super::{Failure, filter};
-use crate::modboat::envelope::{Envelope, ON_BORDER};
-use crate::modboat::motion::Wrench;
-use crate::modboat::parameters::Parameters;
-use crate::modboat::structure::Structure;
-use crate::plot;
 
 /// No more demands are drawn.
 const DRAWN_MAX: usize = 500;

@@ -3,11 +3,11 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use link::identity::HostIdentity;
+use link::key_file::{KeyFile, KeyFileError, ModuleCredentials};
 use protocol::ModuleId;
 
 use super::{Failure, written};
-use crate::link::identity::HostIdentity;
-use crate::link::key_file::{KeyFile, KeyFileError, ModuleCredentials};
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flotilla keygen\n  flotilla keygen --out tank/fleet.key\n  \

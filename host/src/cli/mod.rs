@@ -21,6 +21,7 @@ mod progress;
 mod provision;
 mod reconfigure;
 mod report;
+mod request;
 mod run;
 mod signal;
 mod simulate;

@@ -7,16 +7,17 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use link::key_file::ModuleCredentials;
+use link::udp::UdpRadio;
 use protocol::ModuleState;
 use protocol::units::{Micros, MicrosSpan};
+use sim::clock::ClockParameters;
+use sim::module::{Setup, SimModule, TICK};
+use sim::rov::{RovSetup, SimRov};
 
 use super::keygen::module_credentials;
 use super::{Failure, signal, tell};
-use crate::link::key_file::ModuleCredentials;
-use crate::link::udp::UdpRadio;
 use crate::run::scenario::{Scenario, Start};
-use crate::sim::module::{ClockParameters, Setup, SimModule, TICK};
-use crate::sim::rov::{RovSetup, SimRov};
 
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flotilla module --id 1 --host 127.0.0.1:4870 &\n  \

@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
+use grid::Map;
+use grid::plane::Plane;
+use grid::read::{self, Query, ReadError};
+use grid::theta::{self, Found, Search};
+use grid::volume::Volume;
 use serde::Serialize;
 
 use super::progress::Bar;
 use super::{Failure, written};
-use crate::grid::Map;
-use crate::grid::plane::Plane;
-use crate::grid::read::{self, Query, ReadError};
-use crate::grid::theta::{self, Found, Search};
-use crate::grid::volume::Volume;
-use crate::run::experiment::Progress;
+use crate::run::progress::Progress;
 
 /// No map or scenario is longer, bytes.
 const FILE_MAX: u64 = 1 << 28;
@@ -314,7 +314,7 @@ fn draw(
         paths.len(),
         answers.len()
     );
-    let svg = crate::plot::path::svg(&name.unwrap_or_default(), line, plane, &paths)?;
+    let svg = plot::path::svg(&name.unwrap_or_default(), line, plane, &paths)?;
     to.write_all(svg.as_bytes())?;
     Ok(())
 }

@@ -6,24 +6,23 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
+use modboat::distance::DistanceToCollision;
+use modboat::motion::{Swing, Turn, Wrench};
+use modboat::parameters::Parameters;
+use modboat::plan::{Outcome, Plan};
+use modboat::planner::Planner;
+use modboat::planner_config::PlannerConfig;
+use modboat::structure::Structure;
+use modboat::table::Table;
+use serde::Serialize;
 
 use super::planner::PlannerArguments;
 use super::progress::Bar;
+use super::request::{Previous, Request, Tails};
 use super::{Failure, envelope, filter, tell};
-use crate::modboat::distance::DistanceToCollision;
-use crate::modboat::motion::{Swing, Turn, Wrench};
-use crate::modboat::parameters::Parameters;
-use crate::modboat::plan::{Outcome, Plan};
-use crate::modboat::planner::Planner;
-use crate::modboat::planner_config::PlannerConfig;
-use crate::modboat::structure::Structure;
-use crate::modboat::table::Table;
 use crate::run::distances;
 use crate::run::scenario::Scenario;
 
-/// Greatest force (N) and torque (N·m) that is taken for a demand.
-const DEMAND_MAX: f64 = 1e6;
 /// Greatest angle that is taken for a tail's, rad.
 const TAIL_MAX_RAD: f64 = 1e6;
 
@@ -48,46 +47,6 @@ pub(super) struct Arguments {
     /// Draw the first request's envelope with the demands on it
     #[arg(long, value_name = "FILE", requires = "envelope")]
     plot: Option<PathBuf>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Request {
-    pub(super) cells: Vec<[i32; 2]>,
-    pub(super) demand: Wrench,
-    #[serde(default)]
-    tail_rad: Tails,
-}
-
-impl Request {
-    /// From a line, with a demand that can be computed with.
-    pub(super) fn read(line: &str) -> Result<Self, String> {
-        let request: Self = filter::read(line)?;
-        let Wrench { fx_n, fy_n, tau_nm } = request.demand;
-        for (key, value, unit) in [("fx_n", fx_n, "N"), ("fy_n", fy_n, "N"), ("tau_nm", tau_nm, "N·m")] {
-            if !value.is_finite() || value.abs() > DEMAND_MAX {
-                return Err(format!(
-                    "demand.{key} = {value:e} {unit}: must be at most {DEMAND_MAX:e} in size"
-                ));
-            }
-        }
-        Ok(request)
-    }
-}
-
-#[derive(Default, Deserialize)]
-#[serde(untagged, expecting = "tail_rad takes a list of angles, null or \"previous\"")]
-enum Tails {
-    #[default]
-    Unknown,
-    Angles(Vec<f64>),
-    Word(Previous),
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Previous {
-    Previous,
 }
 
 #[derive(Serialize)]

@@ -1,9 +1,8 @@
 //! The planners, and what they are told, by name.
 
 use clap::ValueEnum;
-
-use crate::modboat::planner::PlannerKind;
-use crate::modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::planner_kind::PlannerKind;
 
 /// Options of every command that plans.
 #[derive(Clone, Debug, clap::Args)]

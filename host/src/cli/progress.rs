@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::run::experiment::Progress;
+use crate::run::progress::Progress;
 
 /// A bar over the seconds of a run, with notes above it.
 pub struct Bar {

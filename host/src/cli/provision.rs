@@ -7,16 +7,16 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use link::private_file::{self, PrivateFileError};
 use protocol::Configuration;
+use quantity::MODULE_IDS;
 use zeroize::Zeroizing;
 
 use super::keygen::module_credentials;
 use super::{Failure, written};
-use crate::link::private_file::{self, PrivateFileError};
 use crate::provision::image::{self, Format};
 use crate::provision::memory::CONFIGURATION;
 use crate::provision::{ModuleFile, NetworkOptions, ProvisionError, shown};
-use crate::quantity::MODULE_IDS;
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flotilla provision --id 3 --from module.toml --out module-3.uf2\n  \

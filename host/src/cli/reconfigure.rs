@@ -4,26 +4,25 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use link::faults::FaultParameters;
+use link::identity::HostIdentity;
+use link::udp::UdpRadio;
+use reconfiguration::plan::{Criterion, Manner, Plan};
+use reconfiguration::problem::Problem;
+use record::reconfigure::Record;
+use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
+use rov::power::PowerLaw;
 
 use super::folder::Folder;
 use super::progress::Bar;
 use super::run::RadioKind;
 use super::{Failure, keygen, signal, tell, written};
-use crate::link::faults::FaultParameters;
-use crate::link::identity::HostIdentity;
-use crate::link::udp::UdpRadio;
-use crate::plot;
-use crate::rov::plan::{Criterion, Manner, Plan};
-use crate::rov::planner::{OrderRule, PlanError, Planned, Request, plan};
-use crate::rov::power::PowerLaw;
-use crate::rov::problem::Problem;
-use crate::run::experiment::{Pace, Progress};
+use crate::run::experiment::Pace;
+use crate::run::progress::Progress;
 use crate::run::reconfigure::ExecutionError;
 use crate::run::reconfigure::execution::{Executed, Options, run};
 use crate::run::reconfigure::fleet::{InProcess, OverUdp};
-use crate::run::reconfigure::record::Record;
 use crate::run::reconfigure::scenario::ReconfigureScenario;
-use crate::verify;
 
 mod table;
 
@@ -161,7 +160,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             }
         };
         // A plan that breaks a condition is not handed out, whoever made it.
-        if let Some(violation) = verify::verify(&scenario.problem, &planned.plan).first() {
+        if let Some(violation) = judge::verify(&scenario.problem, &planned.plan).first() {
             return Err(Failure::Could(format!("{title}: the plan breaks a condition: {violation}")));
         }
         columns.push(Column { title, planned, executed: None });
@@ -307,7 +306,7 @@ fn law(kind: PowerKind, battery_v: f64) -> Result<PowerLaw, Failure> {
         PowerKind::Fitted => PowerLaw::fitted(battery_v),
         PowerKind::Table => PowerLaw::table(battery_v),
         PowerKind::Quadratic => PowerLaw::table(battery_v).and_then(|table| {
-            let (_, forward_n) = crate::rov::power::limits_n(battery_v)?;
+            let (_, forward_n) = rov::power::limits_n(battery_v)?;
             // P = η u² (10), through the end of the table
             PowerLaw::quadratic(table.power_w(forward_n) / (forward_n * forward_n))
         }),
@@ -327,9 +326,9 @@ fn judge(problem: &Problem, path: &Path) -> Result<(), Failure> {
     read.map_err(|error| Failure::Bad(format!("{name}: {error}")))?;
     let plan: Plan = serde_json::from_str(&text)
         .map_err(|error| Failure::Bad(format!("{name}:{}: not a plan: {error}", error.line())))?;
-    let found = verify::verify(problem, &plan);
+    let found = judge::verify(problem, &plan);
     let mut out = std::io::stdout().lock();
-    if let Some(note) = verify::note(&plan) {
+    if let Some(note) = judge::note(&plan) {
         written(writeln!(out, "note: {note}"))?;
     }
     for violation in &found {

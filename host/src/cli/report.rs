@@ -2,9 +2,9 @@
 
 use std::io::Write;
 
+use link::ledger::Ledger;
 use protocol::ledger::{Incoming, Outgoing};
 
-use crate::link::ledger::Ledger;
 use crate::run::summary::Summary;
 
 /// Prints the figures of a run.

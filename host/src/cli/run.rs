@@ -5,17 +5,18 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use link::identity::HostIdentity;
+use link::udp::UdpRadio;
 use protocol::ModuleId;
 
 use super::folder::Folder;
 use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::{Failure, keygen, report, signal, tell, written};
-use crate::link::identity::HostIdentity;
-use crate::link::udp::UdpRadio;
 use crate::run::RunError;
-use crate::run::experiment::{Pace, Progress, RunResult, run};
+use crate::run::experiment::{Pace, RunResult, run};
 use crate::run::fleet::{InProcess, OverUdp};
+use crate::run::progress::Progress;
 use crate::run::roster::Roster;
 use crate::run::scenario::Scenario;
 use crate::run::summary::Summary;
@@ -220,7 +221,7 @@ fn write(result: &RunResult, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     std::fs::write(&path, to_json(&result.summary)? + "\n")
         .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
     let mut paths = vec![path];
-    let pictures = crate::plot::write_all(&result.record, folder);
+    let pictures = plot::write_all(&result.record, folder);
     paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
     Ok(paths)
 }

@@ -6,15 +6,15 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Failure, filter};
-use crate::rov::body::Body;
-use crate::rov::cluster::Cluster;
-use crate::rov::configuration_matrix::ConfigurationMatrix;
-use crate::rov::dynamics::{Dynamics, State};
-use crate::rov::response::response;
-use crate::rov::vehicle::Vehicle;
 use crate::run::vehicles;
 use firmware::rov::thruster::{law, table};
 use protocol::units::{PulseMicros, Volts};
+use reconfiguration::body::Body;
+use reconfiguration::vehicle::Vehicle;
+use rov::cluster::Cluster;
+use rov::configuration_matrix::ConfigurationMatrix;
+use rov::dynamics::{Dynamics, State};
+use rov::response::response;
 
 /// Greatest time that is taken, s, and how many of them.
 const TIME_MAX_S: f64 = 3600.0;

@@ -12,11 +12,10 @@ use protocol::configuration::{
 };
 use protocol::message::MAX_THRUSTERS;
 use protocol::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use quantity::Range::{NonNegative, Positive};
 
-use super::ModuleFile;
-use super::file::ProvisionError;
+use super::file::{ModuleFile, ProvisionError};
 use super::tables::{EncoderTable, ModboatTable, RovTable, ServoTable};
-use crate::quantity::Range::{NonNegative, Positive};
 
 /// Pause between two reports where the file says none. *Assumed*: fifty a second of each module are little for any network.
 const REPORT_EVERY: MicrosSpan = MicrosSpan(20_000);

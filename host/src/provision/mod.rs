@@ -12,6 +12,7 @@
 //! | `tables` | its shape |
 //! | `constants` | what the firmware takes, checked as the firmware would |
 //! | `network` | how the module gets to its host |
+//! | `configuration` | both together, and `trial` of it |
 //! | `trial` | the firmware itself, built from what is about to be written |
 //! | [`image`] | the bytes, in either format |
 //! | [`shown`] | what an image holds, without its secrets |
@@ -19,6 +20,7 @@
 //!
 //! Assumptions and limits: a board has at most eight thruster outputs, and timers fine enough; its own firmware looks again.
 
+mod configuration;
 mod constants;
 mod file;
 pub mod image;

@@ -3,13 +3,12 @@
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::Path;
 
+use link::private_file;
 use protocol::ModuleId;
 use protocol::configuration::{Host, Network, Own, PASSPHRASE_MAX, Passphrase, SSID_MAX};
 use zeroize::Zeroizing;
 
-use super::ModuleFile;
-use super::file::{NetworkOptions, ProvisionError};
-use crate::link::private_file;
+use super::file::{ModuleFile, NetworkOptions, ProvisionError};
 
 const TABLE: [&str; 1] = ["network"];
 /// What stands for the module's number in an address.

@@ -1,10 +1,10 @@
 use std::path::Path;
 
+use link::key_file::ModuleCredentials;
 use protocol::configuration::{IMAGE_MAX, Own, Robot};
 use protocol::{Configuration, FleetKey, ModuleId};
 
 use super::*;
-use crate::link::key_file::ModuleCredentials;
 
 fn credentials(id: u16) -> ModuleCredentials {
     ModuleCredentials::derive(&FleetKey::new([0x42; 32]), ModuleId(id))

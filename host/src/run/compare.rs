@@ -9,16 +9,17 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use modboat::planner_kind::PlannerKind;
+use record::RunRecord;
 use serde::Serialize;
 
 use super::RunError;
 use super::distances;
-use super::experiment::{Pace, Progress, RunResult, run};
+use super::experiment::{Pace, RunResult, run};
 use super::fleet::InProcess;
-use super::record::RunRecord;
+use super::progress::Progress;
 use super::scenario::Scenario;
 use super::summary::Summary;
-use crate::modboat::planner::PlannerKind;
 
 /// How often progress is reported.
 const REPORT: Duration = Duration::from_millis(50);
@@ -257,7 +258,8 @@ impl Progress for Tally<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::experiment::{Quiet, simulate};
+    use crate::run::experiment::simulate;
+    use crate::run::progress::Quiet;
 
     #[test]
     fn a_comparison_is_the_runs_it_stands_for_and_its_spread_their_mean_and_worst() {

@@ -16,11 +16,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use super::experiment::Progress;
-use crate::modboat::parameters::Parameters;
-use crate::modboat::planner::PlannerKind;
-use crate::modboat::planner_config::{DistanceSource, PlannerConfig};
-use crate::modboat::table::Table;
+use modboat::parameters::Parameters;
+use modboat::planner_config::{DistanceSource, PlannerConfig};
+use modboat::planner_kind::PlannerKind;
+use modboat::table::Table;
+
+use super::progress::Progress;
+
+mod kept;
 
 /// How often progress is reported.
 const REPORT: Duration = Duration::from_millis(20);
@@ -40,7 +43,7 @@ pub fn table(
         done.fetch_max(now, Ordering::Relaxed);
     };
     let (table, error) = thread::scope(|scope| {
-        let work = scope.spawn(|| Table::load_or_generate(&folders(), parameters, &count));
+        let work = scope.spawn(|| kept::load_or_generate(&folders(), parameters, &count));
         while !work.is_finished() {
             thread::sleep(REPORT);
             let total = total.load(Ordering::Relaxed);

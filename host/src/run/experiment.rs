@@ -4,23 +4,24 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use link::dispatcher::{Dispatcher, ModuleLink};
 use protocol::ledger::Outgoing;
 use protocol::units::Micros;
 use protocol::{Faults, MAX_DATAGRAM, ModuleState, Radio};
+use record::{PoseSample, RunRecord};
+use sim::TailState;
+use sim::mocap::Mocap;
+use sim::module::TICK;
+use sim::tank::Tank;
 
 use super::RunError;
 use super::distances;
 use super::fleet::{Fleet, InProcess};
 use super::pilot::{Decision, Pilot};
-use super::record::{PoseSample, RunRecord};
+use super::progress::{Progress, Quiet};
 use super::recorder::Recorder;
 use super::scenario::Scenario;
 use super::summary::Summary;
-use crate::link::dispatcher::{Dispatcher, ModuleLink};
-use crate::sim::TailState;
-use crate::sim::mocap::Mocap;
-use crate::sim::module::TICK;
-use crate::sim::tank::Tank;
 
 /// Whose time a run follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,26 +32,6 @@ pub enum Pace {
     Watched,
     /// The wall clock's: with modules that have clocks of their own.
     Real,
-}
-
-/// What a run reports while it goes on.
-pub trait Progress {
-    /// `t_s` of `duration_s` seconds have passed.
-    fn at(&mut self, t_s: f64, duration_s: f64);
-    /// Before the first second: `done` of `total` steps of what the run needs are done.
-    fn preparing(&mut self, _what: &str, _done: u64, _total: u64) {}
-    /// How the link is doing, in a few words.
-    fn link(&mut self, _text: &str) {}
-    /// Something worth a line: a module joins, the fleet holds.
-    fn note(&mut self, text: &str);
-}
-
-/// Reports nothing.
-pub struct Quiet;
-
-impl Progress for Quiet {
-    fn at(&mut self, _t_s: f64, _duration_s: f64) {}
-    fn note(&mut self, _text: &str) {}
 }
 
 /// What a run leaves behind.

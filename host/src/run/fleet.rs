@@ -3,19 +3,19 @@
 use std::convert::Infallible;
 use std::net::SocketAddr;
 
+use link::dispatcher::Dispatcher;
+use link::faults::{FaultCount, FaultParameters, Faulty};
+use link::identity::HostIdentity;
+use link::loopback::{Ether, LoopbackRadio, Node};
+use link::udp::UdpRadio;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{ModuleId, Radio};
+use sim::TailState;
+use sim::module::{Setup, SimModule};
+use sim::remote::RemoteTail;
 
 use super::RunError;
 use super::scenario::Scenario;
-use crate::link::dispatcher::Dispatcher;
-use crate::link::faults::{FaultCount, FaultParameters, Faulty};
-use crate::link::identity::HostIdentity;
-use crate::link::loopback::{Ether, LoopbackRadio, Node};
-use crate::link::udp::UdpRadio;
-use crate::sim::TailState;
-use crate::sim::module::{Setup, SimModule};
-use crate::sim::remote::RemoteTail;
 
 /// The host's address on the loopback.
 const HOST: Node = Node(0);

@@ -8,24 +8,24 @@
 //! | [`fleet`] | who executes: modules in this process, or processes on UDP |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
 //! | [`experiment`] | pilot, fleet and tank against the clock |
-//! | [`recorder`], [`record`] | what is measured meanwhile |
+//! | [`progress`] | what a run reports while it goes on |
+//! | [`recorder`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
 //! | [`compare`] | several planners on one scenario |
 //! | [`vehicles`] | ROVs by name or from files |
 //! | [`reconfigure`] | the same for ROVs that change their configuration |
 
+use quantity::ParameterError;
+use sim::module::ModuleError;
 use thiserror::Error;
-
-use crate::quantity::ParameterError;
-use crate::sim::module::ModuleError;
 
 pub mod compare;
 pub mod distances;
 pub mod experiment;
 pub mod fleet;
 pub mod pilot;
+pub mod progress;
 pub mod reconfigure;
-pub mod record;
 pub mod recorder;
 pub mod roster;
 pub mod scenario;

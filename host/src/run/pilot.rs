@@ -28,19 +28,20 @@ use protocol::units::{Micros, MicrosSpan};
 use protocol::{Delivery, ModuleId, ModuleState, Motion};
 use std::sync::Arc;
 
+use link::delivery::Knowledge;
+use link::dispatcher::{Dispatcher, Event, ModuleLink};
+use link::identity::HostIdentity;
+use modboat::control::{Controller, Observation, Target};
+use modboat::distance::DistanceToCollision;
+use modboat::motion::{Turn, Wrench};
+use modboat::observer::{Fix, Observer};
+use modboat::plan::{Outcome, Plan};
+use modboat::planner::Planner;
+use modboat::setting::Presence;
+use modboat::table::Table;
+use quantity::ParameterError;
+
 use super::scenario::{Demand, Leg, Scenario, Timing};
-use crate::link::delivery::Knowledge;
-use crate::link::dispatcher::{Dispatcher, Event, ModuleLink};
-use crate::link::identity::HostIdentity;
-use crate::modboat::control::{Controller, Observation, Target};
-use crate::modboat::distance::DistanceToCollision;
-use crate::modboat::motion::{Turn, Wrench};
-use crate::modboat::observer::{Fix, Observer};
-use crate::modboat::plan::{Outcome, Plan};
-use crate::modboat::planner::Planner;
-use crate::modboat::setting::Presence;
-use crate::modboat::table::Table;
-use crate::quantity::ParameterError;
 
 pub use decision::{Decision, Order, Via};
 use decision::{cycles, first_cycles, give_up, give_up_second, steps};

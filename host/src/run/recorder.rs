@@ -1,12 +1,12 @@
 //! Collects what a run leaves behind.
 
+use modboat::motion::Wrench;
 use protocol::units::Micros;
+use record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample, ViaRecord};
+use sim::TailState;
 
 use super::pilot::Decision;
-use super::record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample, ViaRecord};
 use super::scenario::{Demand, Scenario};
-use crate::modboat::motion::Wrench;
-use crate::sim::TailState;
 
 /// Seconds between two recorded poses: 20 Hz.
 const POSE_EVERY_S: f64 = 0.05;

@@ -17,14 +17,14 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use modboat::structure::{COORDINATE_MAX, Structure};
 use protocol::{ModuleId, ModuleKind};
+use quantity::MODULE_IDS;
 use serde::Deserialize;
 use thiserror::Error;
+use toml_lines::{self, Lengths, line_of};
 
 use super::scenario::{ScenarioError, text_of};
-use crate::modboat::structure::{COORDINATE_MAX, Structure};
-use crate::quantity::MODULE_IDS;
-use crate::toml_lines::{self, Lengths, line_of};
 
 /// The modules of a fleet.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,21 +4,20 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use link::faults::FaultParameters;
+use modboat::control::ControlConfig;
+use modboat::observer::ObserverParameters;
+use modboat::parameters::Parameters;
+use modboat::planner_config::PlannerConfig;
+use modboat::structure::Structure;
+use quantity::ParameterError;
 use serde::Deserialize;
+use sim::clock::ClockParameters;
+use sim::mocap::MocapParameters;
+use sim::motor::MotorParameters;
+use sim::tank::TankParameters;
 use thiserror::Error;
-
-use crate::link::faults::FaultParameters;
-use crate::modboat::control::ControlConfig;
-use crate::modboat::observer::ObserverParameters;
-use crate::modboat::parameters::Parameters;
-use crate::modboat::planner_config::PlannerConfig;
-use crate::modboat::structure::Structure;
-use crate::quantity::ParameterError;
-use crate::sim::mocap::MocapParameters;
-use crate::sim::module::ClockParameters;
-use crate::sim::motor::MotorParameters;
-use crate::sim::tank::TankParameters;
-use crate::toml_lines::{self, Lengths, line_at, line_of};
+use toml_lines::{self, Lengths, line_at, line_of};
 
 pub use built_in::BUILT_IN;
 use leg::LegTable;

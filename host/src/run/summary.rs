@@ -1,17 +1,17 @@
 //! The figures of a run: `summary.json`, and what is printed.
 
+use link::dispatcher::ModuleLink;
+use link::faults::FaultCount;
+use link::ledger::{Ledger, Quantiles};
 use protocol::Faults;
 use protocol::ledger::{Incoming, Outgoing};
+use quantity::wrap_rad;
+use record::{LegRecord, RunRecord};
 use serde::Serialize;
+use sim::tank::Tank;
 
 use super::pilot::Pilot;
-use super::record::{LegRecord, RunRecord};
 use super::scenario::Scenario;
-use crate::link::dispatcher::ModuleLink;
-use crate::link::faults::FaultCount;
-use crate::link::ledger::{Ledger, Quantiles};
-use crate::quantity::wrap_rad;
-use crate::sim::tank::Tank;
 
 /// Velocity is averaged over the last so many seconds of a leg.
 const MEAN_OVER_S: f64 = 60.0;
@@ -297,7 +297,7 @@ fn leg_figures(leg: &LegRecord, record: &RunRecord) -> Option<LegFigures> {
 fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigures {
     let cycles = &record.cycles;
     let outcome = |name| cycles.iter().filter(|cycle| cycle.outcome == name).count();
-    let mean = |of: &dyn Fn(&super::record::CycleRecord) -> f64| {
+    let mean = |of: &dyn Fn(&record::CycleRecord) -> f64| {
         if cycles.is_empty() { 0.0 } else { cycles.iter().map(of).sum::<f64>() / cycles.len() as f64 }
     };
     let mut solve_us: Vec<u64> = cycles.iter().map(|cycle| cycle.solve_us).collect();

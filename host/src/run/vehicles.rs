@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use reconfiguration::vehicle::{BUILT_IN, Vehicle, VehicleError};
 use thiserror::Error;
 
 use super::scenario::{ScenarioError, text_of};
-use crate::rov::vehicle::{BUILT_IN, Vehicle, VehicleError};
 
 /// Why there is no such vehicle.
 #[derive(Debug, Error)]

@@ -16,8 +16,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use host::link::faults::{FaultCount, FaultParameters, Faulty};
-use host::link::udp::UdpRadio;
+use link::faults::{FaultCount, FaultParameters, Faulty};
+use link::udp::UdpRadio;
 use protocol::units::Micros;
 use protocol::{MAX_DATAGRAM, Radio};
 

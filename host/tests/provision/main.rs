@@ -12,8 +12,8 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use host::link::key_file::KeyFile;
 use images::uf2::{self, Family};
+use link::key_file::KeyFile;
 use protocol::configuration::{Host, IMAGE_MAX, Own, Robot};
 use protocol::units::{Radians, RadiansPerSecond};
 use protocol::{Configuration, ModuleId};

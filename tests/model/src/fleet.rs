@@ -1,6 +1,6 @@
 //! The fleet: two modules, a host, what is under way between them, and everything that can happen next.
 
-use host::link::delivery::Knowledge;
+use link::delivery::Knowledge;
 use protocol::Delivery;
 use stateright::{Model, Property};
 

@@ -11,7 +11,7 @@
 //! | [`Host::decide`] | `run/pilot.rs` `handle_timer`, `decide`, `pose_of`, `swimming_over_if_unknown`; `link/dispatcher.rs` `dispatch` |
 //! | [`Host::hold`], [`Host::order`] | `link/dispatcher.rs` `hold`, `order` |
 
-use host::link::delivery::{Decision, Knowledge, Standing};
+use link::delivery::{Decision, Knowledge, Standing};
 use protocol::{Delivery, ModuleState, Refusal, Verdict};
 
 use crate::fleet::{Broken, Config};

@@ -5,7 +5,7 @@
 //! | a direct cycle | safe | safe | unsafe | unsafe |
 //! | a prepared cycle | safe | unsafe | unsafe | unsafe |
 
-use host::link::delivery::Knowledge;
+use link::delivery::Knowledge;
 use protocol::Delivery;
 use stateright::Property;
 

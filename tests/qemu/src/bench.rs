@@ -2,9 +2,9 @@
 
 use std::net::SocketAddr;
 
-use host::link::dispatcher::{Dispatcher, Event};
-use host::link::identity::HostIdentity;
-use host::link::udp::UdpRadio;
+use link::dispatcher::{Dispatcher, Event};
+use link::identity::HostIdentity;
+use link::udp::UdpRadio;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Telemetry};
 

@@ -4,16 +4,16 @@
 
 use std::net::SocketAddr;
 
-use host::link::dispatcher::Dispatcher;
-use host::link::faults::FaultCount;
-use host::link::identity::HostIdentity;
-use host::link::udp::UdpRadio;
 use host::run::RunError;
 use host::run::fleet::{Fleet, OverUdp};
 use host::run::scenario::Scenario;
-use host::sim::TailState;
+use link::dispatcher::Dispatcher;
+use link::faults::FaultCount;
+use link::identity::HostIdentity;
+use link::udp::UdpRadio;
 use protocol::units::Micros;
 use protocol::{ModuleId, ModuleState, Radio};
+use sim::TailState;
 
 use crate::bench::Seen;
 use crate::modules::Modules;

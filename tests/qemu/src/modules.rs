@@ -11,7 +11,7 @@
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
-use host::link::identity::HostIdentity;
+use link::identity::HostIdentity;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{ModuleId, Radio};
 

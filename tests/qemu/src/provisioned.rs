@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use host::link::identity::HostIdentity;
-use host::link::key_file::ModuleCredentials;
 use host::provision::{ModuleFile, NetworkOptions};
+use link::identity::HostIdentity;
+use link::key_file::ModuleCredentials;
 use protocol::configuration::IMAGE_MAX;
 use protocol::{Configuration, ModuleId};
 

@@ -1,6 +1,6 @@
 //! A storm of datagrams that no module may follow: noise, and genuine ones cut short.
 
-use host::link::identity::HostIdentity;
+use link::identity::HostIdentity;
 use protocol::{MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

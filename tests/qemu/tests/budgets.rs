@@ -3,7 +3,7 @@
 
 use std::net::UdpSocket;
 
-use host::link::identity::HostIdentity;
+use link::identity::HostIdentity;
 use protocol::units::MicrosSpan;
 use protocol::{Configuration, ModuleId};
 use qemu::emulator::{Emulator, Setup};

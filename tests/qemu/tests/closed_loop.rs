@@ -3,8 +3,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use host::run::experiment::{Pace, Quiet, RunResult, run};
+use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::Fleet;
+use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use protocol::ModuleId;
 use protocol::units::Micros;

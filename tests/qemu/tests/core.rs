@@ -5,8 +5,8 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use host::link::dispatcher::Dispatcher;
-use host::link::identity::HostIdentity;
+use link::dispatcher::Dispatcher;
+use link::identity::HostIdentity;
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{Delivery, MAX_DATAGRAM, ModboatCycle, ModuleId, ModuleState, Motion, Radio};
 use qemu::emulator::{Emulator, PATIENCE, Setup, free_tcp_port, image};

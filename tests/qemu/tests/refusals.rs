@@ -1,7 +1,7 @@
 //! What a module must not follow: configurations that are none, and cycles beyond its time or its limits.
 
-use host::link::dispatcher::Event;
-use host::link::identity::HostIdentity;
+use link::dispatcher::Event;
+use link::identity::HostIdentity;
 use protocol::configuration::{FORMAT, IMAGE_MAX, MAGIC};
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{ModboatCycle, ModuleId, Motion, Refusal};

@@ -6,9 +6,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use host::run::experiment::{Pace, Quiet, RunResult, run};
+use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::InProcess;
 use host::run::pilot::Order;
+use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use protocol::units::{Micros, MicrosSpan};
 use qemu::bench::{Bench, Seen};

@@ -7,12 +7,12 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use host::modboat::parameters::Parameters;
 use host::run::scenario::Scenario;
-use host::sim::motor::SPREAD_MAX;
+use modboat::parameters::Parameters;
 use protocol::units::MicrosSpan;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use sim::motor::SPREAD_MAX;
 
 use super::Reboot;
 use crate::random;

@@ -2,12 +2,13 @@
 
 use std::sync::atomic::AtomicBool;
 
-use host::modboat::parameters::Parameters;
 use host::run::RunError;
-use host::run::experiment::{Pace, Quiet, RunResult, run_watched};
+use host::run::experiment::{Pace, RunResult, run_watched};
 use host::run::fleet::InProcess;
 use host::run::pilot::Decision;
+use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
+use modboat::parameters::Parameters;
 use protocol::units::{Micros, MicrosSpan};
 
 use super::{Judge, Limits, Report, Seen};

@@ -1,9 +1,9 @@
 //! What a storm is made of: everything drawn from its seed.
 
-use host::link::faults::FaultParameters;
-use host::modboat::planner_config::LossTolerance;
-use host::modboat::structure::Structure;
 use host::run::scenario::{Demand, Leg, Scenario};
+use link::faults::FaultParameters;
+use modboat::planner_config::LossTolerance;
+use modboat::structure::Structure;
 use protocol::units::MicrosSpan;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

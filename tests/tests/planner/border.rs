@@ -1,10 +1,11 @@
 //! Table (i): near the border of the envelope the exact planner is never worse than the potential field.
 
-use host::modboat::motion::Wrench;
-use host::modboat::parameters::Parameters;
-use host::modboat::plan::Outcome;
-use host::modboat::planner::{Planner, PlannerKind};
-use host::modboat::planner_config::PlannerConfig;
+use modboat::motion::Wrench;
+use modboat::parameters::Parameters;
+use modboat::plan::Outcome;
+use modboat::planner::Planner;
+use modboat::planner_config::PlannerConfig;
+use modboat::planner_kind::PlannerKind;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::Modboat;

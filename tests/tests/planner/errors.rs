@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
-use host::modboat::parameters::Parameters;
-use host::modboat::planner::PlannerKind;
+use modboat::parameters::Parameters;
+use modboat::planner_kind::PlannerKind;
 use tests::stream::{Course, Kind, Rows, Sequence, on_both_cores, settings};
 
 use crate::{EXACT, FAR, NEAR, SHAPES, SHARE, alone, finish, full, structure};

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use host::modboat::parameters::Parameters;
-use host::modboat::planner::PlannerKind;
-use host::plot::scaling::{Line, svg};
+use modboat::parameters::Parameters;
+use modboat::planner_kind::PlannerKind;
+use plot::scaling::{Line, svg};
 use tests::stream::{Course, Kind, Row, Rows, Sequence, settings};
 
 use crate::{NEAR, SHARE, alone, structure};

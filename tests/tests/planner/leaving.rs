@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use host::modboat::motion::Swing;
-use host::modboat::parameters::Parameters;
-use host::modboat::plan::Outcome;
-use host::modboat::planner::PlannerKind;
-use host::modboat::planner_config::{LossTolerance, PlannerConfig};
-use host::modboat::tail::Tail;
 use host::run::experiment::simulate;
 use host::run::scenario::Scenario;
+use modboat::motion::Swing;
+use modboat::parameters::Parameters;
+use modboat::plan::Outcome;
+use modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::planner_kind::PlannerKind;
+use modboat::tail::Tail;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::{Modboat, Request, check};
@@ -63,7 +63,7 @@ fn swim(shape: &str, kind: &Kind, asked: LossTolerance, seed: u64, misses: f64) 
     let mut previous: Option<Vec<Swing>> = None;
     let mut least = f64::INFINITY;
     for count in 1..=10 * PLANS {
-        let wrench = host::modboat::motion::Wrench::from_array(wanted);
+        let wrench = modboat::motion::Wrench::from_array(wanted);
         let plan = planner.plan(wrench, Some(&tails), previous.as_deref());
         if plan.outcome != Outcome::Planned || !plan.loss_tolerant {
             return Err(format!(

@@ -21,7 +21,7 @@ mod times;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use host::modboat::structure::Structure;
+use modboat::structure::Structure;
 use tests::stream::Sequence;
 
 /// Error that counts as none.

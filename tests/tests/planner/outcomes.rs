@@ -1,9 +1,9 @@
 //! Table (d): outcomes on squares of 2 to 32 a side and on random shapes, with every k-th plan through the checker.
 
-use host::modboat::parameters::Parameters;
-use host::modboat::plan::Outcome;
-use host::modboat::planner::PlannerKind;
-use host::modboat::structure::Structure;
+use modboat::parameters::Parameters;
+use modboat::plan::Outcome;
+use modboat::planner_kind::PlannerKind;
+use modboat::structure::Structure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::{Modboat, check};

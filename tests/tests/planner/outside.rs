@@ -1,8 +1,8 @@
 //! Table (f): demands that nothing can meet.
 
-use host::modboat::motion::Wrench;
-use host::modboat::parameters::Parameters;
-use host::modboat::planner::PlannerKind;
+use modboat::motion::Wrench;
+use modboat::parameters::Parameters;
+use modboat::planner_kind::PlannerKind;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::Modboat;

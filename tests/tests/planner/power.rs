@@ -4,13 +4,14 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use host::modboat::distance::DistanceToCollision;
-use host::modboat::motion::Swing;
-use host::modboat::plan::{Outcome, Plan};
-use host::modboat::planner::{Planner, PlannerKind};
-use host::modboat::planner_config::{LossTolerance, PlannerConfig};
-use host::modboat::setting::Presence;
-use host::modboat::structure::Structure;
+use modboat::distance::DistanceToCollision;
+use modboat::motion::Swing;
+use modboat::plan::{Outcome, Plan};
+use modboat::planner::Planner;
+use modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::planner_kind::PlannerKind;
+use modboat::setting::Presence;
+use modboat::structure::Structure;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -71,7 +72,7 @@ fn meet(kind: &Kind, apart_m: [f64; 2], i: &[f64], j: &[f64]) -> Option<(f64, f6
 #[test]
 fn table_g_whoever_loses_its_power_is_in_nobodys_way() {
     let _alone = alone();
-    let kind = Kind::new(host::modboat::parameters::Parameters::default());
+    let kind = Kind::new(modboat::parameters::Parameters::default());
     let jobs: Vec<_> = SHAPES.iter().flat_map(|&shape| [(shape, NEAR), (shape, FAR)]).collect();
     let count = if full() { 1000 } else { 100 };
     let rows = on_both_cores(&jobs, |&(shape, sequence)| {
@@ -130,7 +131,7 @@ fn table_g_whoever_loses_its_power_is_in_nobodys_way() {
 #[test]
 fn table_h_nobody_comes_within_reach_of_a_tail_that_nobody_knows() {
     let _alone = alone();
-    let kind = Kind::new(host::modboat::parameters::Parameters::default());
+    let kind = Kind::new(modboat::parameters::Parameters::default());
     let distance = Arc::new(DistanceToCollision::new(&kind.parameters));
     let count = if full() { 200 } else { 20 };
     let jobs: Vec<_> = SHAPES.iter().flat_map(|&shape| (0..8_u64).map(move |seed| (shape, seed))).collect();

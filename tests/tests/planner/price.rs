@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use host::modboat::parameters::Parameters;
-use host::modboat::planner::PlannerKind;
-use host::modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::parameters::Parameters;
+use modboat::planner_config::{LossTolerance, PlannerConfig};
+use modboat::planner_kind::PlannerKind;
 use tests::stream::{Course, Kind, Rows, Sequence, on_both_cores, settings};
 
 use crate::{EXACT, NEAR, SHARE, alone, full, structure};

@@ -3,8 +3,8 @@
 //! Each question is put three times, with the same answer, and the least time counts: the one that other work on the machine
 //! disturbs least.
 
-use host::modboat::parameters::Parameters;
-use host::modboat::planner::PlannerKind;
+use modboat::parameters::Parameters;
+use modboat::planner_kind::PlannerKind;
 use tests::stream::{Course, Kind, Rows, Sequence, settings};
 
 use crate::{NEAR, SHARE, alone, full, structure};

@@ -19,7 +19,7 @@
 
 use std::ops::RangeInclusive;
 
-use host::link::delivery::{COMMIT_EVERY, COMMIT_LEAD, RESEND_FIRST, RESEND_MAX};
+use link::delivery::{COMMIT_EVERY, COMMIT_LEAD, RESEND_FIRST, RESEND_MAX};
 
 /// Pause between two looks at the timers, µs.
 pub const TICK_US: u64 = 1_000;

@@ -5,8 +5,8 @@ mod calculation;
 mod rig;
 
 use calculation::{DelayUs, any, least_lead_us, miss, sends, two_phase};
-use host::link::faults::FaultParameters;
 use host::run::scenario::Timing;
+use link::faults::FaultParameters;
 use protocol::Delivery;
 use protocol::units::MicrosSpan;
 use rig::Rig;

@@ -1,10 +1,10 @@
 //! The dispatcher, and the firmware's links of 25 modules, over radios that lose.
 
 use firmware::link::session::{Identity, Link, SURE_WITHIN};
-use host::link::dispatcher::Dispatcher;
-use host::link::faults::{FaultParameters, Faulty};
-use host::link::identity::HostIdentity;
-use host::link::loopback::{Ether, LoopbackRadio, Node};
+use link::dispatcher::Dispatcher;
+use link::faults::{FaultParameters, Faulty};
+use link::identity::HostIdentity;
+use link::loopback::{Ether, LoopbackRadio, Node};
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{
     Acknowledge, Cycle, Delivery, Hello, MAX_DATAGRAM, Message, ModboatCycle, ModuleId, ModuleKind, Motion,

@@ -1,21 +1,22 @@
 //! Plans of reconfigurations, executed: planner, link, firmware and water together, with faults in them.
 
-use host::link::faults::FaultParameters;
-use host::rov::plan::{Action, ActionKind, Criterion, Manner, Move, Placed, Plan};
-use host::rov::planner::{OrderRule, Request, plan};
-use host::rov::pose::Pose;
-use host::rov::power::PowerLaw;
-use host::rov::problem::{Problem, Robot, Rules, Slot};
-use host::rov::propulsion::{Propulsion, Steady};
-use host::rov::vehicle::Vehicle;
-use host::run::experiment::{Pace, Quiet};
+use host::run::experiment::Pace;
+use host::run::progress::Quiet;
 use host::run::reconfigure::ExecutionError;
 use host::run::reconfigure::execution::{Executed, Options, execute, run};
 use host::run::reconfigure::fleet::InProcess;
 use host::run::reconfigure::scenario::ReconfigureScenario;
+use link::faults::FaultParameters;
 use protocol::units::{Micros, MicrosSpan};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use reconfiguration::plan::{Action, ActionKind, Criterion, Manner, Move, Placed, Plan};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::{Problem, Robot, Rules, Slot};
+use reconfiguration::vehicle::Vehicle;
+use rov::planner::{OrderRule, Request, plan};
+use rov::power::PowerLaw;
+use rov::propulsion::{Propulsion, Steady};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::atomic::AtomicBool;
 use tests::reconfigure::{self as random, Kind};
@@ -105,7 +106,7 @@ fn all_arrived(executed: &Executed, tilt_most_rad: f64) {
         let index = record.problem.robots.iter().position(|robot| robot.id == of.robot).expect("known");
         let (eta, slot) = (last.robots[index].eta, record.plan.slots[of.slot]);
         let off_m = (0..3).map(|k| (eta[k] - slot.position_m[k]).powi(2)).sum::<f64>().sqrt();
-        let turned_rad = host::quantity::wrap_rad(eta[5] - slot.yaw_rad).abs();
+        let turned_rad = quantity::wrap_rad(eta[5] - slot.yaw_rad).abs();
         assert!(
             last.robots[index].arrived && off_m < 0.02 && turned_rad < 0.03,
             "robot {}: {eta:?}",
@@ -267,7 +268,7 @@ fn pair(way: &[(ActionKind, [f64; 4], f64)]) -> (Problem, Plan) {
                 let a = rules.yaw_acceleration_rad_s2;
                 (propulsion.turn(to.yaw_rad - at.yaw_rad, speed, Some(a)).expect("within limits"), Some(a))
             }
-            _ => (host::rov::propulsion::Expense::default(), None),
+            _ => (rov::propulsion::Expense::default(), None),
         };
         let start_s = actions.last().map_or(0.0, |last| last.start_s + last.duration_s);
         let (duration_s, energy_j) = (expense.duration_s, expense.energy_j);

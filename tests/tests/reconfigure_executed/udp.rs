@@ -1,18 +1,19 @@
 //! A plan executed by ROVs with sockets of their own.
 
-use host::link::dispatcher::Dispatcher;
-use host::link::faults::{FaultCount, FaultParameters};
-use host::link::identity::HostIdentity;
-use host::link::udp::UdpRadio;
-use host::rov::plan::ActionKind;
-use host::run::experiment::{Pace, Quiet};
+use host::run::experiment::Pace;
+use host::run::progress::Quiet;
 use host::run::reconfigure::ExecutionError;
 use host::run::reconfigure::execution::run;
 use host::run::reconfigure::fleet::{Fleet, OverUdp};
-use host::sim::module::ClockParameters;
-use host::sim::rov::{RovSetup, SimRov};
+use link::dispatcher::Dispatcher;
+use link::faults::{FaultCount, FaultParameters};
+use link::identity::HostIdentity;
+use link::udp::UdpRadio;
 use protocol::ModuleId;
 use protocol::units::{Micros, MicrosSpan};
+use reconfiguration::plan::ActionKind;
+use sim::clock::ClockParameters;
+use sim::rov::{RovSetup, SimRov};
 use std::net::SocketAddr;
 use std::sync::atomic::AtomicBool;
 

@@ -35,8 +35,10 @@
 use super::blocks::{BLOCKS, Block};
 use super::exact::{along, micros, number, seconds};
 
-/// The most two clocks drift apart, ppm.
+/// The most two clocks drift apart, ppm. *Assumed.*
 pub(super) const DRIFT_MAX_PPM: f32 = 300.0;
+/// The same, ppb.
+pub(super) const DRIFT_MAX_PPB: i32 = 300_000;
 
 /// Standard deviations that are not exceeded in 99 % of the time: of a normal distribution, and of the difference of
 /// two exponential ones.

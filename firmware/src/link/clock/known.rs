@@ -9,11 +9,9 @@
 //! o_high ← min(o_high + 300 ppm·Δt, t2 − t1), and so o_low.
 
 use super::blocks::{Block, Sight};
+use super::estimate::DRIFT_MAX_PPB;
 use super::exact::{along, drifted_us, micros, seconds, whole};
 use super::output::Output;
-
-/// The most the two clocks drift apart: 300 ppm. *Assumed.*
-pub(super) const DRIFT_MAX_PPB: i32 = 300_000;
 
 /// w: 1 ppm per minute. *Assumed.*
 const WANDER_PPM_S: f32 = 1.0 / 60.0;

@@ -10,8 +10,8 @@
 //! of the products needs a check: |age| ≤ 2⁴⁰ µs, rates are below 2²²·2⁻³² (1000 ppm) and |rest| ≤ 2²⁹ µs, so that all stay
 //! below 2⁶², and their sums below 2⁶³.
 
+use super::estimate::DRIFT_MAX_PPB;
 use super::exact::{along, ppb_q32};
-use super::known::DRIFT_MAX_PPB;
 
 /// The most that is slewed, beyond the drift: 500 ppm. *Assumed*, as adjtime(3) does.
 pub(super) const SLEW_PPB: i32 = 500_000;

@@ -2,9 +2,10 @@
 
 use std::io::Write;
 
+use reconfiguration::plan::{ActionKind, Criterion};
+use reconfiguration::problem::Problem;
+
 use super::Column;
-use crate::rov::plan::{ActionKind, Criterion};
-use crate::rov::problem::Problem;
 use crate::run::reconfigure::summary::Summary;
 
 /// Prints a row a figure, a column a plan.

@@ -1,13 +1,13 @@
 //! One decision, and what goes over the wire for it.
 
+use modboat::motion::StepTime;
+use modboat::motion::{Swing, Turn, Wrench};
+use modboat::plan::{Outcome, Plan};
 use protocol::configuration::TailLimits;
 use protocol::units::{Micros, MicrosSpan, Radians};
 use protocol::{ModboatCycle, Motion, TransitionLaw};
 
 use super::span;
-use crate::modboat::motion::{Swing, Turn, Wrench};
-use crate::modboat::plan::{Outcome, Plan};
-use crate::modboat::setting::StepTime;
 
 /// One decision, as dispatched (or, where the fleet is held, as not dispatched).
 #[derive(Clone, Debug, PartialEq)]

@@ -1,11 +1,11 @@
 use super::*;
-use crate::link::loopback::Node;
-use crate::modboat::motion::Swing;
-use crate::modboat::setting::StepTime;
 use crate::run::fleet::{Fleet, InProcess};
-use crate::sim::TailState;
-use crate::sim::module::TICK;
+use link::loopback::Node;
+use modboat::motion::StepTime;
+use modboat::motion::Swing;
 use protocol::{MAX_DATAGRAM, Radio};
+use sim::TailState;
+use sim::module::TICK;
 
 const SCENARIO: &str = "name = \"t\"\n[structure]\nsize = \"2x1\"\n[[leg]]\nduration_s = 60.0\n\
                         velocity_m_s = [0.0, 0.0]\nheading_rad = 0.0\n";

@@ -7,18 +7,19 @@
 //! What the mover's thrusters draw from the beginning of its move until it holds in its slot is to navigate, what all
 //! others draw is to balance. While a mover hands over its share of the balance it is the mover already.
 
+use reconfiguration::plan::{ActionKind, Move, Plan};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::Problem;
+use reconfiguration::vehicle::Vehicle;
+use rov::configuration::LevelBox;
+use rov::dynamics::State;
+use rov::guidance::course::Course;
+use rov::power::PowerLaw;
+use rov::propulsion::{Propulsion, PropulsionError, Steady};
+use sim::rov::basin::Misfit;
+
 use super::conductor::{Conductor, HAND_OVER_S};
 use super::summary::{Energy, MoveFigures};
-use crate::rov::configuration::LevelBox;
-use crate::rov::dynamics::State;
-use crate::rov::guidance::course::Course;
-use crate::rov::plan::{ActionKind, Move, Plan};
-use crate::rov::pose::Pose;
-use crate::rov::power::PowerLaw;
-use crate::rov::problem::Problem;
-use crate::rov::propulsion::{Propulsion, PropulsionError, Steady};
-use crate::rov::vehicle::Vehicle;
-use crate::sim::rov::basin::Misfit;
 
 /// See the module's documentation.
 pub struct Accounts {
@@ -114,7 +115,7 @@ fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy,
         let course = Course::new(action, rules);
         let way_m: [f64; 3] = std::array::from_fn(|k| action.to.position_m[k] - action.from.position_m[k]);
         let length_m = way_m.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let angle_rad = crate::quantity::wrap_rad(action.to.yaw_rad - action.from.yaw_rad);
+        let angle_rad = quantity::wrap_rad(action.to.yaw_rad - action.from.yaw_rad);
         let expense = match action.kind {
             ActionKind::Leg if length_m > 0.0 => {
                 let (sin, cos) = action.from.yaw_rad.sin_cos();

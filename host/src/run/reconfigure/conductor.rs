@@ -26,18 +26,18 @@ mod lead;
 pub use failure::Failure;
 
 use super::ExecutionError;
-use crate::rov::configuration::{adjacency, clusters};
-use crate::rov::dynamics::State;
-use crate::rov::guidance::course::{Course, Reference};
-use crate::rov::guidance::helm::Helm;
-use crate::rov::plan::{Action, ActionKind, Plan};
-use crate::rov::pose::Pose;
-use crate::rov::power::{self, PowerLaw};
-use crate::rov::problem::Problem;
-use crate::rov::vehicle::Vehicle;
-use crate::sim::rov::propellers::LAG_S;
 use fit::check;
 use lead::Lead;
+use reconfiguration::plan::{Action, ActionKind, Plan};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::Problem;
+use reconfiguration::vehicle::Vehicle;
+use rov::configuration::{adjacency, clusters};
+use rov::dynamics::State;
+use rov::guidance::course::{Course, Reference};
+use rov::guidance::helm::Helm;
+use rov::power::{self, PowerLaw};
+use sim::rov::propellers::LAG_S;
 
 /// Pause between two thrust packets, s: 20 Hz.
 const PERIOD_S: f64 = 0.050;

@@ -10,29 +10,30 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use link::dispatcher::{self, Dispatcher};
+use link::faults::FaultParameters;
+use link::identity::HostIdentity;
 use protocol::message::MAX_THRUSTERS;
 use protocol::units::{Micros, MicrosSpan, Newtons};
 use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, RovCycle};
+use reconfiguration::plan::Plan;
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::Problem;
+use reconfiguration::vehicle::Vehicle;
+use record::reconfigure::{Record, RobotSample, Sample};
+use rov::configuration_matrix::ConfigurationMatrix;
+use rov::dynamics::State;
+use rov::power::PowerLaw;
+use sim::rov::basin::{Basin, BasinError};
 
-use super::super::experiment::{Clock, Pace, Progress};
+use super::super::experiment::{Clock, Pace};
+use super::super::progress::Progress;
 use super::super::summary::LinkFigures;
 use super::ExecutionError;
 use super::accounts::Accounts;
 use super::conductor::{AHEAD_S, Conductor, DOCK_M, DOCK_RAD, Event, HAND_OVER_S};
 use super::fleet::{Fleet, InProcess};
-use super::record::{Record, RobotSample, Sample};
 use super::summary::{Energy, Summary};
-use crate::link::dispatcher::{self, Dispatcher};
-use crate::link::faults::FaultParameters;
-use crate::link::identity::HostIdentity;
-use crate::rov::configuration_matrix::ConfigurationMatrix;
-use crate::rov::dynamics::State;
-use crate::rov::plan::Plan;
-use crate::rov::pose::Pose;
-use crate::rov::power::PowerLaw;
-use crate::rov::problem::Problem;
-use crate::rov::vehicle::Vehicle;
-use crate::sim::rov::basin::{Basin, BasinError};
 
 /// Ticks of the fleet to one step of water and conductor.
 const TICKS: u64 = 5;

@@ -6,19 +6,19 @@
 use std::convert::Infallible;
 use std::net::SocketAddr;
 
+use link::dispatcher::Dispatcher;
+use link::faults::{FaultCount, FaultParameters, Faulty};
+use link::identity::HostIdentity;
+use link::loopback::{Ether, LoopbackRadio, Node};
+use link::udp::UdpRadio;
 use protocol::units::{Micros, MicrosSpan};
 use protocol::{ModuleId, Radio};
+use reconfiguration::problem::Problem;
+use sim::clock::ClockParameters;
+use sim::rov::remote::RemoteRov;
+use sim::rov::{RovSetup, SimRov};
 
 use super::ExecutionError;
-use crate::link::dispatcher::Dispatcher;
-use crate::link::faults::{FaultCount, FaultParameters, Faulty};
-use crate::link::identity::HostIdentity;
-use crate::link::loopback::{Ether, LoopbackRadio, Node};
-use crate::link::udp::UdpRadio;
-use crate::rov::problem::Problem;
-use crate::sim::module::ClockParameters;
-use crate::sim::rov::remote::RemoteRov;
-use crate::sim::rov::{RovSetup, SimRov};
 
 /// The host's address on the loopback.
 const HOST: Node = Node(0);

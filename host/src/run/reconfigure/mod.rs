@@ -6,22 +6,20 @@
 //! | [`conductor`] | which action, whose thrusts: the host's closed loop |
 //! | [`fleet`] | who executes: ROVs in this process, or processes on UDP |
 //! | [`execution`] | conductor, fleet and water against the clock |
-//! | [`accounts`], [`record`] | what is measured meanwhile |
+//! | [`accounts`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
 
+use rov::guidance::helm::HelmError;
+use rov::power::PowerError;
+use rov::propulsion::PropulsionError;
+use sim::rov::RovError;
+use sim::rov::basin::BasinError;
 use thiserror::Error;
-
-use crate::rov::guidance::helm::HelmError;
-use crate::rov::power::PowerError;
-use crate::rov::propulsion::PropulsionError;
-use crate::sim::rov::RovError;
-use crate::sim::rov::basin::BasinError;
 
 pub mod accounts;
 pub mod conductor;
 pub mod execution;
 pub mod fleet;
-pub mod record;
 pub mod scenario;
 pub mod summary;
 

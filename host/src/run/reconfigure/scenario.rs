@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::{Problem, Robot, Rules, Slot, Tool};
+use reconfiguration::vehicle::{Vehicle, VehicleError};
+use rov::conditions::{Conditions, Place, ProblemError};
 use serde::Deserialize;
 use thiserror::Error;
+use toml_lines::{self, Lengths, line_of};
 
 use super::super::scenario::{ScenarioError, text_of, unfit};
-use crate::rov::conditions::{Place, ProblemError};
-use crate::rov::pose::Pose;
-use crate::rov::problem::{Problem, Robot, Rules, Slot, Tool};
-use crate::rov::vehicle::{Vehicle, VehicleError};
-use crate::toml_lines::{self, Lengths, line_of};
 
 /// The reconfigurations that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 4] = [

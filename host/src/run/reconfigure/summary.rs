@@ -1,11 +1,11 @@
 //! The figures of an executed reconfiguration: `summary.json`, and what is printed.
 
+use link::faults::FaultCount;
 use protocol::ledger::Incoming;
+use reconfiguration::plan::{Criterion, Manner};
 use serde::Serialize;
 
 use super::super::summary::LinkFigures;
-use crate::link::faults::FaultCount;
-use crate::rov::plan::{Criterion, Manner};
 
 /// Energies and the time they were drawn in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -1,8 +1,7 @@
 //! Legs of a scenario: what is demanded, one after the other.
 
+use quantity::ParameterError;
 use serde::Deserialize;
-
-use crate::quantity::ParameterError;
 
 /// One demand and how long it lasts.
 #[derive(Clone, Debug, PartialEq)]

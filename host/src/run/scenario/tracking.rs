@@ -1,11 +1,10 @@
 //! Whether the motor of a scenario keeps its tail as near to planned angles as plans rely on.
 
 use firmware::link::session::SURE_WITHIN;
-
-use crate::modboat::parameters::Parameters;
-use crate::modboat::planner_config::{LawOfTime, PlannerConfig};
-use crate::sim::motor::MotorParameters;
-use crate::sim::tracking::Tracking;
+use modboat::parameters::Parameters;
+use modboat::planner_config::{LawOfTime, PlannerConfig};
+use sim::motor::MotorParameters;
+use sim::tracking::Tracking;
 
 /// What plans rely on: that modules with this motor keep their tails as near to planned angles as `[modboat]` says, with clocks as
 /// sure as the firmware wants them. Not asked where transitions go at constant speed, which guarantees nothing.

@@ -1,10 +1,11 @@
 //! Whether a plan is one of this problem, and can be followed.
 
+use quantity::wrap_rad;
+use reconfiguration::plan::{ActionKind, Move, Plan};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::Problem;
+
 use super::super::ExecutionError;
-use crate::quantity::wrap_rad;
-use crate::rov::plan::{ActionKind, Move, Plan};
-use crate::rov::pose::Pose;
-use crate::rov::problem::Problem;
 
 /// Whether the plan's moves can be followed one after the other.
 pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError> {

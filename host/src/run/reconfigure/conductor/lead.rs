@@ -17,7 +17,7 @@
 //!
 //! Assumptions and limits: one lag for all, known; limits of thrust cut the lead.
 
-use crate::sim::rov::propellers::LAG_S;
+use sim::rov::propellers::LAG_S;
 
 /// What every propeller should give by now.
 #[derive(Clone, Debug)]
@@ -56,9 +56,9 @@ impl Lead {
 #[cfg(test)]
 mod tests {
     use protocol::units::{Newtons, Volts};
+    use sim::rov::propellers::Propellers;
 
     use super::*;
-    use crate::sim::rov::propellers::Propellers;
 
     /// On the simulated propellers: what is wanted is there at the end of the period, up and down, but for stops.
     #[test]

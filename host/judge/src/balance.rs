@@ -1,0 +1,172 @@
+//! v6: what the waiting robots push, against weight and buoyancy of their cluster.
+//!
+//! ```text
+//! F_g = Σ (0, 0, W_i − B_i),   M_g = Σ r_Gi × (0, 0, W_i) − r_Bi × (0, 0, B_i)          (3)–(5), level
+//! F_u = Σ R_z(ψ)·e·u,          M_u = Σ (p + R_z(ψ)·l) × R_z(ψ)·e·u                      (16)
+//! F_g + F_u = 0,   M_g + M_u = 0
+//! ```
+//!
+//! All vectors are in the world (north-east-down), from the mean of the cluster's body origins. With W = m·g and
+//! W − B given, B follows. The limits of thrust are the ends of the measured T200 table at the battery's voltage,
+//! between two of its voltages in proportion.
+
+use std::collections::BTreeMap;
+
+use reconfiguration::plan::Move;
+
+use super::{Body, Condition, Judge, connections};
+
+/// Standard gravity, m/s².
+const GRAVITY_M_S2: f64 = 9.806_65;
+/// What may be left of a balance, as a share of what is balanced and of what is pushed.
+const SHARE: f64 = 1e-6;
+/// Voltage, pulse width, speed, current, power, thrust in kgf.
+const T200: &str = include_str!("../../data/t200_2019.csv");
+
+type Vector = [f64; 3];
+
+fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn plus(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+fn size(v: Vector) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Looks at what is pushed during one move.
+pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, resting: &[Body<'_>]) {
+    let mut wrong = Vec::new();
+    let limits_n = limits_n(judge.problem.rules.battery_v);
+    let mut thrusts: Vec<Option<&[f64]>> = vec![None; resting.len()];
+    for holding in &own.balance {
+        let name = format!("robot {}", holding.robot);
+        let Some(body) = resting.iter().position(|body| body.name == name) else {
+            wrong.push((Condition::V6, format!("{name} is to balance and does not wait")));
+            continue;
+        };
+        let (given, fitted) = (holding.thrusts_n.len(), resting[body].vehicle.thrusters.len());
+        if given != fitted {
+            wrong.push((Condition::V6, format!("{name}: {given} thrusts for {fitted} thrusters")));
+            continue;
+        }
+        if thrusts[body].replace(&holding.thrusts_n).is_some() {
+            wrong.push((Condition::V6, format!("{name} balances twice")));
+        }
+        for (number, &thrust_n) in holding.thrusts_n.iter().enumerate() {
+            match limits_n {
+                Some([least_n, greatest_n])
+                    if thrust_n < least_n - SHARE || thrust_n > greatest_n + SHARE =>
+                {
+                    let message = format!(
+                        "{name}: thruster {} pushes {thrust_n:.3} N, from {least_n:.3} to {greatest_n:.3} N can",
+                        number + 1
+                    );
+                    wrong.push((Condition::Thrusters, message));
+                }
+                _ => {}
+            }
+        }
+    }
+    if limits_n.is_none() {
+        let volts = judge.problem.rules.battery_v;
+        wrong.push((Condition::Thrusters, format!("{volts} V is outside the table of the thrusters")));
+    }
+    let cluster = connections::clusters(resting);
+    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    cluster.iter().enumerate().for_each(|(body, &cluster)| members.entry(cluster).or_default().push(body));
+    for members in members.into_values() {
+        let own = members.iter().map(|&body| (&resting[body], thrusts[body].unwrap_or_default()));
+        if let Some(message) = unbalanced(&own.collect::<Vec<_>>()) {
+            wrong.push((Condition::V6, message));
+        }
+    }
+    for (condition, message) in wrong {
+        judge.add(Some(index), own.start_s, condition, message);
+    }
+}
+
+/// What is left of force and moment on a cluster, if that is too much.
+fn unbalanced(cluster: &[(&Body<'_>, &[f64])]) -> Option<String> {
+    let count = cluster.len() as f64;
+    let origin = cluster.iter().fold([0.0; 3], |sum, (body, _)| plus(sum, body.pose.position_m));
+    let origin = origin.map(|x| x / count);
+    let (mut restoring, mut pushed) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
+    let mut effort = [0.0; 2];
+    for (body, thrusts) in cluster {
+        let (sin, cos) = body.pose.yaw_rad.sin_cos();
+        let turned = |v: Vector| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
+        let place = |arm: Vector| plus(plus(body.pose.position_m, origin.map(|x| -x)), turned(arm));
+        let weight_n = body.vehicle.mass_kg * GRAVITY_M_S2;
+        let buoyancy_n = weight_n - body.vehicle.weight_in_water_n;
+        let forces = [(body.vehicle.r_g_m, weight_n), (body.vehicle.r_b_m, -buoyancy_n)];
+        for (arm, force_n) in forces {
+            let force = [0.0, 0.0, force_n];
+            restoring = [plus(restoring[0], force), plus(restoring[1], cross(place(arm), force))];
+        }
+        for (thruster, &thrust_n) in body.vehicle.thrusters.iter().zip(*thrusts) {
+            let force = turned(thruster.direction).map(|e| e * thrust_n);
+            let moment = cross(place(thruster.position_m), force);
+            pushed = [plus(pushed[0], force), plus(pushed[1], moment)];
+            effort = [effort[0] + size(force), effort[1] + size(moment)];
+        }
+    }
+    let units = ["N", "N·m"];
+    for k in 0..2 {
+        let left = plus(restoring[k], pushed[k]);
+        // Opposite weights and buoyancies cancel to rounding, so there is an absolute floor too.
+        if size(left) > SHARE * size(restoring[k]).max(effort[k]) + 1e-9 {
+            let names: Vec<&str> = cluster.iter().map(|(body, _)| body.name.as_str()).collect();
+            return Some(format!(
+                "{} not balanced: {:.6?} {} of {:.6?} {} are left",
+                names.join(", "),
+                left,
+                units[k],
+                restoring[k],
+                units[k]
+            ));
+        }
+    }
+    None
+}
+
+/// Least and greatest thrust at a voltage, N; nothing outside the table.
+fn limits_n(volts: f64) -> Option<[f64; 2]> {
+    let mut ends: Vec<(f64, [f64; 2])> = Vec::new();
+    for line in T200.lines().skip(1) {
+        let mut numbers = line.split(',').map(|number| number.trim().parse::<f64>());
+        let (Some(Ok(row_v)), Some(Ok(kgf))) = (numbers.next(), numbers.nth(4)) else { continue };
+        let thrust_n = kgf * GRAVITY_M_S2;
+        match ends.last_mut() {
+            Some((last_v, [least, greatest])) if (*last_v - row_v).abs() < 1e-9 => {
+                (*least, *greatest) = (least.min(thrust_n), greatest.max(thrust_n));
+            }
+            _ => ends.push((row_v, [thrust_n; 2])),
+        }
+    }
+    let (low, high) =
+        (ends.iter().rfind(|(row_v, _)| *row_v <= volts)?, ends.iter().find(|(row_v, _)| *row_v >= volts)?);
+    let share = if high.0 > low.0 { (volts - low.0) / (high.0 - low.0) } else { 0.0 };
+    Some([0, 1].map(|k| low.1[k] + share * (high.1[k] - low.1[k])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_the_ends_of_the_table() {
+        // Rows 16,1100 and 16,1900: −4.06948 and 5.24504 kgf.
+        let [least, greatest] = limits_n(16.0).expect("inside");
+        assert!(
+            (greatest - 51.4362).abs() < 1e-3 && (least + 39.9079).abs() < 1e-3,
+            "{least} to {greatest} N"
+        );
+        let [a, b, c] = [14.0, 15.0, 16.0].map(|v| limits_n(v).expect("inside")[1]);
+        assert!((b - (a + c) / 2.0).abs() < 1e-12);
+        assert!(limits_n(9.9).is_none() && limits_n(20.1).is_none() && limits_n(f64::NAN).is_none());
+    }
+}

@@ -1,0 +1,188 @@
+//! Files that only their owner reads: keys, and what a module is provisioned with.
+//!
+//! A file is made with mode 0600 whatever the umask, never through a symbolic link, and takes the place of another only
+//! if told so, all at once. One that its group or others may read or write is refused. Limits: modes are those of Unix; elsewhere a file
+//! has the rights of its folder.
+
+use std::fs::{self, DirBuilder, File, Metadata, OpenOptions};
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::entropy::{self, EntropyError};
+
+/// Why a file cannot be had, or not be made.
+#[derive(Debug, Error)]
+pub enum PrivateFileError {
+    /// No such file.
+    #[error("{}: no such file", path.display())]
+    Missing {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// The operating system will not have it read.
+    #[error("{}: {source}", path.display())]
+    Unreadable {
+        /// Which file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// A folder, a device or a pipe.
+    #[error("{}: is not a file", path.display())]
+    NotAFile {
+        /// Which path.
+        path: PathBuf,
+    },
+    /// Others than its owner can read or write it.
+    #[error(
+        "{}: mode {mode:04o} lets others than its owner read or write it: run `chmod 600 {}` (and change the secret in \
+         it if anybody may have read it)",
+        path.display(), path.display()
+    )]
+    Open {
+        /// Which file.
+        path: PathBuf,
+        /// Its mode.
+        mode: u32,
+    },
+    /// There is such a file already.
+    #[error("{}: exists already and is left as it is; --force replaces it", path.display())]
+    Exists {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// No secret is written through a symbolic link.
+    #[error("{}: is a symbolic link: name the file itself", path.display())]
+    Link {
+        /// Which path.
+        path: PathBuf,
+    },
+    /// The operating system will not have it written.
+    #[error("cannot write {}: {source}", path.display())]
+    Unwritable {
+        /// Which file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// No random bytes for a name that nobody has.
+    #[error(transparent)]
+    Entropy(#[from] EntropyError),
+}
+
+/// Reads as much of `path` as `buffer` holds.
+pub fn read(path: &Path, buffer: &mut [u8]) -> Result<usize, PrivateFileError> {
+    let unreadable = |source: io::Error| match source.kind() {
+        ErrorKind::NotFound => PrivateFileError::Missing { path: path.to_owned() },
+        _ => PrivateFileError::Unreadable { path: path.to_owned(), source },
+    };
+    // A pipe would be waited for.
+    if !fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err(PrivateFileError::NotAFile { path: path.to_owned() });
+    }
+    let mut file = File::open(path).map_err(unreadable)?;
+    // Of what was opened, whatever the path means by now.
+    check_private(path, &file.metadata().map_err(unreadable)?)?;
+    let mut length = 0;
+    while length < buffer.len() {
+        match file.read(&mut buffer[length..]) {
+            Ok(0) => break,
+            Ok(more) => length += more,
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(unreadable(error)),
+        }
+    }
+    Ok(length)
+}
+
+/// Writes `bytes` to `path`, for its owner's eyes; in place of a file that is there only with `force`.
+pub fn write(path: &Path, bytes: &[u8], force: bool) -> Result<(), PrivateFileError> {
+    let unwritable = |source| PrivateFileError::Unwritable { path: path.to_owned(), source };
+    let exists = || PrivateFileError::Exists { path: path.to_owned() };
+    let replaces = match fs::symlink_metadata(path) {
+        Ok(there) if there.is_symlink() => return Err(PrivateFileError::Link { path: path.to_owned() }),
+        Ok(there) if !there.is_file() => return Err(PrivateFileError::NotAFile { path: path.to_owned() }),
+        Ok(_) if !force => return Err(exists()),
+        Ok(_) => true,
+        Err(error) if error.kind() == ErrorKind::NotFound => false,
+        Err(error) => return Err(unwritable(error)),
+    };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder {
+        create_folder(folder).map_err(unwritable)?;
+    }
+    // The former file is whole until the new one is.
+    let target = if replaces { beside(path)? } else { path.to_owned() };
+    let mut file = create_new(&target).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => exists(),
+        _ => unwritable(error),
+    })?;
+    let outcome = fill(path, &mut file, bytes)
+        .and_then(|()| if replaces { fs::rename(&target, path).map_err(unwritable) } else { Ok(()) });
+    if outcome.is_err() {
+        let _ = fs::remove_file(&target);
+        return outcome;
+    }
+    // That the folder names the file is on the disk too; not every file system can be asked to.
+    let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
+    Ok(())
+}
+
+fn fill(path: &Path, file: &mut File, bytes: &[u8]) -> Result<(), PrivateFileError> {
+    let unwritable = |source| PrivateFileError::Unwritable { path: path.to_owned(), source };
+    // The umask may have taken from the owner what it was made with; a file system may know no modes.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.set_permissions(fs::Permissions::from_mode(0o600)).map_err(unwritable)?;
+    }
+    check_private(path, &file.metadata().map_err(unwritable)?)?;
+    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(unwritable)
+}
+
+/// A name that nobody has, in the same folder.
+fn beside(path: &Path) -> Result<PathBuf, PrivateFileError> {
+    let mut number = [0; 8];
+    entropy::fill(&mut number)?;
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{:016x}", u64::from_le_bytes(number)));
+    Ok(path.with_file_name(name))
+}
+
+/// A new file; a symbolic link counts as one that is there.
+fn create_new(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)
+}
+
+/// The folder and those it is in; such as are made are their owner's alone.
+fn create_folder(path: &Path) -> io::Result<()> {
+    let mut builder = DirBuilder::new();
+    builder.recursive(true);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(path)
+}
+
+/// Refuses a file that others than its owner can read or write.
+#[cfg(unix)]
+fn check_private(path: &Path, metadata: &Metadata) -> Result<(), PrivateFileError> {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = metadata.permissions().mode() & 0o7777;
+    if mode & 0o066 != 0 {
+        return Err(PrivateFileError::Open { path: path.to_owned(), mode });
+    }
+    Ok(())
+}
+
+/// Modes are those of Unix.
+#[cfg(not(unix))]
+fn check_private(_: &Path, _: &Metadata) -> Result<(), PrivateFileError> {
+    Ok(())
+}

@@ -1,0 +1,308 @@
+//! The search for a cycle: from where the tails rest if that will do, from other rest poses if not.
+//!
+//! *Staying.* From the cycle before, Newton's method alone meets most demands of a closed loop. If not, coordinate descent
+//! looks for other amplitudes, unless the margin of the present rest poses ([`Orientation`]) says that there are none. In
+//! structures of up to four modules, which have little to spare, all patterns of signs are gone through.
+//!
+//! *Turning* is in [`turning`](super::turning).
+//!
+//! Everything is deterministic: randomness comes from the seed in the settings alone.
+
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::allocation::{Aim, Allocation, GOAL, Met, Poses};
+use super::choice::{Choice, FEW, SMALL};
+use super::law::{Law, Sign};
+use super::merit::Merit;
+use super::neighbours::{Cycle, Rules};
+use super::orientation::{Orientation, may_hold};
+use super::rest::RestPoses;
+use crate::buffers::Buffers;
+use crate::motion::{Swing, Turn, Wrench};
+use crate::potential_field::PotentialField;
+use crate::setting::{Approach, Setting};
+use crate::transition::solver::Solver;
+use quantity::wrap_rad;
+
+/// Starts of coordinate descent from given rest poses: of modules that can spare them, and of fewer.
+const STARTS: usize = 3;
+const STARTS_FEW: usize = 4;
+/// Below this margin one start has to do.
+const SMALL_MARGIN: f64 = 0.05;
+/// Amplitudes to start Newton's method from, rad.
+const STARTS_RAD: [f64; 3] = [1.75, 1.2, 2.3];
+/// Patterns of signs that meet the demand among which one is chosen.
+const COMPARED: usize = 4;
+/// The amplitude that leaves most room either way, rad.
+const MIDDLE_RAD: f64 = 1.75;
+/// A cycle belongs to where a tail is if it starts no further from it, rad.
+const SAME_RAD: f64 = 1e-6;
+
+/// What was found for a demand.
+#[derive(Debug)]
+pub struct Found {
+    /// Each module's cycle.
+    pub cycle: Vec<Swing>,
+    /// The way there; `None` where the tails' angles are not known.
+    pub approach: Option<Approach>,
+    /// Relative weighted error; zero where it is met to rounding.
+    pub error: f64,
+    /// Whether it meets the demand to rounding.
+    pub met: bool,
+}
+
+impl Found {
+    /// Takes the place of another.
+    pub(super) fn replace(self, other: &mut Option<Self>, buffers: &mut Buffers) {
+        if let Some(other) = other.replace(self) {
+            other.discard(buffers);
+        }
+    }
+
+    /// Gives back what it is held in.
+    pub(super) fn discard(self, buffers: &mut Buffers) {
+        buffers.keep(self.cycle, self.approach);
+    }
+}
+
+/// The search, with the memory it works in.
+#[derive(Clone, Debug)]
+pub struct Search {
+    pub(super) rest: RestPoses,
+    pub(super) law: Law,
+    pub(super) orientation: Orientation,
+    pub(super) allocation: Allocation,
+    pub(super) solver: Solver,
+    pub(super) merit: Merit,
+    /// Algorithm 1, where all modules take part.
+    pub(super) field: Option<Box<PotentialField>>,
+    /// Modules in the order in which they are visited.
+    pub(super) order: Vec<usize>,
+    pub(super) poses_rad: Vec<f64>,
+    /// What each module is to push, N in S.
+    pub(super) thrusts_n: Vec<[f64; 2]>,
+    /// The best of several.
+    pub(super) best: Vec<Cycle>,
+    /// Patterns of signs with the most that their merit can be, best first.
+    patterns: Vec<(f64, u32)>,
+    /// Choices of rest poses.
+    pub(super) choices: Vec<Choice>,
+    /// What cycles found, and plans, are held in.
+    pub(super) buffers: Buffers,
+}
+
+impl Search {
+    /// For one structure.
+    #[must_use]
+    pub fn new(setting: &Setting) -> Self {
+        let rest = RestPoses::new(setting);
+        let law = Law::new(&setting.parameters);
+        let thrust_max_n = setting.parameters.thrust_n(setting.parameters.amplitude_max_rad);
+        let orientation = Orientation::new(&setting.positions_m, &rest, &law, thrust_max_n);
+        let weights = setting.config.weights;
+        let modules = setting.cells.len();
+        let mut order: Vec<usize> = (0..modules).collect();
+        order.shuffle(&mut ChaCha8Rng::seed_from_u64(setting.config.seed));
+        let merit = Merit::new(&setting.positions_m, thrust_max_n, weights, &orientation);
+        let Setting { cells, positions_m, pairs, parameters, config, .. } = setting;
+        let field = || Box::new(PotentialField::new(cells, positions_m, pairs, parameters, config));
+        let stations = (0..modules).map(|module| rest.stations_rad(module).len()).max().unwrap_or(0);
+        let offered = stations * law.amplitudes_rad.len();
+        Self {
+            rest,
+            law,
+            orientation,
+            allocation: Allocation::new(&setting.positions_m, weights, offered),
+            solver: Solver::with_room(pairs),
+            order,
+            merit,
+            field: setting.all_take_part().then(field),
+            poses_rad: vec![0.0; modules],
+            thrusts_n: Vec::with_capacity(modules),
+            best: Vec::with_capacity(modules),
+            patterns: Vec::with_capacity(if modules <= SMALL { 3_usize.pow(modules as u32) } else { 0 }),
+            choices: Vec::new(),
+            buffers: Buffers::new(modules),
+        }
+    }
+
+    /// Whether every module has a free pose to rest in.
+    #[must_use]
+    pub fn all_free(&self) -> bool {
+        (0..self.order.len()).all(|module| self.rest.has_free(module))
+    }
+
+    /// Whether all tails are where a cycle may start.
+    #[must_use]
+    pub fn may_stay(&self, tails: &[f64]) -> bool {
+        tails.iter().enumerate().all(|(module, &tail_rad)| self.rest.may_stay(module, tail_rad))
+    }
+
+    pub(super) fn aim(&self, setting: &Setting, demand: Wrench) -> Aim {
+        let (weights, demand) = (setting.config.weights, demand.to_array());
+        let thrust_max_n = setting.parameters.thrust_n(setting.parameters.amplitude_max_rad);
+        let [least_rad, most_rad] = self.law.range_rad;
+        Aim {
+            target_n: [0, 1, 2].map(|k| weights[k] * demand[k]),
+            amplitude_rad: MIDDLE_RAD.clamp(least_rad, most_rad),
+            pull_n2_rad2: (0.02 * thrust_max_n).powi(2),
+            recentre: 0.3,
+            goal: GOAL,
+            roams: false,
+        }
+    }
+
+    /// Cycles that start where the tails rest. The nearest found, if none meets the demand; `None` if a tail must not stay
+    /// where it is.
+    pub fn stay(
+        &mut self,
+        setting: &Setting,
+        demand: Wrench,
+        tails: &[f64],
+        previous: Option<&[Swing]>,
+        loss_tolerant: bool,
+    ) -> Option<Found> {
+        if !self.may_stay(tails) {
+            return None;
+        }
+        let aim = self.aim(setting, demand);
+        self.best.clear();
+        let continued =
+            previous.and_then(|cycle| self.continue_cycle(setting, &aim, tails, cycle, loss_tolerant));
+        if continued.is_none() {
+            let at_rest = |(module, &tail_rad): (usize, &f64)| self.rest.cycle(module, tail_rad, 0.0);
+            self.allocation.begin(tails.iter().enumerate().map(at_rest));
+        }
+        let mut met = continued.unwrap_or(Met::No);
+        let margin = |search: &mut Self| {
+            search.orientation.margin(&search.law, tails.iter().copied(), demand.to_array())
+        };
+        // Collisions aside nothing could meet the demand where the margin is below zero; with them little does where it is small.
+        if met != Met::Yes
+            && let margin = margin(self)
+            && margin >= 0.0
+        {
+            met = if tails.len() <= SMALL {
+                self.all_signs(setting, &aim, demand, tails, loss_tolerant)
+            } else {
+                self.descend(setting, &aim, tails, loss_tolerant, continued.is_some(), margin)
+            };
+        }
+        let turns = self.buffers.turns(tails.iter().map(|&tail| Turn { from_rad: tail, to_rad: tail }));
+        let cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
+        Some(Found {
+            error: setting.error(demand, setting.wrench(&cycle)),
+            cycle,
+            approach: Some(Approach { turns, ..Approach::default() }),
+            met: met == Met::Yes,
+        })
+    }
+
+    /// From the amplitudes of the cycle before, where they start at the tails; `None` if they are not allowed there.
+    fn continue_cycle(
+        &mut self,
+        setting: &Setting,
+        aim: &Aim,
+        tails: &[f64],
+        previous: &[Swing],
+        loss_tolerant: bool,
+    ) -> Option<Met> {
+        let Self { rest, law, allocation, .. } = self;
+        let rules = Rules { setting, loss_tolerant };
+        allocation.begin(tails.iter().zip(previous).enumerate().map(|(module, (&rest_rad, swing))| {
+            let same = wrap_rad(swing.start_rad() - rest_rad).abs() < SAME_RAD;
+            rest.cycle(module, rest_rad, if same { swing.amplitude_rad } else { 0.0 })
+        }));
+        // What was given as the cycle before need not be one of this planner's, under these rules.
+        if !allocation.allowed(&rules, law) {
+            return None;
+        }
+        Some(allocation.polish(&rules, rest, law, aim))
+    }
+
+    /// By coordinate descent: from where the allocation is, if that is `near`, and from rest.
+    fn descend(
+        &mut self,
+        setting: &Setting,
+        aim: &Aim,
+        tails: &[f64],
+        loss_tolerant: bool,
+        near: bool,
+        margin: f64,
+    ) -> Met {
+        let Self { rest, law, allocation, order, .. } = self;
+        let rules = Rules { setting, loss_tolerant };
+        let starts = match tails.len() {
+            _ if margin < SMALL_MARGIN => 1,
+            ..=FEW => STARTS_FEW,
+            _ => STARTS,
+        };
+        for start in 0..starts {
+            // First from what could not be polished, if that is near; then from rest.
+            if start > 0 || !near {
+                let at_rest = |(module, &tail_rad): (usize, &f64)| rest.cycle(module, tail_rad, 0.0);
+                allocation.begin(tails.iter().enumerate().map(at_rest));
+            }
+            let shift = start * order.len() / starts;
+            allocation.descend(&rules, rest, law, aim, Poses::Kept, order, shift);
+            if allocation.polish(&rules, rest, law, aim) == Met::Yes {
+                return Met::Yes;
+            }
+        }
+        Met::No
+    }
+
+    /// By Newton's method from every pattern of signs, resting modules included, that may meet the demand; of those that meet the
+    /// aim the one with most room about it.
+    fn all_signs(
+        &mut self,
+        setting: &Setting,
+        aim: &Aim,
+        demand: Wrench,
+        tails: &[f64],
+        loss_tolerant: bool,
+    ) -> Met {
+        let Self { rest, law, allocation, orientation, best, merit, patterns, .. } = self;
+        let rules = Rules { setting, loss_tolerant };
+        let sign = |pattern: u32, module: usize| f64::from(pattern / 3_u32.pow(module as u32) % 3) - 1.0;
+        patterns.clear();
+        for pattern in 0..3_u32.pow(tails.len() as u32) {
+            let modules = tails.iter().enumerate().map(|(m, &tail)| (tail, Sign::of(sign(pattern, m))));
+            let slacks = orientation.slacks(law, modules, demand.to_array());
+            if may_hold(slacks) {
+                patterns.push((merit.at_most(slacks), pattern));
+            }
+        }
+        patterns.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let (mut score, mut compared) = (f64::NEG_INFINITY, 0);
+        for &(at_most, pattern) in patterns.iter() {
+            if at_most <= score || compared >= COMPARED {
+                break;
+            }
+            let met = STARTS_RAD.iter().any(|&start_rad| {
+                allocation.begin(tails.iter().enumerate().map(|(module, &rest_rad)| {
+                    let amplitude_rad =
+                        sign(pattern, module) * start_rad.clamp(law.range_rad[0], law.range_rad[1]);
+                    rest.cycle(module, rest_rad, amplitude_rad)
+                }));
+                allocation.allowed(&rules, law) && allocation.polish(&rules, rest, law, aim) == Met::Yes
+            });
+            compared += usize::from(met);
+            let about = (aim, demand.to_array());
+            if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, score) {
+                score = own;
+                best.clone_from(&allocation.cycles);
+            }
+        }
+        if score == f64::NEG_INFINITY {
+            // Whatever was tried last need not be allowed.
+            let at_rest = |(module, &tail_rad): (usize, &f64)| rest.cycle(module, tail_rad, 0.0);
+            allocation.begin(tails.iter().enumerate().map(at_rest));
+            return Met::No;
+        }
+        allocation.begin(best.iter().copied());
+        Met::Yes
+    }
+}

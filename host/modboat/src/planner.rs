@@ -1,0 +1,144 @@
+//! What calls the planners: from a demanded wrench and the tails' present angles to one [`Plan`].
+
+use std::sync::Arc;
+
+use super::distance::DistanceToCollision;
+use super::exact::ExactPlanner;
+use super::motion::{Swing, Wrench};
+use super::parameters::Parameters;
+use super::plan::Plan;
+use super::planner_config::{DistanceSource, PlannerConfig};
+use super::planner_kind::PlannerKind;
+use super::potential_field::planner::FieldPlanner;
+use super::setting::{Presence, Reach, Setting};
+use super::structure::Structure;
+use super::table::Table;
+
+/// Plans for one structure.
+#[derive(Clone, Debug)]
+pub struct Planner {
+    modules: usize,
+    which: Which,
+}
+
+#[derive(Clone, Debug)]
+enum Which {
+    Exact(Box<ExactPlanner>),
+    PotentialField(Box<FieldPlanner>),
+}
+
+impl Planner {
+    /// The planner that `config` names. Works out the collision regions, and generates the table if the search is to use
+    /// it; for many structures of the same modules see [`Self::with_distance`] and [`Self::with_table`].
+    #[must_use]
+    pub fn new(structure: &Structure, parameters: &Parameters, config: &PlannerConfig) -> Self {
+        let distance = Arc::new(DistanceToCollision::new(parameters));
+        let planner = Self::with_distance(structure, parameters, config, distance);
+        match (config.kind, config.distance) {
+            (PlannerKind::PotentialField, DistanceSource::Table) => {
+                planner.with_table(Arc::new(Table::generate(parameters)))
+            }
+            _ => planner,
+        }
+    }
+
+    /// The same with the collision regions of these very `parameters`, worked out before. The potential field searches by
+    /// them until it is given a table.
+    #[must_use]
+    pub fn with_distance(
+        structure: &Structure,
+        parameters: &Parameters,
+        config: &PlannerConfig,
+        distance: Arc<DistanceToCollision>,
+    ) -> Self {
+        let setting = Setting::new(structure, parameters, config, distance);
+        let which = match config.kind {
+            PlannerKind::Exact => Which::Exact(Box::new(ExactPlanner::new(setting))),
+            PlannerKind::PotentialField => Which::PotentialField(Box::new(FieldPlanner::new(setting))),
+        };
+        Self { modules: structure.len(), which }
+    }
+
+    /// An exact planner where some modules do not take part, whatever `config` names: one that is absent has a tail that nobody
+    /// knows, and others keep out of its reach altogether. `None` where nobody takes part.
+    #[must_use]
+    pub fn among(
+        structure: &Structure,
+        parameters: &Parameters,
+        config: &PlannerConfig,
+        distance: Arc<DistanceToCollision>,
+        presence: Vec<Presence>,
+    ) -> Option<Self> {
+        if presence.len() != structure.len() || !presence.contains(&Presence::Takes) {
+            return None;
+        }
+        let setting = Setting::new(structure, parameters, config, distance).with_presence(presence);
+        Some(Self { modules: structure.len(), which: Which::Exact(Box::new(ExactPlanner::new(setting))) })
+    }
+
+    /// Who takes part where the tails of some modules are not known: those whose tails are, unless they rest within an unknown one's
+    /// reach. `poses_rad` are the tails' angles by module.
+    #[must_use]
+    pub fn presence(
+        structure: &Structure,
+        distance: &DistanceToCollision,
+        poses_rad: &[Option<f64>],
+    ) -> Vec<Presence> {
+        // The rule, at every decision.
+        if poses_rad.iter().all(Option::is_some) {
+            return vec![Presence::Takes; poses_rad.len()];
+        }
+        let mut presence: Vec<Presence> = poses_rad
+            .iter()
+            .map(|pose| if pose.is_some() { Presence::Takes } else { Presence::Absent })
+            .collect();
+        for &offset in distance.offsets() {
+            let reach = Reach::new(distance, offset);
+            for (i, j) in structure.neighbours(offset) {
+                match (poses_rad.get(i).copied().flatten(), poses_rad.get(j).copied().flatten()) {
+                    (Some(pose), None) if !reach.clears_i(pose) => presence[i] = Presence::Stays(pose),
+                    (None, Some(pose)) if !reach.clears_j(pose) => presence[j] = Presence::Stays(pose),
+                    _ => {}
+                }
+            }
+        }
+        presence
+    }
+
+    /// The same planner; a potential field searches by the table of these very parameters from now on.
+    #[must_use]
+    pub fn with_table(mut self, table: Arc<Table>) -> Self {
+        if let Which::PotentialField(field) = self.which {
+            self.which = Which::PotentialField(Box::new(field.with_table(table)));
+        }
+        self
+    }
+
+    /// The decision for `demand`. `tails` are the present angles (rad, may be unwrapped), `previous` the cycle before.
+    /// Either counts as unknown if its length is not the number of modules.
+    ///
+    /// With unknown angles there is no transition, and a cycle that is held is at the end of the previous one, or at
+    /// zero.
+    pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+        let mut plan = Plan::default();
+        self.plan_into(demand, tails, previous, &mut plan);
+        plan
+    }
+
+    /// The same, written into `plan`: what that held before is used again. Once a planner is warm, and is given back what it gave,
+    /// a decision allocates nothing.
+    pub fn plan_into(
+        &mut self,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+        plan: &mut Plan,
+    ) {
+        let tails = tails.filter(|t| t.len() == self.modules);
+        let previous = previous.filter(|p| p.len() == self.modules);
+        match &mut self.which {
+            Which::Exact(exact) => exact.plan_into(demand, tails, previous, plan),
+            Which::PotentialField(field) => field.plan_into(demand, tails, previous, plan),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! What plans are safe against beside a missed one: tails that nobody knows, and modules that lose their power.
+//!
+//! Both come down to one question: does a tail stay out of a neighbour's reach all the way? A tail at angle φ can touch that of a
+//! neighbour only within ±reach of the direction towards it, wherever the other one is ([`Reach`]). So
+//!
+//! - beside a module whose tail nobody knows, everybody keeps out of its reach;
+//! - of two neighbours that move, one keeps out of the other's reach: then either may stop anywhere, as one does that loses its
+//!   power, and the other goes on. Each shared side belongs to one of the two while a cycle lasts. A module may stop in
+//!   one cycle and its neighbours begin the next before anybody knows, so a side changes hands only over a cycle in which
+//!   neither uses it.
+//!
+//! Assumptions and limits: sufficient, not necessary (the region in which two tails collide is smaller than the square about it).
+//! A module that stops is braked, and does not leave what it was to sweep: the firmware's board shorts the motor in reset.
+//! Of the cycle before, its swing is minded and not its transition.
+
+use super::{Setting, swim_ends, turn_ends};
+use crate::motion::Swing;
+use crate::pairs::Pair;
+use crate::planner_config::LossTolerance;
+use crate::transition::STILL_RAD;
+use crate::way::Steps;
+
+/// What a module is good for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Presence {
+    /// It does what it is told.
+    #[default]
+    Takes,
+    /// It stays at this angle, rad: it would have to move past a tail that nobody knows.
+    Stays(f64),
+    /// Nobody knows where its tail is: others keep out of its reach altogether.
+    Absent,
+}
+
+impl Setting {
+    /// Whether everybody takes part.
+    #[must_use]
+    pub fn all_take_part(&self) -> bool {
+        self.presence.iter().all(|presence| *presence == Presence::Takes)
+    }
+
+    /// Whether nobody knows where either tail of a pair is.
+    #[must_use]
+    pub fn is_unknown(&self, pair: &Pair) -> bool {
+        [pair.i, pair.j].iter().any(|&module| self.presence[module] == Presence::Absent)
+    }
+
+    /// Whether the one of a pair whose tail is known may move it all the way from → to, given for both: never within reach of
+    /// the other. Who does not move is as good as anywhere.
+    #[must_use]
+    pub fn keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let reach = &self.reaches[pair.offset];
+        (self.presence[pair.j] != Presence::Absent
+            || rests(from_rad[0], to_rad[0])
+            || reach.clears_i_along(from_rad[0], to_rad[0]))
+            && (self.presence[pair.i] != Presence::Absent
+                || rests(from_rad[1], to_rad[1])
+                || reach.clears_j_along(from_rad[1], to_rad[1]))
+    }
+
+    /// Whether a pair may move from → to, as far as power is concerned: always, unless plans are to be tolerant of that.
+    #[must_use]
+    pub fn may_stop(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        self.config.loss_tolerant != LossTolerance::Power || self.stops_clear(pair, from_rad, to_rad)
+    }
+
+    /// Minds from now on that a module may stop anywhere in `cycle`, and its neighbours begin the next one before anybody
+    /// knows.
+    pub fn mind(&mut self, cycle: Option<&[Swing]>) {
+        self.before_rad.clear();
+        let span = |swing: &Swing| [swing.start_rad(), swing.start_rad() - 2.0 * swing.amplitude_rad];
+        self.before_rad.extend(cycle.into_iter().flatten().map(span));
+    }
+
+    /// Whether of a pair that moves from → to one keeps out of the other's reach; of two of which one rests nothing is asked.
+    fn one_keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let reach = &self.reaches[pair.offset];
+        rests(from_rad[0], to_rad[0])
+            || rests(from_rad[1], to_rad[1])
+            || reach.clears_i_along(from_rad[0], to_rad[0])
+            || reach.clears_j_along(from_rad[1], to_rad[1])
+    }
+
+    /// Whether of a pair that moves from → to one may stop anywhere while the other goes on: in this motion, or in the cycle before
+    /// while the other one is in this motion already.
+    fn stops_clear(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        let before = self.before_rad.get(pair.i).zip(self.before_rad.get(pair.j));
+        self.one_keeps_out(pair, from_rad, to_rad)
+            && before.is_none_or(|(i, j)| {
+                self.one_keeps_out(pair, [from_rad[0], j[0]], [to_rad[0], j[1]])
+                    && self.one_keeps_out(pair, [i[0], from_rad[1]], [i[1], to_rad[1]])
+            })
+    }
+
+    /// Whether in all of a plan any module may stop anywhere: one that stops in the transition stands there in the swim.
+    pub(super) fn all_stop_clear(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
+        // Everything a tail passes, unwrapped: the swim goes on from where the transition ends.
+        let passed = |module: usize| {
+            let Swing { amplitude_rad, .. } = cycle[module];
+            let mut span_rad = [0.0_f64; 2];
+            let start_rad = cycle[module].start_rad();
+            let mut pass = |rad: f64| span_rad = [span_rad[0].min(rad), span_rad[1].max(rad)];
+            pass(-2.0 * amplitude_rad);
+            let mut back_rad = 0.0;
+            for turn in steps.iter().rev().map(|step| step.turn(module)) {
+                back_rad -= turn.rotation_rad();
+                pass(back_rad);
+            }
+            span_rad.map(|rad| start_rad + rad)
+        };
+        self.pairs.all().iter().all(|pair| {
+            let (i, j) = (passed(pair.i), passed(pair.j));
+            self.is_unknown(pair) || self.stops_clear(pair, [i[0], j[0]], [i[1], j[1]])
+        })
+    }
+
+    /// Whether those who do not take part rest, and everybody else keeps out of the reach of tails that nobody knows.
+    pub(super) fn minds_the_absent(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
+        let idle = |module: usize| {
+            self.presence[module] == Presence::Takes
+                || cycle[module].amplitude_rad == 0.0
+                    && steps.iter().all(|step| step.turn(module).rotation_rad().abs() < STILL_RAD)
+        };
+        (0..cycle.len()).all(idle)
+            && self.pairs.all().iter().filter(|pair| self.is_unknown(pair)).all(|pair| {
+                let mut motions =
+                    steps.iter().map(|step| turn_ends(step, pair)).chain([swim_ends(cycle, pair)]);
+                motions.all(|[from, to]| self.keeps_out(pair, from, to))
+            })
+    }
+}
+
+/// To the bit: who stays is given the same angle twice.
+fn rests(from_rad: f64, to_rad: f64) -> bool {
+    from_rad.to_bits() == to_rad.to_bits()
+}

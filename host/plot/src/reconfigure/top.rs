@@ -1,0 +1,169 @@
+//! `top.svg`: all paths of a plan from above, north up, with the order of the moves in words, after the paper's Fig. 7b.
+
+use plotters::style::RGBColor;
+use record::reconfigure::Record;
+
+use super::course;
+use super::solid::{Solid, Vec3};
+use super::step::{Rest, from_above, rests};
+use super::stroke::{self, Pattern, Sign};
+use crate::axis::{Axis, extent, number};
+use crate::lines::Point;
+use crate::picture::{self, Area, Chart, DrawError, Heading, Panel};
+use crate::style::{self, Anchor};
+
+/// Width of the picture, px.
+const WIDTH: f64 = 1500.0;
+/// Greatest height of a chart, px.
+const HIGHEST: f64 = 640.0;
+/// Greatest width of a chart with its axes, px.
+const MOST_WIDE: f64 = 720.0;
+/// Space around what is shown, m.
+const AIR_M: f64 = 0.15;
+
+/// Draws the picture.
+///
+/// # Errors
+/// What plotters reports.
+pub fn svg(records: &[Record]) -> Result<String, DrawError> {
+    let all: Vec<Vec<Rest>> = records.iter().map(rests).collect();
+    let (width, _) = picture::body_size((WIDTH, 0.0));
+    let count = records.len().max(1);
+    let each_px = (width / count as f64).min(MOST_WIDE);
+    let (east, north) = bounds(&all);
+    let chart_px = picture::chart_width(each_px);
+    let chart_height = (chart_px * (north.1 - north.0) / (east.1 - east.0)).clamp(220.0, HIGHEST);
+    let legend = [
+        (Sign::Line(style::MUTED, Pattern::Solid, 1.0, 3.0), "path executed".to_owned()),
+        (Sign::Line(style::INK, Pattern::Solid, 0.8, 1.0), "planned".to_owned()),
+        (
+            Sign::Box(style::MUTED, 0.0, Some((style::MUTED, Pattern::Dotted))),
+            "start, with the robot's number".to_owned(),
+        ),
+        (Sign::Box(style::MUTED, 0.4, None), "robot at the end".to_owned()),
+        (Sign::Disc(style::HULL), "tool".to_owned()),
+    ];
+    let legend_px = stroke::legend_height(&legend, width - 26.0) + 10.0;
+    let moves = all.iter().map(|r| r.len().saturating_sub(1)).max().unwrap_or(0);
+    let list_px = stroke::LEGEND_ROW * moves as f64 + 16.0;
+    let panel_px = chart_height + picture::around(false, true);
+    let height = picture::height_for(legend_px + panel_px + list_px);
+    let (name, description) = course::subject(records);
+    let heading = Heading { name, subject: "paths from above", line: description.to_owned() };
+    let svg = picture::render((WIDTH, height), &heading, |area| {
+        stroke::legend(area, (13.0, 0.0), width - 26.0, &legend)?;
+        for (n, (record, rests)) in records.iter().zip(&all).enumerate() {
+            let corner = (style::px(each_px * n as f64), style::px(legend_px));
+            let cell = area.clone().shrink(corner, (style::px(each_px), style::px(panel_px + list_px)));
+            let (panel, list) = cell.split_vertically(style::px(panel_px));
+            draw_map(&panel, record, rests, (east, north), chart_height)?;
+            draw_list(&list, rests)?;
+        }
+        Ok(())
+    })?;
+    Ok(stroke::dashes(&svg))
+}
+
+/// East and north of everything.
+fn bounds(all: &[Vec<Rest>]) -> (Point, Point) {
+    let hulls = all.iter().flatten().flat_map(|rest| {
+        let robots = rest.robots.iter().map(|r| r.hull);
+        let all = robots.chain(rest.tools.iter().copied()).chain(rest.slots.iter().map(|s| s.1));
+        all.flat_map(|hull| hull.corners())
+    });
+    let paths = all.iter().flatten().filter_map(|r| r.way.as_ref());
+    let paths = paths.flat_map(|way| way.planned.iter().chain(&way.executed).copied());
+    let points: Vec<Vec3> = hulls.chain(paths).collect();
+    let along = |axis: usize| {
+        let (low, high) = extent(points.iter().map(|p| p[axis])).unwrap_or((-0.5, 0.5));
+        (low - AIR_M, high + AIR_M)
+    };
+    (along(1), along(0))
+}
+
+/// The outline of a hull from above (east, north).
+fn foot(hull: &Solid) -> Vec<Point> {
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    corners.map(|(a, b)| hull.at([a, b, 0.0])).map(|p| (p[1], p[0])).to_vec()
+}
+
+fn draw_map(
+    area: &Area<'_>,
+    record: &Record,
+    rests: &[Rest],
+    (east, north): (Point, Point),
+    height_px: f64,
+) -> Result<(), DrawError> {
+    let (width, _) = picture::area_size(area);
+    let width_px = picture::chart_width(width);
+    // Equal axes: the tighter direction sets the scale.
+    let scale = (width_px / (east.1 - east.0)).min(height_px / (north.1 - north.0));
+    let around = |(low, high): Point, px: f64| {
+        let (middle, half) = (0.5 * (low + high), 0.5 * px / scale);
+        (middle - half, middle + half)
+    };
+    let (east, north) = (around(east, width_px), around(north, height_px));
+    let plan = &record.plan;
+    let total = number(plan.energy_total_j, 1);
+    let title = format!("{}: {total} J in {} s as planned", course::label(plan), number(plan.time_s, 1));
+    let tick_m = 60.0 / scale;
+    let panel = Panel {
+        title: &title,
+        legend: &[],
+        legend_below: false,
+        x: Axis::spaced(east.0, east.1, tick_m),
+        y: Axis::spaced(north.0, north.1, tick_m),
+        x_title: Some("East, m"),
+        y_title: Some("North, m"),
+    };
+    let chart = Chart::new(area, &panel)?;
+    let (Some(start), Some(end)) = (rests.first(), rests.last()) else { return Ok(()) };
+    let size_px = (0.16 * scale).clamp(8.5, 14.0);
+    for robot in &start.robots {
+        let dotted = style::line(stroke::marked(style::MUTED, Pattern::Dotted), 1.0, 1.25);
+        chart.line(foot(&robot.hull), dotted)?;
+    }
+    // The deepest first; a tool over the robot under it.
+    let robots = end.robots.iter().enumerate().filter(|(_, r)| r.arrived);
+    let mut bodies: Vec<(&Solid, Option<usize>)> = robots.map(|(n, r)| (&r.hull, Some(n))).collect();
+    bodies.extend(end.tools.iter().map(|tool| (tool, None)));
+    bodies.sort_by(|a, b| b.0.centre[2].total_cmp(&a.0.centre[2]));
+    for (hull, robot) in bodies {
+        let (colour, opacity) = robot.map_or((style::HULL, 0.18), |n| (style::module_colour(n), 0.4));
+        chart.polygon(foot(hull), style::fill(colour, opacity))?;
+        chart.line(foot(hull), style::line(colour, 1.0, 1.25))?;
+        if robot.is_none() {
+            chart.dot((hull.centre[1], hull.centre[0]), 0.5 * hull.half[1] * scale, colour)?;
+        }
+    }
+    for way in rests.iter().filter_map(|r| r.way.as_ref()) {
+        let colour = style::module_colour(way.robot);
+        chart.line(from_above(&way.executed), style::line(colour, 0.85, 3.0))?;
+        chart.line(from_above(&way.planned), style::line(style::INK, 0.75, 1.0))?;
+    }
+    for (robots, colour) in [(&start.robots, style::MUTED), (&end.robots, style::INK)] {
+        let look = style::bold(size_px, colour, Anchor::Middle);
+        for robot in robots.iter().filter(|r| r.arrived || colour == style::MUTED) {
+            // Beside the middle, where the path ends.
+            let at = robot.hull.at([-0.62, 0.55, 0.0]);
+            chart.text(&robot.id.to_string(), (at[1], at[0]), (0.0, 0.0), &look)?;
+        }
+    }
+    Ok(())
+}
+
+/// The moves in order.
+fn draw_list(area: &Area<'_>, rests: &[Rest]) -> Result<(), DrawError> {
+    let (width, _) = picture::area_size(area);
+    let ways = rests.iter().filter_map(|rest| rest.way.as_ref().map(|way| (rest, way)));
+    for (n, (rest, way)) in ways.enumerate() {
+        let id = rest.robots.get(way.robot).map_or(0, |r| r.id);
+        let (slot, seconds, joules) = (way.slot + 1, number(way.duration_s, 1), number(way.energy_j, 1));
+        let text = format!("{}. robot {id} to slot {slot}: {seconds} s, {joules} J", n + 1);
+        let colour: RGBColor = style::module_colour(way.robot);
+        let entry = [(Sign::Line(colour, Pattern::Solid, 0.85, 3.0), text)];
+        let top = 8.0 + stroke::LEGEND_ROW * n as f64;
+        stroke::legend(area, (picture::LEFT, top), width - picture::LEFT, &entry)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,104 @@
+//! What the waiting robots push so that their cluster stays level (v6), at least electric power: (5) and (16).
+//!
+//! Every connected component of what rests is a cluster of its own. It is balanced when its thrusters give the wrench
+//! that (7) asks for at rest, τ_c = g(level): all six components, so that K and M are balanced and nothing drifts. The
+//! power it takes is P_bal of (17).
+
+use nalgebra::Vector3;
+use reconfiguration::pose::Pose;
+use reconfiguration::vehicle::Vehicle;
+
+use super::allocation::{Allocation, Allocator};
+use super::cluster::Cluster;
+use super::configuration::{adjacency, clusters};
+use super::configuration_matrix::ConfigurationMatrix;
+use super::power::PowerLaw;
+
+/// Wrenches smaller than this need no balance, N and N·m.
+const NOTHING: f64 = 1e-9;
+
+/// How a resting configuration stays level.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// P_bal, W.
+    pub power_w: f64,
+    /// Thrusts of every body's thrusters, N, in the order of the bodies.
+    pub thrusts_n: Vec<Vec<f64>>,
+}
+
+/// Why a configuration cannot wait.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Unbalanced {
+    /// This tool (index of the body) has no connection left (v4).
+    Alone(usize),
+    /// The cluster of this body cannot be balanced (v6): this share of the wrench can.
+    OutOfReach {
+        /// Index of its first body.
+        body: usize,
+        /// Share served.
+        served: f64,
+    },
+}
+
+/// Balances bodies at rest. Bodies without thrusters are tools.
+///
+/// # Errors
+/// [`Unbalanced`].
+pub fn balance(
+    bodies: &[(Pose, &Vehicle)],
+    law: &PowerLaw,
+    limits_n: (f64, f64),
+) -> Result<Balance, Unbalanced> {
+    let mut thrusts_n: Vec<Vec<f64>> =
+        bodies.iter().map(|(_, vehicle)| vec![0.0; vehicle.thrusters.len()]).collect();
+    let mut power_w = 0.0;
+    for cluster in clusters(&adjacency(bodies)) {
+        let members: Vec<(Pose, &Vehicle)> = cluster.iter().map(|&k| bodies[k]).collect();
+        let first = cluster[0];
+        if members.iter().all(|(_, vehicle)| vehicle.thrusters.is_empty()) {
+            return Err(Unbalanced::Alone(first));
+        }
+        let allocation = match of_cluster(&members, law, limits_n) {
+            Some(allocation) if allocation.served >= 1.0 - 1e-9 => allocation,
+            other => {
+                let served = other.map_or(0.0, |allocation| allocation.served);
+                return Err(Unbalanced::OutOfReach { body: first, served });
+            }
+        };
+        power_w += allocation.power_w;
+        let mut rest = allocation.thrusts_n.as_slice();
+        for &body in &cluster {
+            let (own, others) = rest.split_at(thrusts_n[body].len());
+            thrusts_n[body].copy_from_slice(own);
+            rest = others;
+        }
+    }
+    Ok(Balance { power_w, thrusts_n })
+}
+
+/// The least power that balances a cluster, W; nothing if it cannot be.
+#[must_use]
+pub fn power_of_cluster(members: &[(Pose, &Vehicle)], law: &PowerLaw, limits_n: (f64, f64)) -> Option<f64> {
+    of_cluster(members, law, limits_n)
+        .filter(|allocation| allocation.served >= 1.0 - 1e-9)
+        .map(|allocation| allocation.power_w)
+}
+
+/// Thrusts that give τ_c = g(level) (16), about the first member.
+fn of_cluster(members: &[(Pose, &Vehicle)], law: &PowerLaw, limits_n: (f64, f64)) -> Option<Allocation> {
+    let origin = members.first()?.0;
+    // τ_c = g(level)
+    let at_rest = Cluster::new(&origin, members).ok()?;
+    let wrench: [f64; 6] = at_rest.hydrostatics().restoring(&Vector3::z()).into();
+    let thrusters: Vec<(&Vehicle, Pose)> = members.iter().map(|&(pose, vehicle)| (vehicle, pose)).collect();
+    let matrix = ConfigurationMatrix::of_cluster(&thrusters, &origin).ok()?;
+    if wrench.iter().all(|component| component.abs() < NOTHING) {
+        let thrusts_n = vec![0.0; matrix.thrusters()];
+        return Some(Allocation { thrusts_n, power_w: 0.0, served: 1.0, missing: [0.0; 6] });
+    }
+    let limits = vec![limits_n; matrix.thrusters()];
+    Allocator::new(matrix, &limits, law.clone()).ok()?.allocate(&wrench).ok()
+}
+
+#[cfg(test)]
+mod tests;

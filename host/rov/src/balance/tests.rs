@@ -1,0 +1,75 @@
+//! Balances by hand: the tool of the paper asks for 0.6 N·m of pitch.
+
+use super::*;
+use crate::power;
+
+const BATTERY_V: f64 = 16.0;
+
+fn vehicle(name: &str) -> Vehicle {
+    Vehicle::built_in(name).expect("it comes with the program")
+}
+
+fn balanced(bodies: &[(Pose, &Vehicle)]) -> Result<Balance, Unbalanced> {
+    let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
+    balance(bodies, &law, power::limits_n(BATTERY_V).expect("in the table"))
+}
+
+fn at(x: f64, y: f64) -> Pose {
+    [x, y, 0.0, 0.0].into()
+}
+
+#[test]
+fn one_robot_holds_the_tool_with_its_upright_thrusters() {
+    let (robot, tool) = (vehicle("bluerov1"), vehicle("tool-20n"));
+    let balance = balanced(&[(at(0.0, 0.0), &tool), (at(-0.483, 0.0), &robot)]).expect("a balance");
+    // 2a + b = 0 and 0.165·2a − 0.185·b = −0.6 N·m: the two before lift, the one behind pushes down.
+    let [a, b] = [-0.3 / 0.35, 0.6 / 0.35];
+    let expected = [0.0, 0.0, a, a, b, 0.0];
+    let [none, found] = balance.thrusts_n.as_slice() else { panic!("two bodies: {balance:?}") };
+    assert!(none.is_empty());
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-5, "{:?} {expected}", balance.thrusts_n);
+    }
+    let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
+    let power_w = 2.0 * law.power_w(a) + law.power_w(b);
+    assert!((balance.power_w - power_w).abs() < 1e-4 && (power_w - 3.2).abs() < 0.05, "{balance:?}");
+    // Who helps, helps: a second robot in line halves the arms.
+    let two = [(at(0.0, 0.0), &tool), (at(-0.483, 0.0), &robot), (at(0.483, 0.0), &robot)];
+    let two = balanced(&two).expect("a balance");
+    assert!(two.power_w > 0.0 && two.power_w < 0.5 * power_w, "{two:?}");
+}
+
+#[test]
+fn what_feels_nothing_draws_nothing() {
+    let robot = vehicle("bluerov1");
+    let bodies = [(at(0.0, 0.0), &robot), (at(0.483, 0.0), &robot), (at(3.0, 0.0), &robot)];
+    let balance = balanced(&bodies).expect("a balance");
+    assert_eq!(balance, Balance { power_w: 0.0, thrusts_n: vec![vec![0.0; 6]; 3] });
+}
+
+#[test]
+fn clusters_are_balanced_each_on_its_own() {
+    let (robot, tool) = (vehicle("bluerov1"), vehicle("tool-20n"));
+    let near = [(at(0.0, 0.0), &tool), (at(-0.483, 0.0), &robot)];
+    let alone = balanced(&near).expect("a balance");
+    // A robot that docks to nobody is no help.
+    let apart = [near[0], near[1], (at(3.0, 0.0), &robot)];
+    let apart = balanced(&apart).expect("a balance");
+    assert!((apart.power_w - alone.power_w).abs() < 1e-12);
+    assert_eq!(apart.thrusts_n, [alone.thrusts_n, vec![vec![0.0; 6]]].concat());
+}
+
+#[test]
+fn a_tool_alone_and_a_tool_too_heavy_are_refused() {
+    let (robot, tool) = (vehicle("bluerov1"), vehicle("tool-20n"));
+    let alone = balanced(&[(at(3.0, 0.0), &robot), (at(0.0, 0.0), &tool)]);
+    assert_eq!(alone, Err(Unbalanced::Alone(1)));
+    // 20 N at 5 m: 100 N·m. The thruster behind, 0.35 m behind the two before, gives 51.4 N at most: 18.0 N·m.
+    let heavy = Vehicle { r_g_m: [5.0, 0.0, 0.0], ..tool };
+    match balanced(&[(at(0.0, 0.0), &heavy), (at(-0.483, 0.0), &robot)]) {
+        Err(Unbalanced::OutOfReach { body: 0, served }) => {
+            assert!((served - 0.18).abs() < 1e-3, "{served}");
+        }
+        other => panic!("{other:?}"),
+    }
+}

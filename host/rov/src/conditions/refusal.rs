@@ -1,0 +1,198 @@
+//! What is said about a problem that is refused.
+
+use quantity::ParameterError;
+use thiserror::Error;
+
+/// Something of a problem, as its user counts: robots by id, tools and slots from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The robot of that id.
+    Robot(u16),
+    /// The tool of that index, from 0.
+    Tool(usize),
+    /// The slot of that index, from 0.
+    Slot(usize),
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Robot(id) => write!(f, "robot {id}"),
+            Self::Tool(index) => write!(f, "tool {}", index + 1),
+            Self::Slot(index) => write!(f, "slot {}", index + 1),
+        }
+    }
+}
+
+/// One of the two configurations that a problem gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Configuration {
+    /// S_s (g5).
+    Start,
+    /// S_g (g6).
+    Goal,
+}
+
+impl std::fmt::Display for Configuration {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Start => "start",
+            Self::Goal => "goal",
+        })
+    }
+}
+
+/// Why a problem is none.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ProblemError {
+    /// A number among the rules.
+    #[error("[rules] {0}")]
+    Rule(#[from] ParameterError),
+    /// Corners of the water that enclose none.
+    #[error("[rules] bounds_m = {bounds_m:?} m: the first corner must be below the second in x, y and z")]
+    Bounds {
+        /// The corners.
+        bounds_m: [[f64; 3]; 2],
+    },
+    /// A pose that no place has.
+    #[error("{place}: {number}")]
+    Pose {
+        /// Whose.
+        place: Place,
+        /// Which number of it.
+        number: ParameterError,
+    },
+    /// A box without an inside.
+    #[error("{place}: {name}: box_m = {box_m:?} m: must be finite and greater than zero")]
+    Box {
+        /// Whose.
+        place: Place,
+        /// The vehicle's name.
+        name: String,
+        /// Its box.
+        box_m: [f64; 3],
+    },
+    /// A vehicle that is not there.
+    #[error("{place}: vehicle {vehicle} of {vehicles}")]
+    NoSuchVehicle {
+        /// Whose.
+        place: Place,
+        /// Its index.
+        vehicle: usize,
+        /// How many there are.
+        vehicles: usize,
+    },
+    /// Nobody is there.
+    #[error("a reconfiguration needs at least one robot")]
+    NoRobots,
+    /// The number nobody has.
+    #[error("robot id = 0: ids count from 1")]
+    IdZero,
+    /// A number that two robots have.
+    #[error("robot id = {id} stands twice")]
+    IdTwice {
+        /// The number.
+        id: u16,
+    },
+    /// A robot that cannot move.
+    #[error("robot {id}: {name} has no thrusters: it can only be a tool")]
+    NoThrusters {
+        /// The robot.
+        id: u16,
+        /// The vehicle's name.
+        name: String,
+    },
+    /// v1: somebody has nowhere to go.
+    #[error("{slots} slots for {robots} robots: the goal needs at least one each")]
+    TooFewSlots {
+        /// Slots.
+        slots: usize,
+        /// Robots.
+        robots: usize,
+    },
+    /// v2: nobody can fill a slot.
+    #[error("slot {} requires {capability:?}, which no robot brings", slot + 1)]
+    NobodyBrings {
+        /// Index of the slot.
+        slot: usize,
+        /// What it requires.
+        capability: String,
+    },
+    /// v2: too many robots for the slots whose requirements they meet.
+    #[error("robots {} fit only into {}: no one-to-one assignment", list(robots), only(slots))]
+    NoAssignment {
+        /// Those robots.
+        robots: Vec<u16>,
+        /// Indices of all slots that any of them may take.
+        slots: Vec<usize>,
+    },
+    /// Something sticks out of the water.
+    #[error(
+        "{place} at {position_m:?} m does not fit into the water, {:?} m to {:?} m",
+        bounds_m[0],
+        bounds_m[1]
+    )]
+    OutsideWater {
+        /// What.
+        place: Place,
+        /// Its centre, m.
+        position_m: [f64; 3],
+        /// Corners of the water, m.
+        bounds_m: [[f64; 3]; 2],
+    },
+    /// Two in one place.
+    #[error("{first} and {second} are both at {position_m:?} m")]
+    SamePlace {
+        /// One.
+        first: Place,
+        /// The other.
+        second: Place,
+        /// Where, m.
+        position_m: [f64; 3],
+    },
+    /// Two in each other.
+    #[error("{first} and {second} overlap by {depth_m:.3} m")]
+    Overlap {
+        /// One.
+        first: Place,
+        /// The other.
+        second: Place,
+        /// By how much, m.
+        depth_m: f64,
+    },
+    /// v4: a tool that nobody holds.
+    #[error("tool {} is left alone: it has no connection at the {configuration}", tool + 1)]
+    ToolAlone {
+        /// Index of the tool.
+        tool: usize,
+        /// Where.
+        configuration: Configuration,
+    },
+    /// A robot or slot that nobody holds.
+    #[error("{place} has no connection at the {configuration}")]
+    Unconnected {
+        /// Which.
+        place: Place,
+        /// Where.
+        configuration: Configuration,
+    },
+    /// More than one cluster.
+    #[error("the {configuration} is not one cluster: no chain of connections from {first} to {second}")]
+    Apart {
+        /// Which configuration.
+        configuration: Configuration,
+        /// One end.
+        first: Place,
+        /// The other.
+        second: Place,
+    },
+}
+
+fn list<T: ToString>(items: &[T]) -> String {
+    items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn only(slots: &[usize]) -> String {
+    let numbers: Vec<usize> = slots.iter().map(|slot| slot + 1).collect();
+    if numbers.is_empty() { "no slot".to_owned() } else { format!("slots {}", list(&numbers)) }
+}

@@ -1,0 +1,240 @@
+//! The water as a graph: a regular 3D grid, with a mover's start and slot as vertices of their own.
+//!
+//! Cells are the box of the first robot divided by [`Rules::grid_divisions`](reconfiguration::problem::Rules), so that docked
+//! poses lie on the grid; start and slot need not. Whether a leg is free is decided exactly, by
+//! [`Clearance`], never by cells. That is most of the work, and the same under every
+//! criterion and in both directions, so [`Edges`] remembers it.
+
+use std::cell::RefCell;
+
+use grid::theta::Space;
+
+use super::clearance::Clearance;
+use super::rate::Rate;
+use super::vector::{length, offset};
+
+/// A regular grid in the bounds of the water.
+#[derive(Clone, Debug)]
+pub struct Lattice {
+    origin_m: [f64; 3],
+    cell_m: [f64; 3],
+    counts: [usize; 3],
+}
+
+impl Lattice {
+    /// All grid points `anchor + n·cell` within the corners `bounds_m`.
+    #[must_use]
+    pub fn new(anchor_m: [f64; 3], cell_m: [f64; 3], bounds_m: [[f64; 3]; 2]) -> Self {
+        let first = |k: usize| ((bounds_m[0][k] - anchor_m[k]) / cell_m[k] - 1e-9).ceil();
+        let last = |k: usize| ((bounds_m[1][k] - anchor_m[k]) / cell_m[k] + 1e-9).floor();
+        let count = |k: usize| (last(k) - first(k) + 1.0).max(0.0) as usize;
+        let origin_m = std::array::from_fn(|k| anchor_m[k] + first(k) * cell_m[k]);
+        Self { origin_m, cell_m, counts: [count(0), count(1), count(2)] }
+    }
+
+    fn len(&self) -> usize {
+        self.counts.iter().product()
+    }
+
+    fn place_m(&self, vertex: usize) -> [f64; 3] {
+        let [nx, ny, _] = self.counts;
+        let cell = [vertex % nx, vertex / nx % ny, vertex / (nx * ny)];
+        std::array::from_fn(|k| self.origin_m[k] + cell[k] as f64 * self.cell_m[k])
+    }
+
+    /// The neighbours of a grid point: their numbers and themselves.
+    fn beside(&self, vertex: usize, mut visit: impl FnMut(usize, usize)) {
+        let [nx, ny, nz] = self.counts;
+        let (x, y, z) = (vertex % nx, vertex / nx % ny, vertex / (nx * ny));
+        // Offsets as 0, 1, 2, so that nothing falls below zero.
+        let span = |at: usize, count: usize| usize::from(at == 0)..3.min(count + 1 - at);
+        for dz in span(z, nz) {
+            for dy in span(y, ny) {
+                for dx in span(x, nx) {
+                    let number = dx + 3 * (dy + 3 * dz);
+                    if number != NEIGHBOURS / 2 {
+                        visit(number, vertex + dx + nx * (dy + ny * dz) - (1 + nx * (1 + ny)));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Grid points at most one cell away from a place on every axis; on a grid point its 26 neighbours and itself.
+    fn around(&self, place_m: [f64; 3], mut visit: impl FnMut(usize)) {
+        let span: [(usize, usize); 3] = std::array::from_fn(|k| {
+            let at = (place_m[k] - self.origin_m[k]) / self.cell_m[k];
+            let first = (at - 1.0 - 1e-9).ceil().max(0.0);
+            let last = (at + 1.0 + 1e-9).floor().min(self.counts[k] as f64 - 1.0);
+            if last < first { (1, 0) } else { (first as usize, last as usize) }
+        });
+        let [nx, ny, _] = self.counts;
+        for z in span[2].0..=span[2].1 {
+            for y in span[1].0..=span[1].1 {
+                for x in span[0].0..=span[0].1 {
+                    visit(x + nx * (y + ny * z));
+                }
+            }
+        }
+    }
+}
+
+/// Neighbours of a grid point, itself among them, numbered by offset: x fastest, from −1 to 1 on each axis.
+const NEIGHBOURS: usize = 27;
+
+/// Which edges between neighbouring grid points are free, as far as somebody has asked.
+#[derive(Clone, Debug)]
+pub struct Edges {
+    /// By grid point, and in it by neighbour: bit n, it has been asked for; bit n + 32, it is free.
+    known: RefCell<Vec<u64>>,
+}
+
+impl Edges {
+    /// Nothing known.
+    #[must_use]
+    pub fn new(lattice: &Lattice) -> Self {
+        Self { known: RefCell::new(vec![0; lattice.len()]) }
+    }
+
+    /// Whether the edge from a grid point to its neighbour of that number is free.
+    fn is_free(&self, from: usize, number: usize, to: usize, look: impl FnOnce() -> bool) -> bool {
+        let mut known = self.known.borrow_mut();
+        if known[from] >> number & 1 == 0 {
+            let answer = 1 | u64::from(look()) << 32;
+            known[from] |= answer << number;
+            known[to] |= answer << (NEIGHBOURS - 1 - number);
+        }
+        known[from] >> (number + 32) & 1 == 1
+    }
+}
+
+/// What a corner costs; nothing where headings are held or decided later.
+pub type CornerCost<'a> = &'a dyn Fn(Option<[f64; 3]>, [f64; 3], bool) -> f64;
+
+/// One mover's water under one criterion.
+pub struct Water<'a> {
+    lattice: &'a Lattice,
+    clearance: &'a Clearance,
+    edges: &'a Edges,
+    rate: &'a Rate,
+    corner: Option<CornerCost<'a>>,
+    /// What an edge costs, by the number of the neighbour.
+    steps: [f64; NEIGHBOURS],
+}
+
+impl<'a> Water<'a> {
+    /// The grid, what is free, and what a metre costs. `corner` is the cost of turning from the leg before (none at the
+    /// start) to a leg, told whether that one ends at the slot; `edges` is what is known of this lattice and clearance.
+    #[must_use]
+    pub fn new(
+        (lattice, clearance, edges): (&'a Lattice, &'a Clearance, &'a Edges),
+        rate: &'a Rate,
+        corner: Option<CornerCost<'a>>,
+    ) -> Self {
+        let steps = std::array::from_fn(|number| {
+            let cells = [number % 3, number / 3 % 3, number / 9];
+            rate.cost(std::array::from_fn(|k| (cells[k] as f64 - 1.0) * lattice.cell_m[k]))
+        });
+        Self { lattice, clearance, edges, rate, corner, steps }
+    }
+
+    /// Whether the slot can be entered from anywhere: where not, no search need look for it.
+    #[must_use]
+    pub fn slot_is_open(&self) -> bool {
+        let (start_m, slot_m) = (self.clearance.start.position_m, self.clearance.slot.position_m);
+        let mut open = self.is_beside_slot(start_m) && self.is_free(start_m, slot_m);
+        self.lattice.around(slot_m, |vertex| {
+            let place_m = self.lattice.place_m(vertex);
+            open = open || (self.is_beside_slot(place_m) && self.is_free(place_m, slot_m));
+        });
+        open
+    }
+
+    /// At most one cell away from it on every axis.
+    fn is_beside_slot(&self, place_m: [f64; 3]) -> bool {
+        let slot_m = self.clearance.slot.position_m;
+        (0..3).all(|k| (slot_m[k] - place_m[k]).abs() <= self.lattice.cell_m[k] * (1.0 + 1e-9))
+    }
+
+    /// The vertex of the mover's start.
+    #[must_use]
+    pub fn start(&self) -> usize {
+        self.lattice.len()
+    }
+
+    /// The vertex of its slot.
+    #[must_use]
+    pub fn slot(&self) -> usize {
+        self.lattice.len() + 1
+    }
+
+    /// Where a vertex is, m.
+    #[must_use]
+    pub fn place_m(&self, vertex: usize) -> [f64; 3] {
+        if vertex < self.lattice.len() {
+            self.lattice.place_m(vertex)
+        } else if vertex == self.start() {
+            self.clearance.start.position_m
+        } else {
+            self.clearance.slot.position_m
+        }
+    }
+
+    /// Free for the hull: at the slot's heading near the slot, at the start's near the start, either where both are.
+    fn is_free(&self, from_m: [f64; 3], to_m: [f64; 3]) -> bool {
+        let Clearance { start, slot, .. } = self.clearance;
+        let free = |yaw_rad| self.clearance.leg_is_free(from_m, to_m, yaw_rad);
+        free(start.yaw_rad) || ((start.yaw_rad - slot.yaw_rad).abs() > 1e-9 && free(slot.yaw_rad))
+    }
+}
+
+impl Space for Water<'_> {
+    fn vertices(&self) -> usize {
+        self.lattice.len() + 2
+    }
+
+    fn for_neighbours(&self, vertex: usize, mut visit: impl FnMut(usize, f64)) {
+        let here_m = self.place_m(vertex);
+        if vertex < self.lattice.len() {
+            self.lattice.beside(vertex, |number, next| {
+                let look = || self.is_free(here_m, self.lattice.place_m(next));
+                if self.edges.is_free(vertex, number, next, look) {
+                    visit(next, self.steps[number]);
+                }
+            });
+        } else {
+            self.lattice.around(here_m, |next| {
+                let next_m = self.lattice.place_m(next);
+                if self.is_free(here_m, next_m) {
+                    visit(next, self.rate.cost(offset(here_m, next_m)));
+                }
+            });
+        }
+        let slot_m = self.clearance.slot.position_m;
+        if vertex != self.slot() && self.is_beside_slot(here_m) && self.is_free(here_m, slot_m) {
+            visit(self.slot(), self.rate.cost(offset(here_m, slot_m)));
+        }
+    }
+
+    fn leg(&self, from: usize, to: usize) -> Option<f64> {
+        self.leg_below(from, to, f64::INFINITY)
+    }
+
+    fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
+        let (from_m, to_m) = (self.place_m(from), self.place_m(to));
+        let cost = self.rate.cost(offset(from_m, to_m));
+        (cost < limit && self.is_free(from_m, to_m)).then_some(cost)
+    }
+
+    fn turn(&self, before: usize, at: usize, to: usize) -> f64 {
+        let Some(corner) = self.corner else { return 0.0 };
+        let at_m = self.place_m(at);
+        let came_m = offset(self.place_m(before), at_m);
+        let came_m = (before != at && length(came_m) > 0.0).then_some(came_m);
+        corner(came_m, offset(at_m, self.place_m(to)), to == self.slot())
+    }
+
+    fn bound(&self, vertex: usize, goal: usize) -> f64 {
+        self.rate.bound(offset(self.place_m(vertex), self.place_m(goal)))
+    }
+}

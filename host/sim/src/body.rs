@@ -1,0 +1,248 @@
+//! Planar motion of a floating rigid body with added mass and quadratic drag in moving water.
+//!
+//! With v the velocity over ground, v_c that of the water (uniform) and v_r = v − v_c, all in S, and wrench
+//! (F_x, F_y, τ) in S:
+//!
+//! ```text
+//! (m + m_x)·v̇_x = F_x − D·v_rx|v_rx| + Ω·(m·v_y + m_x·v_cy + m_y·v_ry)                            (b1)
+//! (m + m_y)·v̇_y = F_y − D·v_ry|v_ry| − Ω·(m·v_x + m_y·v_cx + m_x·v_rx)                            (b2)
+//! (I + I_a)·Ω̇  = τ − C_R·Ω|Ω| − (m_y − m_x)·v_rx·v_ry                                            (b3)
+//! ```
+//!
+//! These are Kirchhoff's equations for the momentum m·v + M_A·v_r; the term with v_c is M_A times the change that
+//! the water's velocity shows in the turning frame, the last one of (b3) the Munk moment. In still water
+//! and without drag the momentum in the world, the angular momentum and the kinetic energy are conserved. Drag
+//! per axis as in the paper's (19), yaw drag as in (15).
+//!
+//! Assumptions and limits: the surface is flat and unbounded (no walls, no waves, no memory of the water). Water
+//! that speeds up or slows down acts through drag alone. Integrated by RK4 with wrench and water held over a step.
+
+use modboat::motion::Wrench;
+
+/// What resists motion. Axes are sway (x) and surge (y).
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Body {
+    /// Mass m, kg.
+    pub mass_kg: f64,
+    /// Moment of inertia I, kg·m².
+    pub inertia_kg_m2: f64,
+    /// Added mass (m_x, m_y), kg.
+    pub added_mass_kg: [f64; 2],
+    /// Added moment of inertia I_a, kg·m².
+    pub added_inertia_kg_m2: f64,
+    /// Translational drag D of the whole body per axis, N·s²/m².
+    pub drag_n_s2_m2: f64,
+    /// Rotational drag C_R, N·m·s².
+    pub yaw_drag_n_m_s2: f64,
+}
+
+/// Where the body is and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BodyState {
+    /// Centre of mass in the world, m.
+    pub position_m: [f64; 2],
+    /// Heading Θ of the surge axis, rad (unwrapped).
+    pub heading_rad: f64,
+    /// Velocity over ground in S (sway, surge), m/s.
+    pub velocity_s_m_s: [f64; 2],
+    /// Ω, rad/s.
+    pub yaw_rate_rad_s: f64,
+}
+
+/// (x, y) in S → world: x_S = (sin Θ, −cos Θ), y_S = (cos Θ, sin Θ).
+pub(crate) fn to_world(heading_rad: f64, [x, y]: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = heading_rad.sin_cos();
+    [sin * x + cos * y, -cos * x + sin * y]
+}
+
+/// (x, y) in the world → S, the transpose of [`to_world`].
+pub(crate) fn to_structure(heading_rad: f64, [x, y]: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = heading_rad.sin_cos();
+    [sin * x - cos * y, cos * x + sin * y]
+}
+
+/// Time derivatives of position (world), heading, velocity (S), yaw rate.
+type Rates = [f64; 6];
+
+impl BodyState {
+    fn plus(&self, rates: &Rates, dt_s: f64) -> Self {
+        Self {
+            position_m: [self.position_m[0] + rates[0] * dt_s, self.position_m[1] + rates[1] * dt_s],
+            heading_rad: self.heading_rad + rates[2] * dt_s,
+            velocity_s_m_s: [
+                self.velocity_s_m_s[0] + rates[3] * dt_s,
+                self.velocity_s_m_s[1] + rates[4] * dt_s,
+            ],
+            yaw_rate_rad_s: self.yaw_rate_rad_s + rates[5] * dt_s,
+        }
+    }
+}
+
+impl Body {
+    /// The state `dt_s` later, with wrench (S) and velocity of the water (world) held.
+    pub(crate) fn step(
+        &self,
+        state: &BodyState,
+        dt_s: f64,
+        wrench: Wrench,
+        water_m_s: [f64; 2],
+    ) -> BodyState {
+        let k1 = self.rates(state, wrench, water_m_s);
+        let k2 = self.rates(&state.plus(&k1, 0.5 * dt_s), wrench, water_m_s);
+        let k3 = self.rates(&state.plus(&k2, 0.5 * dt_s), wrench, water_m_s);
+        let k4 = self.rates(&state.plus(&k3, dt_s), wrench, water_m_s);
+        let mean = std::array::from_fn(|i| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0);
+        state.plus(&mean, dt_s)
+    }
+
+    fn rates(&self, state: &BodyState, wrench: Wrench, water_m_s: [f64; 2]) -> Rates {
+        let (m, [m_x, m_y], omega) = (self.mass_kg, self.added_mass_kg, state.yaw_rate_rad_s);
+        let [v_x, v_y] = state.velocity_s_m_s;
+        let [c_x, c_y] = to_structure(state.heading_rad, water_m_s);
+        let (r_x, r_y) = (v_x - c_x, v_y - c_y);
+        let world = to_world(state.heading_rad, state.velocity_s_m_s);
+        // (m + m_x)·v̇_x = F_x − D·v_rx|v_rx| + Ω·(m·v_y + m_x·v_cy + m_y·v_ry)                      (b1)
+        let force_x_n =
+            wrench.fx_n - self.drag_n_s2_m2 * r_x * r_x.abs() + omega * (m * v_y + m_x * c_y + m_y * r_y);
+        // (m + m_y)·v̇_y = F_y − D·v_ry|v_ry| − Ω·(m·v_x + m_y·v_cx + m_x·v_rx)                      (b2)
+        let force_y_n =
+            wrench.fy_n - self.drag_n_s2_m2 * r_y * r_y.abs() - omega * (m * v_x + m_y * c_x + m_x * r_x);
+        // (I + I_a)·Ω̇ = τ − C_R·Ω|Ω| − (m_y − m_x)·v_rx·v_ry                                       (b3)
+        let torque_nm = wrench.tau_nm - self.yaw_drag_n_m_s2 * omega * omega.abs() - (m_y - m_x) * r_x * r_y;
+        [
+            world[0],
+            world[1],
+            omega,
+            force_x_n / (m + m_x),
+            force_y_n / (m + m_y),
+            torque_nm / (self.inertia_kg_m2 + self.added_inertia_kg_m2),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    const DT_S: f64 = 1e-3;
+
+    /// Three modules in a row, with very different added masses.
+    fn body(drag: f64) -> Body {
+        Body {
+            mass_kg: 3.0,
+            inertia_kg_m2: 0.054,
+            added_mass_kg: [2.5, 0.6],
+            added_inertia_kg_m2: 0.03,
+            drag_n_s2_m2: 13.5 * drag,
+            yaw_drag_n_m_s2: 0.03 * drag,
+        }
+    }
+
+    fn moving() -> BodyState {
+        BodyState {
+            position_m: [0.3, -0.2],
+            heading_rad: 0.7,
+            velocity_s_m_s: [0.2, -0.35],
+            yaw_rate_rad_s: 0.9,
+        }
+    }
+
+    /// Momentum (world), angular momentum about the world's origin, kinetic energy; in still water.
+    fn invariants(body: &Body, state: &BodyState) -> [f64; 4] {
+        let [v_x, v_y] = state.velocity_s_m_s;
+        let in_s =
+            [(body.mass_kg + body.added_mass_kg[0]) * v_x, (body.mass_kg + body.added_mass_kg[1]) * v_y];
+        let [p_x, p_y] = to_world(state.heading_rad, in_s);
+        let spin = (body.inertia_kg_m2 + body.added_inertia_kg_m2) * state.yaw_rate_rad_s;
+        let [x, y] = state.position_m;
+        let energy_j = 0.5 * (in_s[0] * v_x + in_s[1] * v_y + spin * state.yaw_rate_rad_s);
+        [p_x, p_y, spin + x * p_y - y * p_x, energy_j]
+    }
+
+    #[test]
+    fn the_frames_are_those_of_the_design() {
+        // Heading 0: surge is world x, sway (right) is world −y.
+        let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-15 && (a[1] - b[1]).abs() < 1e-15;
+        assert!(close(to_world(0.0, [0.0, 1.0]), [1.0, 0.0]));
+        assert!(close(to_world(0.0, [1.0, 0.0]), [0.0, -1.0]));
+        // Heading north: S and world coincide.
+        assert!(close(to_world(FRAC_PI_2, [0.3, 0.4]), [0.3, 0.4]));
+        assert!(close(to_structure(0.8, to_world(0.8, [0.3, 0.4])), [0.3, 0.4]));
+    }
+
+    #[test]
+    fn without_drag_momentum_angular_momentum_and_energy_are_conserved() {
+        let body = body(0.0);
+        let mut state = moving();
+        let before = invariants(&body, &state);
+        let mut swung_rad: f64 = 0.0;
+        for step in 0..60_000 {
+            state = body.step(&state, DT_S, Wrench::default(), [0.0; 2]);
+            swung_rad = swung_rad.max((state.heading_rad - 0.7).abs());
+            for (now, then) in invariants(&body, &state).iter().zip(before) {
+                assert!((now - then).abs() < 1e-10, "step {step}: {now} against {then}");
+            }
+        }
+        // The Munk moment swings it to and fro meanwhile: nothing above held by standing still.
+        assert!(swung_rad > 0.5, "{swung_rad} rad");
+    }
+
+    #[test]
+    fn drag_in_still_water_takes_energy_at_every_step() {
+        let body = body(1.0);
+        let mut state = moving();
+        let mut energy_j = invariants(&body, &state)[3];
+        let first_j = energy_j;
+        for step in 0..120_000 {
+            state = body.step(&state, DT_S, Wrench::default(), [0.0; 2]);
+            let now_j = invariants(&body, &state)[3];
+            assert!(now_j < energy_j, "step {step}: {now_j} J after {energy_j} J");
+            energy_j = now_j;
+        }
+        assert!(energy_j < 1e-3 * first_j, "{energy_j} J of {first_j} J left");
+    }
+
+    #[test]
+    fn a_constant_wrench_leads_to_the_hand_worked_terminal_velocities() {
+        let body = body(1.0);
+        for (wrench, expected) in [
+            // √(0.0216/13.5) = 0.04 m/s forward or sideways, √(0.003/0.03) = 0.3162 rad/s.
+            (Wrench { fy_n: 0.0216, ..Wrench::default() }, [0.0, 0.04, 0.0]),
+            (Wrench { fx_n: -0.0216, ..Wrench::default() }, [-0.04, 0.0, 0.0]),
+            (Wrench { tau_nm: -0.003, ..Wrench::default() }, [0.0, 0.0, -0.1_f64.sqrt()]),
+        ] {
+            let mut state = BodyState {
+                velocity_s_m_s: [0.0; 2],
+                yaw_rate_rad_s: 0.0,
+                heading_rad: 1.0,
+                position_m: [0.0; 2],
+            };
+            for _ in 0..60_000 {
+                state = body.step(&state, DT_S, wrench, [0.0; 2]);
+            }
+            let [v_x, v_y] = state.velocity_s_m_s;
+            for (seen, value) in [v_x, v_y, state.yaw_rate_rad_s].into_iter().zip(expected) {
+                assert!((seen - value).abs() < 1e-6, "{wrench:?}: {seen} for {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_body_at_rest_in_the_water_drifts_along_whatever_its_heading_and_spin() {
+        // Turning does not move a body that rests in the water: in the water's own frame it is still water.
+        let body = body(1.0);
+        let water_m_s = [0.03, -0.05];
+        let mut state =
+            BodyState { velocity_s_m_s: to_structure(0.4, water_m_s), heading_rad: 0.4, ..moving() };
+        for _ in 0..20_000 {
+            state = body.step(&state, DT_S, Wrench::default(), water_m_s);
+            let ground_m_s = to_world(state.heading_rad, state.velocity_s_m_s);
+            assert!(
+                (ground_m_s[0] - 0.03).abs() < 1e-9 && (ground_m_s[1] + 0.05).abs() < 1e-9,
+                "{ground_m_s:?}"
+            );
+        }
+    }
+}

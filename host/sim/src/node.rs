@@ -1,0 +1,211 @@
+//! What every simulated module has whatever it drives: power, a clock of its own, and one end of a radio.
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+use firmware::link::clock::FleetClock;
+use firmware::link::session::Link;
+use firmware::modboat::Modboat;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::servo::CurrentSense;
+use firmware::rov::Rov;
+use protocol::units::{Micros, MicrosSpan};
+use protocol::{MAX_DATAGRAM, ModuleState, Radio};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::clock::ClockParameters;
+
+/// The firmware of one kind of module, as its board calls it.
+pub(super) trait Firmware {
+    /// Follows a datagram; what it does not follow it counts itself.
+    fn hear(&mut self, local: Micros, datagram: &[u8]);
+    /// The next datagram to send.
+    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
+    /// What it is doing.
+    fn state(&self, local: Micros) -> ModuleState;
+    /// The fleet time as it knows it.
+    fn clock(&self) -> &FleetClock;
+    /// The cycle it runs.
+    fn running(&self, local: Micros) -> Option<u32>;
+    /// Its way in and out.
+    fn link(&self) -> Option<&Link>;
+}
+
+impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Firmware
+    for Modboat<E, S, P, A, B>
+{
+    fn hear(&mut self, local: Micros, datagram: &[u8]) {
+        let _ = self.handle_datagram(local, datagram);
+    }
+
+    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        self.poll_transmit(buffer)
+    }
+
+    fn state(&self, local: Micros) -> ModuleState {
+        self.endpoint().state(local)
+    }
+
+    fn clock(&self) -> &FleetClock {
+        self.endpoint().clock()
+    }
+
+    fn running(&self, local: Micros) -> Option<u32> {
+        self.endpoint().running(local)
+    }
+
+    fn link(&self) -> Option<&Link> {
+        self.endpoint().link()
+    }
+}
+
+impl<P: SetDutyCycle> Firmware for Rov<P> {
+    fn hear(&mut self, local: Micros, datagram: &[u8]) {
+        let _ = self.handle_datagram(local, datagram);
+    }
+
+    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        self.poll_transmit(buffer)
+    }
+
+    fn state(&self, local: Micros) -> ModuleState {
+        self.endpoint().state(local)
+    }
+
+    fn clock(&self) -> &FleetClock {
+        self.endpoint().clock()
+    }
+
+    fn running(&self, local: Micros) -> Option<u32> {
+        self.endpoint().running(local)
+    }
+
+    fn link(&self) -> Option<&Link> {
+        self.endpoint().link()
+    }
+}
+
+/// A module's own clock: local = offset + (1 + drift)·true.
+#[derive(Clone, Copy, Debug)]
+struct LocalClock {
+    offset_s: f64,
+    rate: f64,
+}
+
+impl LocalClock {
+    fn read(&self, now: Micros) -> Micros {
+        Micros(((self.offset_s + self.rate * now.as_secs_f64()) * 1e6) as u64)
+    }
+}
+
+/// See the module's documentation. Times are true time.
+pub(super) struct Node<F, R: Radio> {
+    firmware: Option<F>,
+    clock: LocalClock,
+    radio: R,
+    host: R::Address,
+    rng: ChaCha8Rng,
+    boots_at: Micros,
+    unheard: u64,
+}
+
+impl<F: Firmware, R: Radio> Node<F, R> {
+    /// Without power; it is given within the first 50 ms. `seed` decides its clock, its boot time and its boot nonces.
+    pub(super) fn new(seed: u64, clock: &ClockParameters, radio: R, host: R::Address) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let clock = LocalClock {
+            offset_s: clock.offset_s * rng.random::<f64>(),
+            rate: 1.0 + clock.drift_ppm * 1e-6 * (2.0 * rng.random::<f64>() - 1.0),
+        };
+        let boots_at = Micros(rng.random_range(0..50_000));
+        Self { firmware: None, clock, radio, host, rng, boots_at, unheard: 0 }
+    }
+
+    /// Random bytes for its next life.
+    pub(super) fn boot_nonce(&mut self) -> [u8; 12] {
+        self.rng.random()
+    }
+
+    /// Whether power has come back by `now` and nothing runs yet.
+    pub(super) fn boots(&self, now: Micros) -> bool {
+        self.firmware.is_none() && now >= self.boots_at
+    }
+
+    /// Gives it its firmware.
+    pub(super) fn power_on(&mut self, firmware: Option<F>) {
+        self.firmware = firmware;
+    }
+
+    /// Takes its power at `now` and gives it back `off` later.
+    pub(super) fn power_off(&mut self, now: Micros, off: MicrosSpan) {
+        self.firmware = None;
+        self.boots_at = now.after(off);
+    }
+
+    /// What came over the radio by `now`, one tick of the firmware, what it says.
+    pub(super) fn tick(&mut self, now: Micros, turn: impl FnOnce(&mut F, Micros)) -> Result<(), R::Error> {
+        let mut buffer = [0; MAX_DATAGRAM];
+        let local = self.clock.read(now);
+        while let Some((length, _)) = self.radio.receive(now, &mut buffer)? {
+            // Without power a datagram falls on deaf ears.
+            match &mut self.firmware {
+                Some(firmware) => firmware.hear(local, &buffer[..length]),
+                None => self.unheard += 1,
+            }
+        }
+        if let Some(firmware) = &mut self.firmware {
+            turn(firmware, local);
+            while let Some(datagram) = firmware.speak(&mut buffer) {
+                self.radio.send(now, self.host, datagram)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The firmware, while it has power.
+    pub(super) fn firmware(&self) -> Option<&F> {
+        self.firmware.as_ref()
+    }
+
+    /// Lets its own clock jump ahead by so much, as if ticks had been lost, or back.
+    pub(super) fn step_clock(&mut self, by_s: f64) {
+        self.clock.offset_s += by_s;
+    }
+
+    /// What the firmware is doing at `now`; nothing without power.
+    pub(super) fn state(&self, now: Micros) -> Option<ModuleState> {
+        Some(self.firmware.as_ref()?.state(self.clock.read(now)))
+    }
+
+    /// The cycle that the firmware runs at `now`, true time.
+    pub(super) fn running(&self, now: Micros) -> Option<u32> {
+        self.firmware.as_ref()?.running(self.clock.read(now))
+    }
+
+    /// Its way in and out, while it has power.
+    pub(super) fn link(&self) -> Option<&Link> {
+        self.firmware.as_ref()?.link()
+    }
+
+    /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
+    pub(super) fn clock_error_us(&self, now: Micros) -> Option<i64> {
+        let clock = self.firmware.as_ref()?.clock();
+        let fleet = clock.fleet(self.clock.read(now)).filter(|_| clock.is_synchronised())?;
+        Some(fleet.0 as i64 - now.0 as i64)
+    }
+
+    /// Its end of the radio.
+    pub(super) fn radio(&self) -> &R {
+        &self.radio
+    }
+
+    /// Its end of the radio, to change the weather there.
+    pub(super) fn radio_mut(&mut self) -> &mut R {
+        &mut self.radio
+    }
+
+    /// Datagrams that came while it had no power.
+    pub(super) fn unheard(&self) -> u64 {
+        self.unheard
+    }
+}

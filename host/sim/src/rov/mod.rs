@@ -1,0 +1,228 @@
+//! A simulated ROV: the firmware crate, compiled for the PC, on simulated speed controllers and propellers.
+//!
+//! ```text
+//! radio → firmware::rov::Rov → pins: pulses → Propellers: thrusts → Basin: the water
+//! ```
+//!
+//! The in-process run and `flotilla module --rov` use the same code. [`remote`] is the host's side of the latter.
+//!
+//! Assumptions and limits: the battery's voltage is constant. The firmware's settings (frame rate, arming, slew) are its
+//! defaults, and thruster k is on output k.
+
+pub mod basin;
+pub mod propellers;
+pub mod remote;
+
+use std::cell::Cell;
+use std::convert::Infallible;
+use std::rc::Rc;
+
+use embedded_hal::pwm::{ErrorType, SetDutyCycle};
+use firmware::link::endpoint::Endpoint;
+use firmware::link::session::Identity;
+use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
+use firmware::rov::thruster::bank::{Bank, BankError};
+use firmware::rov::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
+use firmware::rov::{Rov, Supply};
+use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
+use protocol::units::{Amperes, Micros, MicrosSpan, PulseMicros, Volts};
+use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
+use quantity::ParameterError;
+use thiserror::Error;
+
+use self::propellers::Propellers;
+use super::clock::ClockParameters;
+use super::node::Node;
+
+/// Counts of the pins' timer in one frame: 25 a microsecond at 400 Hz.
+const MAX_DUTY: u16 = 62_500;
+
+/// Why there is no ROV.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RovError {
+    /// The firmware cannot drive such thrusters.
+    #[error("thrusters: {0}")]
+    Bank(#[from] BankError),
+    /// No such battery.
+    #[error("{0}")]
+    Parameter(#[from] ParameterError),
+}
+
+/// A pin to a speed controller; no pulses at duty zero.
+#[derive(Clone, Debug, Default)]
+struct EscPin(Rc<Cell<u16>>);
+
+impl ErrorType for EscPin {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for EscPin {
+    fn max_duty_cycle(&self) -> u16 {
+        MAX_DUTY
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        self.0.set(duty);
+        Ok(())
+    }
+}
+
+/// How an ROV is set up.
+#[derive(Clone, Debug)]
+pub struct RovSetup<'a> {
+    /// Its number.
+    pub id: ModuleId,
+    /// Its fleet.
+    pub fleet: FleetId,
+    /// Its key.
+    pub key: ModuleKey,
+    /// One flag a thruster: whether its pulse is mirrored at neutral.
+    pub reversed: &'a [bool],
+    /// Battery voltage, V, within the measured table.
+    pub battery_v: f64,
+    /// Pause between two reports.
+    pub report_every: MicrosSpan,
+    /// How wrong its clock is.
+    pub clock: &'a ClockParameters,
+    /// Decides its clock, its boot time and its boot nonces.
+    pub seed: u64,
+}
+
+/// One ROV at one end of a radio.
+pub struct SimRov<R: Radio> {
+    id: ModuleId,
+    fleet: FleetId,
+    key: ModuleKey,
+    report_every: MicrosSpan,
+    reversed: Vec<bool>,
+    battery: Volts,
+    pins: Vec<EscPin>,
+    propellers: Propellers,
+    node: Node<Rov<EscPin>, R>,
+    ticked: Option<Micros>,
+}
+
+impl<R: Radio> SimRov<R> {
+    /// An ROV that boots within the first 50 ms and talks to `host` over `radio`.
+    ///
+    /// # Errors
+    /// [`RovError`] for a number of thrusters that no firmware drives, or a battery outside the table.
+    pub fn new(setup: &RovSetup<'_>, radio: R, host: R::Address) -> Result<Self, RovError> {
+        let (least_v, greatest_v) = (f64::from(VOLTAGE_MIN_V), f64::from(VOLTAGE_MAX_V));
+        if !(least_v..=greatest_v).contains(&setup.battery_v) {
+            let reason = "must lie between 10 and 20, where thrusters were measured";
+            let (key, value) = ("battery_v", setup.battery_v);
+            return Err(ParameterError { key, value, unit: "V", reason }.into());
+        }
+        let mut rov = Self {
+            id: setup.id,
+            fleet: setup.fleet,
+            key: setup.key.clone(),
+            report_every: setup.report_every,
+            reversed: setup.reversed.to_vec(),
+            battery: Volts(setup.battery_v as f32),
+            pins: setup.reversed.iter().map(|_| EscPin::default()).collect(),
+            propellers: Propellers::new(setup.reversed),
+            node: Node::new(setup.seed, setup.clock, radio, host),
+            ticked: None,
+        };
+        // An ROV that cannot be built says so now, not when it boots.
+        rov.boot()?;
+        Ok(rov)
+    }
+
+    fn boot(&mut self) -> Result<Rov<EscPin>, BankError> {
+        let wired = self.reversed.iter().enumerate();
+        // A number that does not fit is too many thrusters anyway.
+        let mounted =
+            |(k, &reversed)| ThrusterMounting { output: u8::try_from(k).unwrap_or(u8::MAX), reversed };
+        let mountings: Vec<ThrusterMounting> = wired.map(mounted).collect();
+        let bank = Bank::new(self.pins.iter().cloned(), &mountings, BankConstants::default())?;
+        let lease = ThrustLease::new(mountings.len(), LeaseLimits::default());
+        let identity = Identity {
+            module: self.id,
+            fleet: self.fleet,
+            key: self.key.clone(),
+            boot: self.node.boot_nonce(),
+            report_every: self.report_every,
+            sure_within: SURE_WITHIN,
+        };
+        Ok(Rov::new(Endpoint::new(Some(identity), lease), bank))
+    }
+
+    /// One tick at `now`, true time: the propellers until now, what came over the radio, the firmware, what it says. Any
+    /// pace will do; a board's is some hundred times a second.
+    ///
+    /// # Errors
+    /// The radio's own.
+    pub fn tick(&mut self, now: Micros) -> Result<(), R::Error> {
+        self.propellers.set_pulses(self.pins.iter().map(EscPin::pulse));
+        let elapsed = now.since(self.ticked.replace(now).unwrap_or(now));
+        self.propellers.step(f64::from(elapsed.0) * 1e-6, self.battery);
+        if self.node.boots(now) {
+            let firmware = self.boot().ok();
+            self.node.power_on(firmware);
+        }
+        let current = Amperes(self.propellers.current_a(self.battery) as f32);
+        let supply = Supply { battery: self.battery, current };
+        self.node.tick(now, |firmware, local| {
+            // The simulated pins cannot fail.
+            let _ = firmware.tick(local, &supply);
+        })
+    }
+
+    /// Thrusts along each thruster's axis as the water feels them, N.
+    pub fn thrusts_n(&self) -> &[f64] {
+        self.propellers.thrusts_n()
+    }
+
+    /// Pulses at the pins, µs. Without power there are none: the controllers stop, as at 1500.
+    pub fn pulses_us(&self) -> Vec<f64> {
+        self.pins.iter().map(|pin| f64::from(pin.pulse().0)).collect()
+    }
+
+    /// What the thrusters draw from the battery, A.
+    pub fn current_a(&self) -> f64 {
+        self.propellers.current_a(self.battery)
+    }
+
+    /// Breaks a thruster for good.
+    pub fn set_failed(&mut self, index: usize) {
+        self.propellers.set_failed(index);
+    }
+
+    /// Takes the power of the electronics at `now` and gives it back `off` later. What the firmware knew is gone; the
+    /// controllers hear nothing and stop.
+    pub fn reboot(&mut self, now: Micros, off: MicrosSpan) {
+        self.node.power_off(now, off);
+        for pin in &self.pins {
+            pin.0.set(0);
+        }
+    }
+
+    /// What the firmware is doing at `now`, true time; nothing without power.
+    pub fn state(&self, now: Micros) -> Option<ModuleState> {
+        self.node.state(now)
+    }
+
+    /// Its end of the radio.
+    pub fn radio(&self) -> &R {
+        self.node.radio()
+    }
+}
+
+impl EscPin {
+    /// What its controller reads.
+    fn pulse(&self) -> PulseMicros {
+        match self.0.get() {
+            0 => firmware::rov::thruster::law::NEUTRAL,
+            // p = d/(f·D)
+            duty => PulseMicros(
+                f32::from(duty) * 1e6 / (BankConstants::default().frame_rate_hz * f32::from(MAX_DUTY)),
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,374 @@
+//! The structure afloat in the tank: thrust of every tail, reaction of every rotor, current and gusts.
+//!
+//! ```text
+//! F = Σ fᵢ,   τ = Σ (xᵢ·f_yᵢ − yᵢ·f_xᵢ) − Σ Jᵢ·φ̈ᵢ                                               (k1)
+//! g(t + dt) = g(t)·e^(−dt/τ_g) + σ_g·√(1 − e^(−2dt/τ_g))·N(0, 1)          gust, per world axis      (k2)
+//! ```
+//!
+//! fᵢ from the actual tail angle ([`super::thrust`]) at the module's centre (xᵢ, yᵢ); motion of the body as in the
+//! module `body`. The motor turns its rotor against the structure, which takes −J·φ̈; the structure's moment of
+//! inertia includes the rotors, so (I + I_a)·Ω + ΣJφ̇ changes by outside torques only.
+//!
+//! Assumptions and limits: the water's torque on a tail about its motor axis is left out of the structure's yaw (it
+//! changes sign with every swing). The added mass fractions, currents and gusts are *assumed*. No walls.
+
+use modboat::motion::Wrench;
+use modboat::parameters::Parameters;
+use modboat::structure::Structure;
+use quantity::ParameterError;
+use quantity::{Range, check_ranges};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use record::PoseSample;
+use serde::{Deserialize, Serialize};
+
+use super::TailState;
+use super::body::{Body, BodyState, to_structure, to_world};
+pub use super::contact::Contact;
+use super::contact::ContactWatch;
+use super::thrust::{Thrust, ThrustParameters};
+
+/// The water and how it takes part in the motion. *Assumed* throughout.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TankParameters {
+    /// Added mass in sway as a fraction of the structure's mass.
+    pub added_mass_sway: f64,
+    /// Added mass in surge as a fraction of the structure's mass.
+    pub added_mass_surge: f64,
+    /// Added moment of inertia as a fraction of the structure's.
+    pub added_inertia: f64,
+    /// Uniform current in the world, m/s.
+    pub current_m_s: [f64; 2],
+    /// Standard deviation of the gusts on top of the current, per world axis, m/s.
+    pub gust_m_s: f64,
+    /// Correlation time of the gusts, s.
+    pub gust_time_s: f64,
+    /// Thrust of the flippers.
+    pub thrust: ThrustParameters,
+}
+
+impl Default for TankParameters {
+    fn default() -> Self {
+        Self {
+            added_mass_sway: 0.5,
+            added_mass_surge: 0.5,
+            added_inertia: 0.5,
+            current_m_s: [0.0; 2],
+            gust_m_s: 0.0,
+            gust_time_s: 5.0,
+            thrust: ThrustParameters::default(),
+        }
+    }
+}
+
+impl TankParameters {
+    /// Refuses what no tank can have, by the first offending key.
+    ///
+    /// # Errors
+    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        check_ranges(&[
+            ("added_mass_sway", self.added_mass_sway, "of the mass", Range::NonNegative),
+            ("added_mass_surge", self.added_mass_surge, "of the mass", Range::NonNegative),
+            ("added_inertia", self.added_inertia, "of the inertia", Range::NonNegative),
+            ("current_m_s", self.current_m_s[0], "m/s", Range::Finite),
+            ("current_m_s", self.current_m_s[1], "m/s", Range::Finite),
+            ("gust_m_s", self.gust_m_s, "m/s", Range::NonNegative),
+            ("gust_time_s", self.gust_time_s, "s", Range::Positive),
+        ])?;
+        self.thrust.validate()
+    }
+}
+
+/// The floating structure with its tails in the water.
+#[derive(Clone, Debug)]
+pub struct Tank {
+    parameters: TankParameters,
+    body: Body,
+    state: BodyState,
+    t_s: f64,
+    positions_m: Vec<[f64; 2]>,
+    thrusts: Vec<Thrust>,
+    wrench: Wrench,
+    gust_m_s: [f64; 2],
+    rng: ChaCha8Rng,
+    watch: ContactWatch,
+}
+
+impl Tank {
+    /// The structure with pose and velocity as in `initial`, whose time the tank's clock goes on from. Gusts
+    /// start from their steady distribution, drawn for `seed`.
+    ///
+    /// # Errors
+    /// As [`TankParameters::validate`].
+    pub fn new(
+        structure: &Structure,
+        parameters: &Parameters,
+        tank: &TankParameters,
+        initial: &PoseSample,
+        seed: u64,
+    ) -> Result<Self, ParameterError> {
+        tank.validate()?;
+        let mass_kg = structure.mass_kg(parameters);
+        let inertia_kg_m2 = structure.inertia_kg_m2(parameters);
+        let body = Body {
+            mass_kg,
+            inertia_kg_m2,
+            added_mass_kg: [tank.added_mass_sway * mass_kg, tank.added_mass_surge * mass_kg],
+            added_inertia_kg_m2: tank.added_inertia * inertia_kg_m2,
+            drag_n_s2_m2: structure.len() as f64 * parameters.drag_n_s2_m2,
+            yaw_drag_n_m_s2: structure.yaw_drag_n_m_s2(parameters),
+        };
+        let state = BodyState {
+            position_m: initial.position_m,
+            heading_rad: initial.heading_rad,
+            velocity_s_m_s: to_structure(initial.heading_rad, initial.velocity_m_s),
+            yaw_rate_rad_s: initial.yaw_rate_rad_s,
+        };
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let gust_m_s = [normal(&mut rng), normal(&mut rng)].map(|n| tank.gust_m_s * n);
+        Ok(Self {
+            parameters: tank.clone(),
+            body,
+            state,
+            t_s: initial.t_s,
+            positions_m: structure.positions_m(parameters.pitch_m),
+            thrusts: vec![Thrust::new(parameters, &tank.thrust); structure.len()],
+            wrench: Wrench::default(),
+            gust_m_s,
+            rng,
+            watch: ContactWatch::new(structure, parameters),
+        })
+    }
+
+    /// Advances the structure by `dt_s` (1 ms is meant), over which the tails came to `tails`: one of each
+    /// module, in order.
+    pub fn step(&mut self, dt_s: f64, tails: &[TailState]) {
+        // F = Σ fᵢ,   τ = Σ (xᵢ·f_yᵢ − yᵢ·f_xᵢ) − Σ Jᵢ·φ̈ᵢ                                          (k1)
+        let mut wrench = Wrench::default();
+        let mut reaction_nm = 0.0;
+        for ((thrust, &[x_m, y_m]), tail) in self.thrusts.iter_mut().zip(&self.positions_m).zip(tails) {
+            let [fx_n, fy_n] = thrust.step(dt_s, tail);
+            wrench = wrench + Wrench { fx_n, fy_n, tau_nm: x_m * fy_n - y_m * fx_n };
+            reaction_nm -= tail.inertia_kg_m2 * tail.acceleration_rad_s2;
+        }
+        self.wrench = wrench;
+        if self.parameters.gust_m_s > 0.0 {
+            // g(t + dt) = g(t)·e^(−dt/τ_g) + σ_g·√(1 − e^(−2dt/τ_g))·N(0, 1)                        (k2)
+            let ratio = dt_s / self.parameters.gust_time_s;
+            let (keep, fresh_m_s) =
+                ((-ratio).exp(), self.parameters.gust_m_s * (-(-2.0 * ratio).exp_m1()).sqrt());
+            for gust_m_s in &mut self.gust_m_s {
+                *gust_m_s = *gust_m_s * keep + fresh_m_s * normal(&mut self.rng);
+            }
+        }
+        let total = wrench + Wrench { tau_nm: reaction_nm, ..Wrench::default() };
+        self.state = self.body.step(&self.state, dt_s, total, self.water_m_s());
+        self.t_s += dt_s;
+        self.watch.check(self.t_s, tails);
+    }
+
+    /// True pose and velocity over ground, now.
+    #[must_use]
+    pub fn pose(&self) -> PoseSample {
+        PoseSample {
+            t_s: self.t_s,
+            position_m: self.state.position_m,
+            heading_rad: self.state.heading_rad,
+            velocity_m_s: to_world(self.state.heading_rad, self.state.velocity_s_m_s),
+            yaw_rate_rad_s: self.state.yaw_rate_rad_s,
+        }
+    }
+
+    /// Thrust of all tails on the water over the last step, in S, without the rotors' reaction torque.
+    #[must_use]
+    pub fn last_wrench(&self) -> Wrench {
+        self.wrench
+    }
+
+    /// Velocity of the water in the world now, current and gust, m/s.
+    #[must_use]
+    pub fn water_m_s(&self) -> [f64; 2] {
+        [0, 1].map(|axis| self.parameters.current_m_s[axis] + self.gust_m_s[axis])
+    }
+
+    /// Every time two tails touched so far.
+    #[must_use]
+    pub fn contacts(&self) -> &[Contact] {
+        self.watch.contacts()
+    }
+
+    /// Least distance between the surfaces of two tails so far, m; infinite where no two can meet.
+    #[must_use]
+    pub fn least_clearance_m(&self) -> f64 {
+        self.watch.least_clearance_m()
+    }
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, TAU};
+
+    use super::*;
+
+    const DT_S: f64 = 1e-3;
+
+    fn row() -> Structure {
+        Structure::from_word("3x1").expect("three in a row")
+    }
+
+    fn tank(tank: &TankParameters, initial: &PoseSample, seed: u64) -> Tank {
+        Tank::new(&row(), &Parameters::default(), tank, initial, seed).expect("valid")
+    }
+
+    /// Waveform (1) of three tails as (φ₀, A) each.
+    fn waveforms(swings: [[f64; 2]; 3], t_s: f64) -> [TailState; 3] {
+        let w = TAU / 1.5;
+        let (sin, cos) = (w * t_s).sin_cos();
+        swings.map(|[centerline_rad, amplitude_rad]| TailState {
+            angle_rad: centerline_rad + amplitude_rad * cos,
+            rate_rad_s: -amplitude_rad * w * sin,
+            acceleration_rad_s2: -amplitude_rad * w * w * cos,
+            inertia_kg_m2: 1.5e-4,
+        })
+    }
+
+    #[test]
+    fn reaction_turns_the_structure_against_the_rotors_at_constant_angular_momentum() {
+        // No drag, and amplitudes too small to push: body and rotors are alone with each other.
+        let parameters = Parameters { drag_n_s2_m2: 0.0, yaw_drag_n_m_s2: 0.0, ..Parameters::default() };
+        let still = PoseSample::default();
+        let mut tank = Tank::new(&row(), &parameters, &TankParameters::default(), &still, 0).expect("valid");
+        // 1.5·(3·0.003 + 2·0.0225) = 0.081 kg·m², and no torque from outside.
+        let inertia_kg_m2 = 0.081;
+        let w = TAU / 1.5;
+        let mut rates_rad_s = [0.0; 3];
+        let mut swung_rad_s: f64 = 0.0;
+        for step in 1..=9000 {
+            let t_s = f64::from(step) * DT_S;
+            let mut tails = waveforms([[0.0, 0.8], [1.0, 0.5], [-2.0, 0.7]], t_s);
+            for (tail, before_rad_s) in tails.iter_mut().zip(&mut rates_rad_s) {
+                // The mean over the step, as the motor reports it.
+                tail.acceleration_rad_s2 = (tail.rate_rad_s - *before_rad_s) / DT_S;
+                *before_rad_s = tail.rate_rad_s;
+            }
+            tank.step(DT_S, &tails);
+            let rotors: f64 = tails.iter().map(|tail| tail.inertia_kg_m2 * tail.rate_rad_s).sum();
+            let total = inertia_kg_m2 * tank.pose().yaw_rate_rad_s + rotors;
+            assert!(total.abs() < 1e-15, "{t_s} s: {total} N·m·s");
+            swung_rad_s = swung_rad_s.max(tank.pose().yaw_rate_rad_s.abs());
+        }
+        assert_eq!(tank.last_wrench(), Wrench::default());
+        // All three swing in phase: Ω = J·w·(0.8 + 0.5 + 0.7)/(I + I_a).
+        assert!((swung_rad_s / (1.5e-4 * w * 2.0 / 0.081) - 1.0).abs() < 1e-3, "{swung_rad_s} rad/s");
+    }
+
+    #[test]
+    fn the_mean_wrench_of_a_cycle_is_that_of_7() {
+        let swings = [[-1.2, 1.4], [0.4, -2.0], [2.9, 1.1]];
+        let parameters = Parameters::default();
+        let planned =
+            swings.iter().zip(row().positions_m(0.15)).fold(Wrench::default(), |sum, (swing, at)| {
+                let swing = modboat::motion::Swing { centerline_rad: swing[0], amplitude_rad: swing[1] };
+                sum + swing.wrench(&parameters, at)
+            });
+        let mut tank = tank(&TankParameters::default(), &PoseSample::default(), 0);
+        let mut mean = [0.0; 3];
+        for step in 1..=1500 {
+            tank.step(DT_S, &waveforms(swings, f64::from(step) * DT_S));
+            let now = tank.last_wrench().to_array();
+            mean = [0, 1, 2].map(|i| mean[i] + now[i] / 1500.0);
+        }
+        let off = (Wrench::from_array(mean) - planned).weighted_norm([1.0, 1.0, 10.0]);
+        assert!(off < 1e-5, "{mean:?} against {planned:?}");
+    }
+
+    #[test]
+    fn tails_that_push_astern_drive_the_structure_forward_at_the_speed_of_the_drag_law() {
+        // 2A sweeps astern (φ₀ = −π/2): 3·F(1.6) = 0.0486 N forward; √(0.0486/13.5) = 0.06 m/s northward, less
+        // what the wobble adds to a quadratic drag.
+        let north = PoseSample { heading_rad: FRAC_PI_2, ..PoseSample::default() };
+        let mut tank = tank(&TankParameters::default(), &north, 0);
+        let swings = [[-FRAC_PI_2, 1.6], [-FRAC_PI_2, -1.6], [-FRAC_PI_2, 1.6]];
+        (1..=60_000).for_each(|step| tank.step(DT_S, &waveforms(swings, f64::from(step) * DT_S)));
+        let before = tank.pose();
+        (60_001..=75_000).for_each(|step| tank.step(DT_S, &waveforms(swings, f64::from(step) * DT_S)));
+        let after = tank.pose();
+        let speed_m_s = (after.position_m[1] - before.position_m[1]) / 15.0;
+        assert!((0.055..0.0605).contains(&speed_m_s), "{speed_m_s} m/s");
+    }
+
+    #[test]
+    fn a_current_takes_the_free_structure_along() {
+        let parameters = TankParameters { current_m_s: [0.04, -0.02], ..TankParameters::default() };
+        let mut tank = tank(&parameters, &PoseSample::default(), 0);
+        let rest = waveforms([[0.0, 0.0]; 3], 0.0);
+        let mut slip_m_s = f64::INFINITY;
+        for second in 1..=600 {
+            (0..1000).for_each(|_| tank.step(DT_S, &rest));
+            let v = tank.pose().velocity_m_s;
+            let now_m_s = (v[0] - 0.04).hypot(v[1] + 0.02);
+            assert!(now_m_s < slip_m_s, "{second} s: {now_m_s} m/s");
+            slip_m_s = now_m_s;
+        }
+        // Per axis v_r = v₀/(1 + v₀·t/l) with l = (m + m_a)/D = 1/3 m: after 600 s 0.00055 and 0.00054 m/s.
+        let expected = f64::hypot(0.04 / (1.0 + 0.04 * 1800.0), 0.02 / (1.0 + 0.02 * 1800.0));
+        assert!((slip_m_s / expected - 1.0).abs() < 1e-6, "{slip_m_s} m/s, expected {expected}");
+    }
+
+    #[test]
+    fn gusts_have_the_stated_spread_and_memory() {
+        let (gust_m_s, gust_time_s, seed) = (0.02, 0.5, 11);
+        let parameters = TankParameters { gust_m_s, gust_time_s, ..TankParameters::default() };
+        let mut tank = tank(&parameters, &PoseSample::default(), seed);
+        let rest = waveforms([[0.0, 0.0]; 3], 0.0);
+        let gusts: Vec<f64> = (0..400_000)
+            .map(|_| {
+                tank.step(DT_S, &rest);
+                tank.water_m_s()[0]
+            })
+            .collect();
+        let product = |lag: usize| {
+            gusts.iter().zip(&gusts[lag..]).map(|(a, b)| a * b).sum::<f64>() / (gusts.len() - lag) as f64
+        };
+        // 400 s hold some 400 independent values: 3.5 % standard error of the deviation.
+        assert!((product(0).sqrt() / gust_m_s - 1.0).abs() < 0.12, "seed {seed}: {}", product(0).sqrt());
+        assert!((product(500) / product(0) - (-1.0_f64).exp()).abs() < 0.15, "seed {seed}");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_run_to_the_bit() {
+        let parameters = TankParameters { gust_m_s: 0.01, ..TankParameters::default() };
+        let end = |seed| {
+            let mut tank = tank(&parameters, &PoseSample::default(), seed);
+            for step in 1..=5000 {
+                tank.step(DT_S, &waveforms([[0.1, 1.5], [2.0, 2.0], [4.0, -1.0]], f64::from(step) * DT_S));
+            }
+            tank.pose()
+        };
+        assert_eq!(end(3), end(3));
+        assert_ne!(end(3), end(4));
+    }
+
+    #[test]
+    fn contacts_are_stamped_with_the_tanks_time() {
+        let mut tank =
+            tank(&TankParameters::default(), &PoseSample { t_s: 100.0, ..PoseSample::default() }, 0);
+        // Tail 1 turns onto tail 0, which points at it.
+        for step in 0..=1000 {
+            let mut tails = waveforms([[0.0, 0.0], [FRAC_PI_2, 0.0], [FRAC_PI_2, 0.0]], 0.0);
+            tails[1].angle_rad += FRAC_PI_2 * f64::from(step) * DT_S;
+            tank.step(DT_S, &tails);
+        }
+        assert_eq!(tank.contacts().len(), 1, "{:?}", tank.contacts());
+        assert_eq!(tank.contacts()[0].modules, (0, 1));
+        assert!((100.1..101.0).contains(&tank.contacts()[0].t_s), "{:?}", tank.contacts());
+        assert!(tank.least_clearance_m() < 0.0);
+    }
+}
