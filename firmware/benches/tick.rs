@@ -15,9 +15,10 @@ use firmware::modboat::schedule::Schedule;
 use firmware::modboat::servo::{NoSense, TailServo};
 use firmware::modboat::tail::Tail;
 use firmware::modboat::waveform::Waveform;
+use firmware::module::{Module, Supply};
+use firmware::rov::Rov;
 use firmware::rov::lease::ThrustLease;
 use firmware::rov::thruster::bank::Bank;
-use firmware::rov::{Rov, Supply};
 use protocol::configuration::{
     BankConstants, EncoderMounting, LeaseLimits, ServoConstants, TailLimits, ThrusterMounting,
 };

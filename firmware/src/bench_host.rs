@@ -2,8 +2,6 @@
 
 use std::vec::Vec;
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::pwm::SetDutyCycle;
 use protocol::ledger::{Class, Incoming, Outgoing};
 use protocol::session::open_announcement;
 use protocol::units::{Micros, MicrosSpan};
@@ -13,10 +11,7 @@ use protocol::{
 
 use crate::link::endpoint::{Endpoint, Robot};
 use crate::link::session::{Identity, SURE_WITHIN};
-use crate::modboat::Modboat;
-use crate::modboat::encoder::Encoder;
-use crate::modboat::servo::CurrentSense;
-use crate::rov::Rov;
+use crate::module::Module;
 
 /// The module on the bench.
 pub const MODULE: ModuleId = ModuleId(2);
@@ -48,34 +43,41 @@ pub trait Ends {
     fn outgoing(&self) -> Outgoing;
 }
 
-macro_rules! ends {
-    ($kind:ty, [$($bound:tt)*], |$it:ident| $endpoint:expr) => {
-        impl<$($bound)*> Ends for $kind {
-            fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
-                self.handle_datagram(now, datagram)
-            }
+impl<R: Robot> Ends for Endpoint<R> {
+    fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+        self.handle_datagram(now, datagram)
+    }
 
-            fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-                self.poll_transmit(buffer)
-            }
+    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        self.poll_transmit(buffer)
+    }
 
-            fn incoming(&self) -> Incoming {
-                let $it = self;
-                *$endpoint.link().unwrap().incoming()
-            }
+    fn incoming(&self) -> Incoming {
+        *self.link().unwrap().incoming()
+    }
 
-            fn outgoing(&self) -> Outgoing {
-                let $it = self;
-                $endpoint.link().unwrap().outgoing()
-            }
-        }
-    };
+    fn outgoing(&self) -> Outgoing {
+        self.link().unwrap().outgoing()
+    }
 }
 
-ends!(Endpoint<R>, [R: Robot], |it| it);
-ends!(Rov<P>, [P: SetDutyCycle], |it| it.endpoint());
-ends!(Modboat<E, S, P, A, B>, [E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin],
-    |it| it.endpoint());
+impl<M: Module> Ends for M {
+    fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+        self.handle_datagram(now, datagram)
+    }
+
+    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        self.poll_transmit(buffer)
+    }
+
+    fn incoming(&self) -> Incoming {
+        self.endpoint().incoming()
+    }
+
+    fn outgoing(&self) -> Outgoing {
+        self.endpoint().outgoing()
+    }
+}
 
 /// The sums of both ledgers of a module.
 pub fn assert_exact(module: &impl Ends) {

@@ -1,7 +1,6 @@
 //! A whole Modboat: the link endpoint above the tail.
 //!
-//! A board calls [`Modboat::tick`] at the servo rate, [`Modboat::handle_datagram`] for every datagram that came, and
-//! sends what [`Modboat::poll_transmit`] gives. The simulated module of the host does exactly the same.
+//! It is run as every [`Module`] is, at the servo rate.
 //!
 //! What it watches, every tick: the battery, a motor that is driven and does not follow, an encoder that is not believed, a
 //! bridge that fails, and whether the ticks come when they should. What follows from them decides the
@@ -12,7 +11,7 @@ use embedded_hal::pwm::SetDutyCycle;
 use protocol::ModuleState;
 use protocol::configuration::BatteryLimits;
 use protocol::ledger::Class;
-use protocol::units::{Amperes, Micros, MicrosSpan, Radians, Volts};
+use protocol::units::{Amperes, Micros, MicrosSpan, Radians};
 
 use crate::link::endpoint::Endpoint;
 use crate::link::failsafe::{BLIND_FOR, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
@@ -22,6 +21,7 @@ use crate::modboat::motor::ErrorOf;
 use crate::modboat::servo::{Command, CurrentSense};
 use crate::modboat::swimmer::{Measurement, Swimmer};
 use crate::modboat::tail::{Tail, TailStatus};
+use crate::module::{Module, Supply};
 
 pub mod cycle;
 pub mod disturbance;
@@ -85,40 +85,6 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         Self { homing, ..self }
     }
 
-    /// One turn of the servo loop at `now`, own clock; then whatever the link has to say.
-    ///
-    /// # Errors
-    /// The output of the motor bridge that failed; the link goes on all the same.
-    pub fn tick(&mut self, now: Micros, battery: Volts) -> Result<(), ErrorOf<P, A, B>> {
-        self.watch_ticks(now);
-        let low = self.battery.update(now, battery);
-        self.endpoint.set_low_battery(low);
-        // Just booted, or stopped for a fault: look where the tail is, and let it be.
-        let reference = self.endpoint.reference(now).filter(|_| self.endpoint.failsafe().may_drive());
-        let (outcome, current) = match reference {
-            Some(reference) => match self.tail.tick(&reference) {
-                Ok(status) => {
-                    self.watch_tail(now, &status);
-                    (Ok(()), status.current)
-                }
-                Err(error) => (Err(error), None),
-            },
-            None => (self.look(now), None),
-        };
-        if self.output.update(now, outcome.is_err(), OUTPUT_FAILS_FOR) {
-            self.endpoint.stop(now, Event::OutputFailed);
-        }
-        let counter = self.tail.counter();
-        let measurement = Measurement {
-            tail: counter.unwrapped().filter(|_| !self.tail.is_blind()),
-            rate: counter.rate(),
-            current: current.unwrap_or(Amperes(0.0)),
-            battery,
-        };
-        self.endpoint.handle_timer(now, &measurement);
-        outcome
-    }
-
     /// Finds out where the tail is, and drives it no more than that needs.
     fn look(&mut self, now: Micros) -> Result<(), ErrorOf<P, A, B>> {
         let located = self.tail.locate().is_some();
@@ -169,29 +135,59 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         }
     }
 
-    /// Follows one datagram that arrived at `now`, own clock.
-    ///
-    /// # Errors
-    /// What it is, if it is not to be followed; nothing happens then.
-    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
-        self.endpoint.handle_datagram(now, datagram)
-    }
-
-    /// The next datagram to send; see [`Endpoint::poll_transmit`].
-    pub fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-        self.endpoint.poll_transmit(buffer)
-    }
-
-    /// Its side of the link.
-    #[must_use]
-    pub const fn endpoint(&self) -> &Endpoint<Swimmer> {
-        &self.endpoint
-    }
-
     /// Its tail.
     #[must_use]
     pub const fn tail(&self) -> &Tail<E, S, P, A, B> {
         &self.tail
+    }
+}
+
+impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Module
+    for Modboat<E, S, P, A, B>
+{
+    type Robot = Swimmer;
+    type Error = ErrorOf<P, A, B>;
+
+    fn tick(&mut self, now: Micros, &Supply { battery, .. }: &Supply) -> Result<(), Self::Error> {
+        self.watch_ticks(now);
+        let low = self.battery.update(now, battery);
+        self.endpoint.set_low_battery(low);
+        // Just booted, or stopped for a fault: look where the tail is, and let it be.
+        let reference = self.endpoint.reference(now).filter(|_| self.endpoint.failsafe().may_drive());
+        let (outcome, current) = match reference {
+            Some(reference) => match self.tail.tick(&reference) {
+                Ok(status) => {
+                    self.watch_tail(now, &status);
+                    (Ok(()), status.current)
+                }
+                Err(error) => (Err(error), None),
+            },
+            None => (self.look(now), None),
+        };
+        if self.output.update(now, outcome.is_err(), OUTPUT_FAILS_FOR) {
+            self.endpoint.stop(now, Event::OutputFailed);
+        }
+        let counter = self.tail.counter();
+        let measurement = Measurement {
+            tail: counter.unwrapped().filter(|_| !self.tail.is_blind()),
+            rate: counter.rate(),
+            current: current.unwrap_or(Amperes(0.0)),
+            battery,
+        };
+        self.endpoint.handle_timer(now, &measurement);
+        outcome
+    }
+
+    fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+        self.endpoint.handle_datagram(now, datagram)
+    }
+
+    fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        self.endpoint.poll_transmit(buffer)
+    }
+
+    fn endpoint(&self) -> &Endpoint<Swimmer> {
+        &self.endpoint
     }
 }
 

@@ -7,7 +7,7 @@ use std::vec::Vec;
 
 use proptest::prelude::*;
 use protocol::configuration::{BankConstants, EscConstants, LeaseLimits, ThrusterMounting};
-use protocol::units::{MicrosSpan, Newtons, PulseMicros};
+use protocol::units::{Amperes, MicrosSpan, Newtons, PulseMicros, Volts};
 use protocol::{Cycle, Delivery, Message, ModuleState, Motion, Refusal, RovCycle, Verdict};
 
 use super::*;

@@ -13,6 +13,7 @@ use firmware::modboat::motor::Bridge;
 use firmware::modboat::servo::{CurrentSense, ServoError};
 use firmware::modboat::swimmer::Swimmer;
 use firmware::modboat::tail::Tail;
+use firmware::module::Supply;
 use modboat::parameters::Parameters;
 use protocol::configuration::{EncoderMounting, ServoConstants, TailLimits};
 use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
@@ -29,7 +30,7 @@ use super::node::Node;
 pub const TICK: MicrosSpan = MicrosSpan(1_000);
 
 /// What a full battery of two lithium cells shows. *Assumed*, and constant.
-const BATTERY: Volts = Volts(7.4);
+const SUPPLY: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
 
 /// Why there is no module.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -139,10 +140,7 @@ impl<R: Radio> SimModule<R> {
             let firmware = boot(&self.build, &self.motor, self.node.boot_nonce()).ok();
             self.node.power_on(firmware);
         }
-        // The simulated pins cannot fail.
-        self.node.tick(now, |firmware, local| {
-            let _ = firmware.tick(local, BATTERY);
-        })?;
+        self.node.tick(now, &SUPPLY)?;
         self.motor.step(f64::from(TICK.as_secs_f32()));
         Ok(())
     }
@@ -168,19 +166,19 @@ impl<R: Radio> SimModule<R> {
         &mut self.motor
     }
 
-    /// The firmware, while the module has power.
-    pub fn firmware(&self) -> Option<&Firmware> {
-        self.node.firmware()
+    /// Whether it has power, and its firmware runs.
+    pub fn has_power(&self) -> bool {
+        self.node.has_power()
     }
 
     /// What the firmware is doing at `now`, true time; nothing without power.
     pub fn state(&self, now: Micros) -> Option<ModuleState> {
-        self.node.state(now)
+        Some(self.node.status(now)?.state)
     }
 
     /// Number of the cycle that it runs at `now`, true time, if any.
     pub fn running(&self, now: Micros) -> Option<u32> {
-        self.node.running(now)
+        self.node.status(now)?.running
     }
 
     /// Its way in and out, while it has power.

@@ -69,7 +69,7 @@ pub fn judged(scenario: &Scenario, seed: u64, reboots: &[Reboot]) -> Result<(Run
             seen.clear();
             seen.extend(fleet.modules().iter().map(|module| Seen {
                 angle_rad: module.tail().angle_rad,
-                powered: module.firmware().is_some(),
+                powered: module.has_power(),
                 runs: module.running(now),
                 clock_error_s: module.clock_error_us(now).unwrap_or(0) as f64 * 1e-6,
             }));

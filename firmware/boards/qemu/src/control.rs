@@ -11,6 +11,7 @@ use core::cell::RefCell;
 
 use critical_section::Mutex;
 use firmware::modboat::Modboat;
+use firmware::module::{Module, Status, Supply};
 use heapless::Vec;
 use heapless::spsc::{Consumer, Producer, Queue};
 use protocol::configuration::SupplyConstants;
@@ -118,7 +119,8 @@ impl Control {
             self.let_motor_run(now);
             let battery = firmware::provision::battery(&self.supply, self.divided());
             // The pins of this board cannot fail.
-            let _ = self.firmware.tick(now, battery);
+            let supply = Supply { battery, ..Supply::default() };
+            let _ = self.firmware.tick(now, &supply);
             let took = clock::now().since(now);
             self.statistics.longest_tick = self.statistics.longest_tick.max(took);
         }
@@ -172,11 +174,12 @@ impl Control {
     fn statistics(&mut self) -> Statistics {
         let endpoint = self.firmware.endpoint();
         let now = clock::now();
+        let Status { state, faults, running } = self.firmware.status(now);
         let present = Statistics {
             incoming: endpoint.link().map_or(Incoming::default(), |link| *link.incoming()),
-            state: Some(endpoint.state(now)),
-            faults: endpoint.failsafe().faults(),
-            running: endpoint.running(now).unwrap_or(0),
+            state: Some(state),
+            faults,
+            running: running.unwrap_or(0),
             ..self.statistics
         };
         let statistics = &mut self.statistics;
@@ -201,8 +204,8 @@ pub fn statistics() -> Statistics {
 #[must_use]
 pub fn state() -> (ModuleState, Faults) {
     let state = |control: &mut Control| {
-        let endpoint = control.firmware.endpoint();
-        (endpoint.state(clock::now()), endpoint.failsafe().faults())
+        let Status { state, faults, .. } = control.firmware.status(clock::now());
+        (state, faults)
     };
     with(state).unwrap_or((ModuleState::Boot, Faults::default()))
 }

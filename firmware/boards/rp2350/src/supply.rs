@@ -21,8 +21,8 @@ use embassy_rp::adc::{Adc, AdcPin, Blocking, Channel, Config};
 use embassy_rp::gpio::Pull;
 use embassy_rp::peripherals::ADC;
 use firmware::modboat::servo::CurrentSense;
+use firmware::module::Supply;
 use firmware::provision;
-use firmware::rov::Supply;
 use protocol::configuration::SupplyConstants;
 use protocol::units::{Amperes, MicrosSpan, Volts};
 

@@ -9,6 +9,7 @@ use firmware::modboat::reference::{Reference, wrap};
 use firmware::modboat::schedule::POSE_TOLERANCE;
 use firmware::modboat::servo::NoSense;
 use firmware::modboat::swimmer::Swimmer;
+use firmware::module::{Module, Supply};
 use protocol::configuration::TailLimits;
 use protocol::ledger::Class;
 use protocol::session::open_announcement;
@@ -172,7 +173,8 @@ impl World {
     fn tick(&mut self) {
         let (now, may_drive) = (Micros(self.now), self.boat.endpoint().failsafe().may_drive());
         let was_stopped = self.boat.endpoint().failsafe().state() == ModuleState::Stopped;
-        self.boat.tick(now, self.battery).expect("these pins cannot fail");
+        let supply = Supply { battery: self.battery, ..Supply::default() };
+        self.boat.tick(now, &supply).expect("these pins cannot fail");
         assert!(may_drive || self.board.drive() == 0.0, "drives though it may not");
         let endpoint = self.boat.endpoint();
         let state = endpoint.failsafe().state();

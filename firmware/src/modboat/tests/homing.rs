@@ -202,7 +202,7 @@ fn unconfigured_it_never_searches() {
     // No waiting: it would turn in its first tick.
     let mut bench = Bench::indexed_as(None, 0.4, by_itself(0));
     let step = |bench: &mut Bench<RigIndexed>| {
-        bench.boat.tick(bench.now, FULL).unwrap();
+        bench.boat.tick(bench.now, &FULL).unwrap();
         assert_eq!(bench.rig.drive(), 0.0, "at {:?}", bench.now);
         assert_eq!(bench.boat.poll_transmit(&mut [0; protocol::MAX_DATAGRAM]), None);
         bench.rig.step_ms();

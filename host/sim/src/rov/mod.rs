@@ -20,10 +20,11 @@ use std::rc::Rc;
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use firmware::link::endpoint::Endpoint;
 use firmware::link::session::Identity;
+use firmware::module::Supply;
+use firmware::rov::Rov;
 use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
 use firmware::rov::thruster::bank::{Bank, BankError};
 use firmware::rov::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
-use firmware::rov::{Rov, Supply};
 use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
 use protocol::units::{Amperes, Micros, MicrosSpan, PulseMicros, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
@@ -165,10 +166,7 @@ impl<R: Radio> SimRov<R> {
         }
         let current = Amperes(self.propellers.current_a(self.battery) as f32);
         let supply = Supply { battery: self.battery, current };
-        self.node.tick(now, |firmware, local| {
-            // The simulated pins cannot fail.
-            let _ = firmware.tick(local, &supply);
-        })
+        self.node.tick(now, &supply)
     }
 
     /// Thrusts along each thruster's axis as the water feels them, N.
@@ -202,7 +200,7 @@ impl<R: Radio> SimRov<R> {
 
     /// What the firmware is doing at `now`, true time; nothing without power.
     pub fn state(&self, now: Micros) -> Option<ModuleState> {
-        self.node.state(now)
+        Some(self.node.status(now)?.state)
     }
 
     /// Its end of the radio.

@@ -13,13 +13,14 @@ use board_qemu::{clock, configuration, semihosting};
 use cortex_m_rt::entry;
 use firmware::modboat::Modboat;
 use firmware::modboat::servo::NoSense;
+use firmware::module::{Module, Status, Supply};
 use firmware::{indicator, provision};
 use protocol::configuration::Robot;
-use protocol::units::{MicrosSpan, Volts};
+use protocol::units::{Amperes, MicrosSpan, Volts};
 use protocol::{Configuration, Faults, MAX_DATAGRAM, ModuleState};
 
 /// What two lithium cells show. *Assumed*, and constant.
-const BATTERY: Volts = Volts(7.4);
+const SUPPLY: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
 
 /// What little of this is linked in, and who calls it, `images panics` shows.
 #[panic_handler]
@@ -86,7 +87,7 @@ fn run(
     loop {
         if tick.take() {
             // The pins of this board cannot fail.
-            let _ = firmware.tick(clock::now(), BATTERY);
+            let _ = firmware.tick(clock::now(), &SUPPLY);
         }
         while let Some(byte) = uart.read() {
             if let Some(datagram) = incoming.take(byte) {
@@ -99,8 +100,9 @@ fn run(
             uart.write(&[low, high]);
             uart.write(datagram);
         }
-        let endpoint = firmware.endpoint();
-        lamp.set(indicator::is_lit(clock::now(), endpoint.state(clock::now()), endpoint.failsafe().faults()));
+        let now = clock::now();
+        let Status { state, faults, .. } = firmware.status(now);
+        lamp.set(indicator::is_lit(now, state, faults));
     }
 }
 

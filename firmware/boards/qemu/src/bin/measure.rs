@@ -11,6 +11,7 @@ use board_qemu::control::Firmware;
 use board_qemu::uart::Uart;
 use board_qemu::{clock, configuration, motor, semihosting};
 use cortex_m_rt::entry;
+use firmware::module::{Module, Status, Supply};
 use firmware::provision;
 use protocol::ledger::Class;
 use protocol::session::open_announcement;
@@ -105,7 +106,8 @@ impl Bench {
     }
 
     fn tick(&mut self, now: Micros) {
-        let outcome = count(&mut self.costs.tick, self.overhead, || self.firmware.tick(now, Volts(7.4)));
+        let supply = Supply { battery: Volts(7.4), ..Supply::default() };
+        let outcome = count(&mut self.costs.tick, self.overhead, || self.firmware.tick(now, &supply));
         assert!(outcome.is_ok());
     }
 
@@ -216,10 +218,9 @@ fn main() -> ! {
         motor::step(1e-3);
         bench.tick(now);
         bench.serve(now);
-        let endpoint = bench.firmware.endpoint();
-        swam += u64::from(endpoint.running(now).is_some());
-        let takes =
-            matches!(endpoint.state(now), ModuleState::Ready | ModuleState::Executing | ModuleState::Holding);
+        let Status { state, running, .. } = bench.firmware.status(now);
+        swam += u64::from(running.is_some());
+        let takes = matches!(state, ModuleState::Ready | ModuleState::Executing | ModuleState::Holding);
         if takes && tick.is_multiple_of(2_500) {
             number += 1;
             bench.send(now, number);
