@@ -23,7 +23,7 @@ pub use report::{Limits, Near, Off, Report};
 
 use crate::checker::{Modboat, Pair, STEP_M, geometry, pairs};
 
-mod course;
+pub mod course;
 pub mod draw;
 mod report;
 mod watch;

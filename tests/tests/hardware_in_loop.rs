@@ -17,6 +17,7 @@ use record::{CycleRecord, RunRecord};
 use sim::module::TICK;
 use tests::checker::{Modboat, check, check_without};
 use tests::convert::of_cycle;
+use tests::execution::course::share_turned;
 
 fn scenario() -> Scenario {
     Scenario::open("holonomic-1").expect("built in")
@@ -41,7 +42,7 @@ fn undisturbed(scenario: &Scenario, seed: u64) -> (RunResult, InProcess) {
     run_with(scenario, seed, &mut |_, _, _| {})
 }
 
-/// Where a tail should be by the cycles alone: a straight turn, then the cosine, then rest until the next cycle. Nothing
+/// Where a tail should be by the cycles alone: a turn from rest to rest, then the cosine, then rest until the next cycle. Nothing
 /// is known after the last: a cycle that the end of the run cuts short is not on record.
 fn reference_rad(cycles: &[CycleRecord], module: usize, t_s: f64) -> Option<f64> {
     let index = cycles.iter().rposition(|cycle| cycle.start_s <= t_s)?;
@@ -55,13 +56,14 @@ fn reference_rad(cycles: &[CycleRecord], module: usize, t_s: f64) -> Option<f64>
         let second_s = since_s - via.turning_s - via.rest_s;
         let (via_rad, length_s) = (via.via_rad[module], cycle.transition_s - via.turning_s - via.rest_s);
         return Some(if second_s < 0.0 {
-            turn.from_rad + (since_s / via.turning_s).min(1.0) * (via_rad - turn.from_rad)
+            let share = share_turned(since_s.min(via.turning_s), via.turning_s, cycle.ramps_s[0]);
+            turn.from_rad + share * (via_rad - turn.from_rad)
         } else {
-            via_rad + second_s / length_s * (turn.to_rad - via_rad)
+            via_rad + share_turned(second_s, length_s, cycle.ramps_s[1]) * (turn.to_rad - via_rad)
         });
     }
     if since_s < cycle.transition_s {
-        let share = since_s / cycle.transition_s;
+        let share = share_turned(since_s, cycle.transition_s, cycle.ramps_s[0]);
         return Some(turn.from_rad + share * (turn.to_rad - turn.from_rad));
     }
     let swum_s = (since_s - cycle.transition_s).min(cycle.period_s);
@@ -87,8 +89,8 @@ fn rms(errors: impl IntoIterator<Item = f64>) -> f64 {
 fn holds_its_course(summary: &Summary) {
     assert!(summary.complete, "ended after {} s", summary.duration_s);
     for leg in &summary.legs {
-        assert!(leg.velocity_error <= 0.05, "velocity off by {}", leg.velocity_error);
-        assert!(leg.heading_rms_rad <= 0.15, "heading RMS {} rad", leg.heading_rms_rad);
+        assert!(leg.velocity_error <= 0.002, "velocity off by {}", leg.velocity_error);
+        assert!(leg.heading_rms_rad <= 0.005, "heading RMS {} rad", leg.heading_rms_rad);
     }
 }
 
@@ -219,7 +221,7 @@ fn table_a_bad_medium_changes_nothing_that_matters() {
                 // 1.5 s at 50 Hz, at least.
                 assert!(within().count() >= 70, "cycle {}: {} samples", cycle.number, within().count());
                 let rms = rms(within().map(|&(_, e)| e));
-                assert!(rms <= 0.1, "module {}, cycle {}: RMS {rms} rad", module + 1, cycle.number);
+                assert!(rms <= 0.009, "module {}, cycle {}: RMS {rms} rad", module + 1, cycle.number);
             }
         }
         // The medium was as bad as it was told to be: within five standard deviations.
@@ -244,7 +246,7 @@ fn tails_follow_their_cycles() {
         let (rms, most) = (rms(errors.iter().copied()), errors.iter().fold(0.0, |m: f64, e| m.max(e.abs())));
         println!("module {}: {} samples, RMS {rms:.4} rad, at most {most:.4} rad", module + 1, errors.len());
         // 90 s at 50 Hz, less a cycle that is cut short.
-        assert!(errors.len() > 4300 && rms <= 0.05, "module {}: RMS {rms} rad", module + 1);
+        assert!(errors.len() > 4300 && rms <= 0.007 && most <= 0.0125, "module {}: RMS {rms} rad", module + 1);
     }
 }
 

@@ -236,7 +236,7 @@ fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
     );
     unreachable.iter().for_each(|line| println!("  {line}"));
     println!("{} mutants rejected: {mutants:?}", mutants.values().sum::<usize>());
-    assert!(plans >= 120, "{plans} plans of {SEEDS}");
+    assert!(plans >= 195, "{plans} plans of {SEEDS}, where 199 were seen");
     assert!(
         SPOILERS.iter().all(|spoiler| mutants.get(spoiler.name).is_some_and(|&count| count >= 50)),
         "{mutants:?}"

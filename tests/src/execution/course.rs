@@ -121,7 +121,8 @@ impl Course {
 }
 
 /// s(t), for t in [0, D]; 0 before it.
-fn share_turned(t_s: f64, turning_s: f64, ramp_s: f64) -> f64 {
+#[must_use]
+pub fn share_turned(t_s: f64, turning_s: f64, ramp_s: f64) -> f64 {
     if t_s <= 0.0 || turning_s <= 0.0 {
         return 0.0;
     }

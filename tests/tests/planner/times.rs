@@ -10,8 +10,11 @@ use tests::stream::{Course, Kind, Rows, Sequence, settings};
 use crate::{NEAR, SHARE, alone, full, structure};
 
 /// Structures, and plans of either planner that are timed; ten times as many with the full counts.
-const SIZES: [(&str, usize, usize); 6] = [
+const SIZES: [(&str, usize, usize); 9] = [
     ("3x1", 1000, 300),
+    ("2x2", 1000, 300),
+    ("4x1", 1000, 300),
+    ("4x2", 1000, 200),
     ("3x3", 1000, 200),
     ("5x5", 1000, 100),
     ("10x10", 200, 20),
@@ -67,7 +70,7 @@ fn table_e_times() {
             );
             figures.push((modules as f64, exact.mean(|row| 1e-3 * row.plan_us), own.p99));
         }
-        let [.., hundred, _, most] = figures[..] else { unreachable!("six sizes") };
+        let [.., hundred, _, most] = figures[..] else { unreachable!("nine sizes") };
         let ratio = |a: f64, b: f64| a / b / (most.0 / hundred.0);
         growth += &format!(
             "{sequence}: from 100 to 1024 modules the mean grows by {:.2} × linear, the 99th percentile by {:.2} × linear\n",

@@ -132,10 +132,14 @@ fn all_arrived(executed: &Executed, tilt_most_rad: f64) {
     }
 }
 
-/// Within ten per cent.
-fn near(executed_j: f64, wanted_j: f64, what: &str) {
-    assert!((executed_j / wanted_j - 1.0).abs() < 0.1, "{what}: {executed_j} J against {wanted_j} J");
+/// Within twice the 1.2 % that are seen, by the table's law 2.8 %.
+fn near(executed_j: f64, wanted_j: f64, most: f64, what: &str) {
+    assert!((executed_j / wanted_j - 1.0).abs() < most, "{what}: {executed_j} J against {wanted_j} J");
 }
+const SMOOTH: f64 = 0.025;
+const BY_TABLE: f64 = 0.055;
+/// Plans by the paper's rules, of which ramps and corners are reckoned, not planned.
+const PAPER: f64 = 0.06;
 
 #[test]
 fn executed_energy_is_the_planned_one() {
@@ -146,8 +150,8 @@ fn executed_energy_is_the_planned_one() {
         show(name, &executed);
         all_arrived(&executed, 0.04);
         let summary = &executed.summary;
-        near(summary.executed.total_j, summary.planned.total_j, name);
-        near(summary.executed.navigate_j, summary.planned.navigate_j, name);
+        near(summary.executed.total_j, summary.planned.total_j, SMOOTH, name);
+        near(summary.executed.navigate_j, summary.planned.navigate_j, SMOOTH, name);
         // With nothing to balance only the handing over is left.
         assert!(summary.executed.balance_j > 0.9 * summary.planned.balance_j, "{name}");
         assert!(summary.executed.balance_j < 1.1 * summary.planned.balance_j + 0.5, "{name}");
@@ -173,7 +177,7 @@ fn the_measured_table_can_be_planned_and_executed_by() {
     let executed = execute(&problem, &plan, &Options { law, ..options(1) }, &mut Quiet).expect("begun");
     show("by the table", &executed);
     all_arrived(&executed, 0.04);
-    near(executed.summary.executed.total_j, plan.energy_total_j, "by the table");
+    near(executed.summary.executed.total_j, plan.energy_total_j, BY_TABLE, "by the table");
 }
 
 /// Whatever can be planned can be executed, planar and in space, with and without a tool.
@@ -211,7 +215,7 @@ fn plans_by_the_papers_rules_take_what_acceleration_adds() {
         show(&format!("{name}, the paper's rules"), &executed);
         all_arrived(&executed, 0.04);
         let summary = &executed.summary;
-        near(summary.executed.total_j, summary.expected.total_j, name);
+        near(summary.executed.total_j, summary.expected.total_j, PAPER, name);
         assert!(summary.executed.total_j > summary.planned.total_j, "{name}");
     }
 }
@@ -226,7 +230,7 @@ fn a_fifth_of_the_datagrams_lost_changes_little() {
             execute(&problem, &plan, &Options { radio, ..options(seed) }, &mut Quiet).expect("begun");
         show(&format!("a fifth lost, seed {seed}"), &executed);
         all_arrived(&executed, 0.06);
-        near(executed.summary.executed.total_j, executed.summary.planned.total_j, "a fifth lost");
+        near(executed.summary.executed.total_j, executed.summary.planned.total_j, SMOOTH, "a fifth lost");
         let faults = executed.summary.faults.expect("in process");
         assert!(faults.lost * 6 > faults.sent, "{faults:?}");
     }
@@ -327,7 +331,7 @@ fn a_plan_made_by_hand_is_followed_and_a_seed_reproduces_it() {
     let executed = execute(&problem, &plan, &options(3), &mut Quiet).expect("begun");
     show("by hand", &executed);
     all_arrived(&executed, 0.04);
-    near(executed.summary.executed.total_j, plan.energy_total_j, "by hand");
+    near(executed.summary.executed.total_j, plan.energy_total_j, SMOOTH, "by hand");
     let samples = &executed.record.samples;
     for (k, sample) in samples[..samples.len() - 1].iter().enumerate() {
         assert!((sample.t_s - k as f64 * 0.05).abs() < 1e-9, "evenly spaced");
