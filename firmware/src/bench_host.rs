@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use protocol::ledger::{Class, Incoming, Outgoing};
 use protocol::session::open_announcement;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::{
     FleetKey, Frame, Kind, MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side, TimeReply, Verdict,
 };
@@ -30,21 +30,21 @@ pub fn identity(boot: u8) -> Identity {
         fleet: key.fleet(),
         key: key.module(MODULE),
         boot: [boot; 12],
-        report_every: MicrosSpan(20_000),
+        report_every: Duration(20_000),
         sure_within: SURE_WITHIN,
     }
 }
 
 /// Whatever hears and speaks.
 pub trait Ends {
-    fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class>;
+    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class>;
     fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
     fn incoming(&self) -> Incoming;
     fn outgoing(&self) -> Outgoing;
 }
 
 impl<R: Robot> Ends for Endpoint<R> {
-    fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
         self.handle_datagram(now, datagram)
     }
 
@@ -62,7 +62,7 @@ impl<R: Robot> Ends for Endpoint<R> {
 }
 
 impl<M: Module> Ends for M {
-    fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
         self.handle_datagram(now, datagram)
     }
 
@@ -140,7 +140,7 @@ impl BenchHost {
     }
 
     /// Hears what the module says at `now`, its own clock; calls it, and tells it the time. All else comes back.
-    pub fn listen(&mut self, now: Micros, module: &mut impl Ends) -> Vec<Message> {
+    pub fn listen(&mut self, now: LocalInstant, module: &mut impl Ends) -> Vec<Message> {
         let (mut said, mut buffer) = (Vec::new(), [0; MAX_DATAGRAM]);
         while let Some(datagram) = module.speak(&mut buffer) {
             let frame = Frame::parse(datagram).unwrap();
@@ -160,7 +160,7 @@ impl BenchHost {
             };
             match opened.message {
                 Message::TimeRequest(request) if self.tells_time => {
-                    let fleet = Micros((now.0 + AHEAD).saturating_add_signed(self.error_us));
+                    let fleet = FleetInstant((now.0 + AHEAD).saturating_add_signed(self.error_us));
                     let reply = TimeReply { request_sent: request.sent, received: fleet, sent: fleet };
                     let reply = self.seal(&Message::TimeReply(reply));
                     let _ = module.hear(now, &reply);
@@ -173,14 +173,14 @@ impl BenchHost {
     }
 
     /// Says it, and everything that the module says then.
-    pub fn say(&mut self, now: Micros, module: &mut impl Ends, message: &Message) -> Vec<Message> {
+    pub fn say(&mut self, now: LocalInstant, module: &mut impl Ends, message: &Message) -> Vec<Message> {
         let datagram = self.seal(message);
         assert_eq!(module.hear(now, &datagram), Ok(()));
         self.listen(now, module)
     }
 
     /// Says a cycle or a commit, and what the module decides.
-    pub fn ask(&mut self, now: Micros, module: &mut impl Ends, message: &Message) -> Verdict {
+    pub fn ask(&mut self, now: LocalInstant, module: &mut impl Ends, message: &Message) -> Verdict {
         let number = match message {
             Message::Cycle(cycle) => cycle.number,
             Message::Commit(number) => *number,

@@ -11,7 +11,8 @@ use embedded_hal::pwm::SetDutyCycle;
 use protocol::ModuleState;
 use protocol::configuration::BatteryLimits;
 use protocol::ledger::Class;
-use protocol::units::{Amperes, Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, LocalInstant};
+use protocol::units::{Amperes, Radians};
 
 use crate::link::endpoint::Endpoint;
 use crate::link::failsafe::{BLIND_FOR, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
@@ -39,10 +40,10 @@ pub mod transition;
 pub mod waveform;
 
 /// An output that has failed for so long is not coming back. *Assumed.*
-const OUTPUT_FAILS_FOR: MicrosSpan = MicrosSpan(100_000);
+const OUTPUT_FAILS_FOR: Duration = Duration(100_000);
 
 /// Ticks come every millisecond; after such a gap the own clock may have jumped, or the processor was elsewhere. *Assumed.*
-const TICK_MISSED: MicrosSpan = MicrosSpan(20_000);
+const TICK_MISSED: Duration = Duration(20_000);
 
 /// See the module's documentation.
 #[derive(Debug)]
@@ -54,7 +55,7 @@ pub struct Modboat<E, S, P, A, B> {
     homing: Homing,
     blind: Lasting,
     output: Lasting,
-    last_tick: Option<Micros>,
+    last_tick: Option<LocalInstant>,
 }
 
 impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Modboat<E, S, P, A, B> {
@@ -86,7 +87,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
     }
 
     /// Finds out where the tail is, and drives it no more than that needs.
-    fn look(&mut self, now: Micros) -> Result<(), ErrorOf<P, A, B>> {
+    fn look(&mut self, now: LocalInstant) -> Result<(), ErrorOf<P, A, B>> {
         let located = self.tail.locate().is_some();
         if self.tail.is_homed() {
             self.homing.end();
@@ -112,7 +113,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         }
     }
 
-    fn watch_ticks(&mut self, now: Micros) {
+    fn watch_ticks(&mut self, now: LocalInstant) {
         if let Some(last) = self.last_tick.replace(now) {
             let gap = now.since(last).max(last.since(now));
             if gap > TICK_MISSED {
@@ -121,7 +122,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         }
     }
 
-    fn watch_tail(&mut self, now: Micros, status: &TailStatus) {
+    fn watch_tail(&mut self, now: LocalInstant, status: &TailStatus) {
         let Command { drive, error_rad, .. } = status.command;
         if self.stall.update(now, drive, Radians(error_rad), status.rate) {
             self.endpoint.stop(now, Event::MotorStalled);
@@ -129,7 +130,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         self.watch_eyes(now, status.blind);
     }
 
-    fn watch_eyes(&mut self, now: Micros, blind: bool) {
+    fn watch_eyes(&mut self, now: LocalInstant, blind: bool) {
         if self.blind.update(now, blind, BLIND_FOR) {
             self.endpoint.stop(now, Event::Blind);
         }
@@ -148,7 +149,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
     type Robot = Swimmer;
     type Error = ErrorOf<P, A, B>;
 
-    fn tick(&mut self, now: Micros, &Supply { battery, .. }: &Supply) -> Result<(), Self::Error> {
+    fn tick(&mut self, now: LocalInstant, &Supply { battery, .. }: &Supply) -> Result<(), Self::Error> {
         self.watch_ticks(now);
         let low = self.battery.update(now, battery);
         self.endpoint.set_low_battery(low);
@@ -178,7 +179,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         outcome
     }
 
-    fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+    fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
         self.endpoint.handle_datagram(now, datagram)
     }
 

@@ -12,7 +12,8 @@
 //! itself, so a runner need not look at them.
 
 use protocol::ledger::Class;
-use protocol::units::{Amperes, Micros, Volts};
+use protocol::time::LocalInstant;
+use protocol::units::{Amperes, Volts};
 use protocol::{Faults, ModuleState};
 
 use crate::link::endpoint::{Endpoint, Robot};
@@ -49,13 +50,13 @@ pub trait Module {
     ///
     /// # Errors
     /// The output that failed; everything else goes on all the same.
-    fn tick(&mut self, now: Micros, supply: &Supply) -> Result<(), Self::Error>;
+    fn tick(&mut self, now: LocalInstant, supply: &Supply) -> Result<(), Self::Error>;
 
     /// Follows one datagram that arrived at `now`.
     ///
     /// # Errors
     /// What it is, if it is not to be followed; it is counted and nothing else happens.
-    fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class>;
+    fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class>;
 
     /// The next datagram to send, at the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes).
     fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
@@ -64,7 +65,7 @@ pub trait Module {
     fn endpoint(&self) -> &Endpoint<Self::Robot>;
 
     /// What it is doing at `now`.
-    fn status(&self, now: Micros) -> Status {
+    fn status(&self, now: LocalInstant) -> Status {
         let endpoint = self.endpoint();
         Status {
             state: endpoint.state(now),

@@ -11,7 +11,8 @@ use core::fmt;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use protocol::configuration::{EncoderConstants, Robot, ServoConstants, SupplyConstants, TailConstants};
-use protocol::units::{Amperes, MicrosSpan, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Volts};
 use protocol::{Configuration, ConfigurationError, ModuleKind};
 
 use crate::link::endpoint::Endpoint;
@@ -30,7 +31,7 @@ use crate::rov::thruster::bank::{Bank, BankError};
 
 /// Shortest and longest interval of a servo loop on a board. *Assumed*: half a millisecond is several times what a tick
 /// takes, and after 10 ms a tail at 11 rad/s has moved 0.1 rad.
-pub const SERVO_INTERVAL: (MicrosSpan, MicrosSpan) = (MicrosSpan(500), MicrosSpan(10_000));
+pub const SERVO_INTERVAL: (Duration, Duration) = (Duration(500), Duration(10_000));
 
 /// Why a board has nothing to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +47,7 @@ pub enum NotProvisioned {
     /// So many counts in one turn, where the board has an encoder that counts.
     Counts(u32),
     /// The interval of the servo loop is out of [`SERVO_INTERVAL`].
-    Interval(MicrosSpan),
+    Interval(Duration),
 }
 
 impl fmt::Display for NotProvisioned {
@@ -61,7 +62,7 @@ impl fmt::Display for NotProvisioned {
                 write!(f, "configuration: encoder.counts_per_turn = {counts}: 1 to {COUNTS_MAX}")
             }
             Self::Interval(interval) => {
-                let (MicrosSpan(least), MicrosSpan(greatest)) = SERVO_INTERVAL;
+                let (Duration(least), Duration(greatest)) = SERVO_INTERVAL;
                 write!(f, "configuration: servo.interval = {} µs: {least} to {greatest}", interval.0)
             }
         }
@@ -143,7 +144,7 @@ pub fn quadrature(constants: &EncoderConstants) -> Result<Quadrature, NotProvisi
 ///
 /// # Errors
 /// [`NotProvisioned::Interval`].
-pub fn servo_interval(constants: &ServoConstants) -> Result<MicrosSpan, NotProvisioned> {
+pub fn servo_interval(constants: &ServoConstants) -> Result<Duration, NotProvisioned> {
     let (least, greatest) = SERVO_INTERVAL;
     let interval = constants.interval;
     if (least..=greatest).contains(&interval) {

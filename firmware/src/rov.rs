@@ -5,7 +5,7 @@
 use embedded_hal::pwm::SetDutyCycle;
 use protocol::configuration::BatteryLimits;
 use protocol::ledger::Class;
-use protocol::units::Micros;
+use protocol::time::LocalInstant;
 
 use crate::link::endpoint::Endpoint;
 use crate::link::failsafe::BatteryWatch;
@@ -48,7 +48,7 @@ impl<P: SetDutyCycle> Module for Rov<P> {
     type Robot = ThrustLease;
     type Error = P::Error;
 
-    fn tick(&mut self, now: Micros, supply: &Supply) -> Result<(), Self::Error> {
+    fn tick(&mut self, now: LocalInstant, supply: &Supply) -> Result<(), Self::Error> {
         let low = self.battery.update(now, supply.battery);
         self.endpoint.set_low_battery(low);
         let outcome = self.bank.tick(now, self.endpoint.thrusts(now), supply.battery);
@@ -59,7 +59,7 @@ impl<P: SetDutyCycle> Module for Rov<P> {
         outcome
     }
 
-    fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+    fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
         self.endpoint.handle_datagram(now, datagram)
     }
 

@@ -8,7 +8,8 @@ use protocol::configuration::{
     LeaseLimits, MAGIC, Network, Own, Passphrase, Robot, RovConstants, ServoConstants, SupplyConstants,
     TailConstants, TailLimits, ThrusterMounting,
 };
-use protocol::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Newtons, Radians, RadiansPerSecond, Volts};
 use protocol::{Configuration, ConfigurationError, FleetKey, ModuleId, ModuleKey, ModuleKind};
 
 fn tail() -> TailConstants {
@@ -19,9 +20,9 @@ fn tail() -> TailConstants {
             centerline_max: Radians(1000.0),
             rotation_max: Radians(12.5),
             speed_max: RadiansPerSecond(13.0),
-            period_min: MicrosSpan(500_000),
-            period_max: MicrosSpan(10_000_000),
-            transition_max: MicrosSpan(10_000_000),
+            period_min: Duration(500_000),
+            period_max: Duration(10_000_000),
+            transition_max: Duration(10_000_000),
         },
         servo: ServoConstants {
             no_load_speed: RadiansPerSecond(18.0),
@@ -32,14 +33,14 @@ fn tail() -> TailConstants {
             stall_current: Amperes(1.8),
             current_max: Amperes(1.2),
             following_error_max: Radians(0.022),
-            following_error_time: MicrosSpan(50_000),
-            interval: MicrosSpan(1_000),
+            following_error_time: Duration(50_000),
+            interval: Duration(1_000),
         },
         encoder: EncoderConstants {
             counts_per_turn: 4_800,
             mounting: EncoderMounting { zero_counts: 1234, reversed: true },
             homing_speed: RadiansPerSecond(0.5),
-            homing_after: MicrosSpan(5_000_000),
+            homing_after: Duration(5_000_000),
         },
     }
 }
@@ -47,11 +48,11 @@ fn tail() -> TailConstants {
 fn rov() -> RovConstants {
     RovConstants {
         thrusters: (0..6).map(|output| ThrusterMounting { output, reversed: output % 2 == 1 }).collect(),
-        limits: LeaseLimits { thrust_max: Newtons(66.0), lease_max: MicrosSpan(1_000_000) },
+        limits: LeaseLimits { thrust_max: Newtons(66.0), lease_max: Duration(1_000_000) },
         bank: BankConstants {
             frame_rate_hz: 400.0,
-            arming: MicrosSpan(3_000_000),
-            esc: EscConstants { slew_n_s: 200.0, reversal_delay: MicrosSpan(20_000) },
+            arming: Duration(3_000_000),
+            esc: EscConstants { slew_n_s: 200.0, reversal_delay: Duration(20_000) },
         },
     }
 }
@@ -72,12 +73,12 @@ fn modboat() -> Configuration {
         fleet: key.fleet(),
         key: key.module(ModuleId(3)),
         network: network(b"tank", b"eight or more", Own::Dhcp),
-        report_every: MicrosSpan(20_000),
-        sure_within: MicrosSpan(2_000),
+        report_every: Duration(20_000),
+        sure_within: Duration(2_000),
         supply: SupplyConstants {
             volts_per_volt: 4.0,
             amperes_per_volt: 0.5,
-            battery: BatteryLimits { low: Volts(6.4), recover: Volts(6.8), hold_off: MicrosSpan(2_000_000) },
+            battery: BatteryLimits { low: Volts(6.4), recover: Volts(6.8), hold_off: Duration(2_000_000) },
         },
         robot: Robot::Modboat(tail()),
     }
@@ -274,7 +275,7 @@ fn neither_key_nor_passphrase_is_shown() {
 fn the_longest_fits() {
     let own = Own::Static { address: [255; 4], prefix: 32, gateway: Some([255; 4]) };
     let mounting = ThrusterMounting { output: 255, reversed: true };
-    let span = MicrosSpan(u32::MAX);
+    let span = Duration(u32::MAX);
     let thrusters = std::iter::repeat_n(mounting, 8).collect();
     let mut rov = RovConstants { thrusters, ..rov() };
     (rov.limits.lease_max, rov.bank.arming, rov.bank.esc.reversal_delay) = (span, span, span);
@@ -309,7 +310,7 @@ proptest! {
         spans in any::<[u32; 6]>(),
         thrusters in prop::option::of(prop::collection::vec(any::<(u8, bool)>(), 0..=8)),
     ) {
-        let [period_min, period_max, transition_max, interval, report_every, sure_within] = spans.map(MicrosSpan);
+        let [period_min, period_max, transition_max, interval, report_every, sure_within] = spans.map(Duration);
         let robot = match thrusters {
             Some(thrusters) => Robot::Rov(RovConstants {
                 thrusters: thrusters.iter().map(|&(output, reversed)| ThrusterMounting { output, reversed }).collect(),

@@ -57,7 +57,7 @@ mod known;
 mod output;
 mod told;
 
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
 
 use blocks::{Block, Blocks, Sight};
 use estimate::{DRIFT_MAX_PPM, Estimate, Prior, SURE_NORMAL};
@@ -83,7 +83,7 @@ const BLOCKS_FEW: usize = 8;
 const WANDER_PPM: f32 = 2.0;
 
 /// Pauses between exchanges: while there is something to learn, then at least and at most.
-const PAUSE_LEARNING: MicrosSpan = MicrosSpan(50_000);
+const PAUSE_LEARNING: Duration = Duration(50_000);
 const PAUSE_MIN_US: f32 = 100_000.0;
 const PAUSE_MAX_US: f32 = 1_000_000.0;
 
@@ -91,20 +91,20 @@ const PAUSE_MAX_US: f32 = 1_000_000.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Exchange {
     /// t1: the module sent the request, own clock.
-    pub request_sent: Micros,
+    pub request_sent: LocalInstant,
     /// t2: the host received it, fleet clock.
-    pub request_received: Micros,
+    pub request_received: FleetInstant,
     /// t3: the host sent the reply, fleet clock.
-    pub reply_sent: Micros,
+    pub reply_sent: FleetInstant,
     /// t4: the module received it, own clock.
-    pub reply_received: Micros,
+    pub reply_received: LocalInstant,
 }
 
 impl Exchange {
     /// What both directions saw; nothing if its times cannot be.
     fn sights(&self) -> Option<Block> {
-        let [t1, t2, t3, t4] =
-            [self.request_sent, self.request_received, self.reply_sent, self.reply_received].map(|t| t.0);
+        let (t1, t4) = (self.request_sent.0, self.reply_received.0);
+        let (t2, t3) = (self.request_received.0, self.reply_sent.0);
         // delay = (t4 − t1) − (t3 − t2); negative: the host claims to have taken longer than the exchange
         let delay_us = t4.checked_sub(t1)?.checked_sub(t3.checked_sub(t2)?)?;
         if delay_us > DELAY_MAX_US {
@@ -200,7 +200,7 @@ impl FleetClock {
 
     /// Says that the own clock may have jumped by as much as `by` when it showed `local`. The time told goes on; it is
     /// that much less sure, until new exchanges alone are surer.
-    pub fn disturbed(&mut self, local: Micros, by: MicrosSpan) {
+    pub fn disturbed(&mut self, local: LocalInstant, by: Duration) {
         self.disturbed_us = self.disturbed_us.max(local.0);
         let Some(known) = self.known.as_mut() else { return };
         let by_us = i64::from(by.0);
@@ -214,21 +214,22 @@ impl FleetClock {
 
     /// Fleet time at `local` on the own clock. Nothing before the first exchange, or where it does not fit.
     #[must_use]
-    pub fn fleet(&self, local: Micros) -> Option<Micros> {
+    pub fn fleet(&self, local: LocalInstant) -> Option<FleetInstant> {
         let known = self.known.as_ref()?;
-        self.told.or_else(local, || local.0.checked_add_signed(known.output.offset_us(local.0)).map(Micros))
+        self.told
+            .or_else(local, || local.0.checked_add_signed(known.output.offset_us(local.0)).map(FleetInstant))
     }
 
     /// Own time at `fleet` on the fleet clock, to 1 µs. Nothing before the first exchange, or where it does not fit.
     #[must_use]
-    pub fn local(&self, fleet: Micros) -> Option<Micros> {
+    pub fn local(&self, fleet: FleetInstant) -> Option<LocalInstant> {
         let output = &self.known.as_ref()?.output;
         let mut local_us = fleet.0;
         // An error shrinks to less than a thousandth each time.
         for _ in 0..6 {
             local_us = fleet.0.checked_add_signed(output.offset_us(local_us).checked_neg()?)?;
         }
-        Some(Micros(local_us))
+        Some(LocalInstant(local_us))
     }
 
     /// True from [`NEEDED`] good exchanges on.
@@ -240,19 +241,19 @@ impl FleetClock {
     /// What the error of [`fleet`](Self::fleet) at `local` stays within in 99 % of the time, if the delays of both ways
     /// are random in the same manner. It counts in what is still to be slewed and is never above the hard bound.
     #[must_use]
-    pub fn uncertainty(&self, local: Micros) -> Option<MicrosSpan> {
+    pub fn uncertainty(&self, local: LocalInstant) -> Option<Duration> {
         Some(span(self.known.as_ref()?.uncertainty_us(local.0)))
     }
 
     /// What the error of [`fleet`](Self::fleet) at `local` is never above, whatever the delays.
     #[must_use]
-    pub fn hard_bound(&self, local: Micros) -> Option<MicrosSpan> {
+    pub fn hard_bound(&self, local: LocalInstant) -> Option<Duration> {
         Some(span(self.known.as_ref()?.hard_us(local.0)))
     }
 
     /// True if synchronised and uncertain by no more than `within` at `local`, which may lie ahead.
     #[must_use]
-    pub fn is_sure(&self, local: Micros, within: MicrosSpan) -> bool {
+    pub fn is_sure(&self, local: LocalInstant, within: Duration) -> bool {
         self.is_synchronised() && self.uncertainty(local).is_some_and(|unsure| unsure <= within)
     }
 
@@ -265,7 +266,7 @@ impl FleetClock {
     /// How long to wait from `local` to the next exchange: 50 ms until sure within half of `wanted` but for what
     /// exchanges cannot mend, then 100 ms, up to 1 s with the third power of how much surer it is.
     #[must_use]
-    pub fn exchange_pause(&self, local: Micros, wanted: MicrosSpan) -> MicrosSpan {
+    pub fn exchange_pause(&self, local: LocalInstant, wanted: Duration) -> Duration {
         let Some(known) = self.known.as_ref().filter(|_| self.is_synchronised()) else {
             return PAUSE_LEARNING;
         };
@@ -316,8 +317,8 @@ impl FleetClock {
     }
 }
 
-fn span(us: i64) -> MicrosSpan {
-    MicrosSpan(u32::try_from(us.max(0)).unwrap_or(u32::MAX))
+fn span(us: i64) -> Duration {
+    Duration(u32::try_from(us.max(0)).unwrap_or(u32::MAX))
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@
 
 use heapless::Deque;
 use protocol::ledger::Class;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::{
     Acknowledge, Cycle, Faults, Health, Hello, Message, ModuleKind, ModuleState, Refusal, TimeReply,
     TimeRequest, Verdict,
@@ -30,13 +30,13 @@ use crate::link::session::{Host, Identity, Link};
 use crate::modboat::schedule::HORIZON;
 
 /// Pause between two announcements while no host is heard.
-pub const HELLO_EVERY: MicrosSpan = MicrosSpan(200_000);
+pub const HELLO_EVERY: Duration = Duration(200_000);
 
 /// Pause between two announcements, and two reports of health, from then on.
-pub const KEEP_EVERY: MicrosSpan = MicrosSpan(1_000_000);
+pub const KEEP_EVERY: Duration = Duration(1_000_000);
 
 /// So long before its start it is decided whether a cycle may start.
-pub const GATE: MicrosSpan = MicrosSpan(5_000);
+pub const GATE: Duration = Duration(5_000);
 
 /// Messages that wait to be sent, at most; the oldest gives way.
 const OUTBOX: usize = 8;
@@ -45,7 +45,7 @@ const OUTBOX: usize = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Present {
     /// Fleet time (0 while unsynchronised).
-    pub at: Micros,
+    pub at: FleetInstant,
     /// What the module is doing.
     pub state: ModuleState,
     /// The cycle that runs, or ran last; 0 before the first.
@@ -80,31 +80,31 @@ pub trait Robot {
     fn knows(&self, cycle: u32) -> bool;
 
     /// Takes a cycle, or says why not. Idempotent.
-    fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict;
+    fn offer(&mut self, now: FleetInstant, cycle: &Cycle) -> Verdict;
 
     /// Lets a cycle run that was prepared. Idempotent.
-    fn commit(&mut self, now: Micros, cycle: u32) -> Verdict;
+    fn commit(&mut self, now: FleetInstant, cycle: u32) -> Verdict;
 
     /// Start of the cycle that waits for it, if one does.
-    fn waiting(&self, now: Micros) -> Option<Micros>;
+    fn waiting(&self, now: FleetInstant) -> Option<FleetInstant>;
 
     /// Drops what has not begun and goes over to holding.
-    fn hold(&mut self, now: Micros);
+    fn hold(&mut self, now: FleetInstant);
 
     /// Stops at once, until released.
-    fn emergency_stop(&mut self, now: Micros);
+    fn emergency_stop(&mut self, now: FleetInstant);
 
     /// Ends a stop: rests where the next measurement finds it.
     fn release(&mut self);
 
     /// Number of the cycle that is being run at `now`, if any.
-    fn running(&self, now: Micros) -> Option<u32>;
+    fn running(&self, now: FleetInstant) -> Option<u32>;
 
     /// Number of the cycle that began last by `now`, whether it still runs or not.
-    fn latest(&self, now: Micros) -> Option<u32>;
+    fn latest(&self, now: FleetInstant) -> Option<u32>;
 
     /// Forgets every cycle, for another epoch of fleet time. A stop in force stays in force.
-    fn begin_anew(&mut self, now: Micros);
+    fn begin_anew(&mut self, now: FleetInstant);
 
     /// The report that is due; nothing while there is nothing to report.
     fn report(&self, present: &Present, measurement: &Self::Measurement) -> Option<Message>;
@@ -140,10 +140,10 @@ pub struct Endpoint<R> {
     /// Greatest number that was refused, and why. A refusal is final: the host tells others what it means.
     refused: Option<(u32, Refusal)>,
     outbox: Deque<Letter, OUTBOX>,
-    next_hello: Micros,
-    next_exchange: Micros,
-    next_report: Micros,
-    next_health: Micros,
+    next_hello: LocalInstant,
+    next_exchange: LocalInstant,
+    next_report: LocalInstant,
+    next_health: LocalInstant,
 }
 
 impl<R: Robot> Endpoint<R> {
@@ -160,10 +160,10 @@ impl<R: Robot> Endpoint<R> {
             newest: Newest::default(),
             refused: None,
             outbox: Deque::new(),
-            next_hello: Micros(0),
-            next_exchange: Micros(0),
-            next_report: Micros(0),
-            next_health: Micros(0),
+            next_hello: LocalInstant(0),
+            next_exchange: LocalInstant(0),
+            next_report: LocalInstant(0),
+            next_health: LocalInstant(0),
         }
     }
 
@@ -171,7 +171,7 @@ impl<R: Robot> Endpoint<R> {
     ///
     /// # Errors
     /// What it is, if it is not to be followed; it is counted and nothing happens.
-    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+    pub fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
         let busy = self.robot.running(self.fleet(now)).is_some();
         let Some(link) = &mut self.link else { return Err(Class::Foreign) };
         let heard = link.open(now, datagram, busy)?;
@@ -193,7 +193,7 @@ impl<R: Robot> Endpoint<R> {
         Ok(())
     }
 
-    fn follow(&mut self, now: Micros, message: &Message, sequence: u32) {
+    fn follow(&mut self, now: LocalInstant, message: &Message, sequence: u32) {
         let fleet = self.fleet(now);
         match message {
             Message::TimeReply(reply) => self.take_time(now, reply),
@@ -242,7 +242,7 @@ impl<R: Robot> Endpoint<R> {
     }
 
     /// Stops at once, for a reason of the module's own or the host's.
-    pub(crate) fn stop(&mut self, now: Micros, reason: Event) {
+    pub(crate) fn stop(&mut self, now: LocalInstant, reason: Event) {
         let fleet = self.fleet(now);
         self.failsafe.handle(reason);
         if self.failsafe.state() == ModuleState::Stopped {
@@ -251,7 +251,7 @@ impl<R: Robot> Endpoint<R> {
     }
 
     /// Posts what is due at `now`, own clock.
-    pub fn handle_timer(&mut self, now: Micros, measurement: &R::Measurement) {
+    pub fn handle_timer(&mut self, now: LocalInstant, measurement: &R::Measurement) {
         self.robot.observe(measurement);
         self.gate(now);
         self.settle(now);
@@ -282,7 +282,7 @@ impl<R: Robot> Endpoint<R> {
         if now >= self.next_health {
             let sure = self.clock.is_sure(now, sure_within);
             self.next_health = now.after(if sure { KEEP_EVERY } else { HELLO_EVERY });
-            let uncertainty = self.clock.uncertainty(now).unwrap_or(MicrosSpan(u32::MAX));
+            let uncertainty = self.clock.uncertainty(now).unwrap_or(Duration(u32::MAX));
             let health = Health { incoming, uncertainty, drift_ppb: self.clock.drift_ppb() };
             self.post(Letter::Say(Message::Health(health)));
         }
@@ -302,7 +302,7 @@ impl<R: Robot> Endpoint<R> {
 
     /// What the module is doing at `now`, own clock.
     #[must_use]
-    pub fn state(&self, now: Micros) -> ModuleState {
+    pub fn state(&self, now: LocalInstant) -> ModuleState {
         let mut failsafe = self.failsafe.clone();
         failsafe.follow(&self.conditions(now));
         failsafe.state()
@@ -310,7 +310,7 @@ impl<R: Robot> Endpoint<R> {
 
     /// Number of the cycle that it runs at `now`, own clock, if any.
     #[must_use]
-    pub fn running(&self, now: Micros) -> Option<u32> {
+    pub fn running(&self, now: LocalInstant) -> Option<u32> {
         self.robot.running(self.fleet(now))
     }
 
@@ -344,17 +344,17 @@ impl<R: Robot> Endpoint<R> {
     }
 
     /// Its own clock may have jumped by so much at `now`: it is less sure of the fleet time.
-    pub fn disturbed(&mut self, now: Micros, by: MicrosSpan) {
+    pub fn disturbed(&mut self, now: LocalInstant, by: Duration) {
         self.clock.disturbed(now, by);
         self.next_exchange = now;
     }
 
     /// Fleet time at `now`, own clock, or the beginning of time: with nothing scheduled every time is the same.
-    pub(crate) fn fleet(&self, now: Micros) -> Micros {
-        self.clock.fleet(now).unwrap_or(Micros(0))
+    pub(crate) fn fleet(&self, now: LocalInstant) -> FleetInstant {
+        self.clock.fleet(now).unwrap_or(FleetInstant(0))
     }
 
-    fn conditions(&self, now: Micros) -> Conditions {
+    fn conditions(&self, now: LocalInstant) -> Conditions {
         Conditions {
             configured: self.link.is_some(),
             located: self.robot.is_located(),
@@ -365,7 +365,7 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    fn settle(&mut self, now: Micros) {
+    fn settle(&mut self, now: LocalInstant) {
         let conditions = self.conditions(now);
         if self.failsafe.follow(&conditions) == Some(ModuleState::Unsynchronised) {
             // The starts of what waits mean nothing now.
@@ -375,12 +375,12 @@ impl<R: Robot> Endpoint<R> {
     }
 
     /// Drops a cycle that is about to start while fleet time is not known well enough.
-    fn gate(&mut self, now: Micros) {
+    fn gate(&mut self, now: LocalInstant) {
         self.gate_at(self.fleet(now), now);
     }
 
     /// The same of what waits at `before`, fleet time.
-    fn gate_at(&mut self, before: Micros, now: Micros) {
+    fn gate_at(&mut self, before: FleetInstant, now: LocalInstant) {
         let Some(sure_within) = self.link.as_ref().map(|link| link.identity().sure_within) else { return };
         let latest = self.fleet(now).max(before).after(GATE);
         let due = self.robot.waiting(before).is_some_and(|start| start <= latest);
@@ -416,7 +416,7 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    fn take_time(&mut self, now: Micros, reply: &TimeReply) {
+    fn take_time(&mut self, now: LocalInstant, reply: &TimeReply) {
         let busy = self.robot.running(self.fleet(now)).is_some();
         let exchange = Exchange {
             request_sent: reply.request_sent,
@@ -430,7 +430,7 @@ impl<R: Robot> Endpoint<R> {
         self.gate_at(before, now);
     }
 
-    fn take_cycle(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
+    fn take_cycle(&mut self, now: LocalInstant, cycle: &Cycle) -> Verdict {
         let fleet = self.fleet(now);
         // What was answered stays true, whatever has changed since.
         if self.robot.knows(cycle.number) {
@@ -442,7 +442,7 @@ impl<R: Robot> Endpoint<R> {
         if let Err(refusal) = self.failsafe.takes_cycles() {
             return Verdict::Refused(refusal);
         }
-        let sure_within = self.link.as_ref().map_or(MicrosSpan(0), |link| link.identity().sure_within);
+        let sure_within = self.link.as_ref().map_or(Duration(0), |link| link.identity().sure_within);
         let Some(fleet) = self.clock.fleet(now).filter(|_| self.clock.is_synchronised()) else {
             return Verdict::Refused(Refusal::NotSynchronised);
         };

@@ -22,14 +22,14 @@
 
 use protocol::ledger::{Class, Incoming, Outgoing};
 use protocol::session::Opened;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, LocalInstant};
 use protocol::{
     Announcer, EncodeError, FleetId, Frame, Hello, Kind, Message, ModuleId, ModuleKey, Nonce, Session, Side,
 };
 
 /// A host that has not been heard for so long may be dead: another one is let in. *Assumed*: the clock exchange brings an
 /// answer at least every second, and several are lost in a row now and then.
-pub const HOST_SILENCE: MicrosSpan = MicrosSpan(1_500_000);
+pub const HOST_SILENCE: Duration = Duration(1_500_000);
 
 /// Who a module is.
 #[derive(Clone, Debug)]
@@ -43,13 +43,13 @@ pub struct Identity {
     /// Drawn at boot, different from life to life; the last four bytes are counted on by the link.
     pub boot: [u8; 12],
     /// Pause between two reports.
-    pub report_every: MicrosSpan,
+    pub report_every: Duration,
     /// No cycle starts while fleet time may be off by more.
-    pub sure_within: MicrosSpan,
+    pub sure_within: Duration,
 }
 
 /// [`Identity::sure_within`] where nothing else is said: 2 ms, in which a tail at 11 rad/s moves 0.02 rad. *Assumed.*
-pub const SURE_WITHIN: MicrosSpan = MicrosSpan(2_000);
+pub const SURE_WITHIN: Duration = Duration(2_000);
 
 /// A datagram that was let in.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,7 +81,7 @@ pub struct Link {
     session: Option<Session>,
     /// Nonce of the host that was let in last.
     host: Option<Nonce>,
-    heard: Micros,
+    heard: LocalInstant,
     incoming: Incoming,
     /// Of sessions that are over.
     former: Outgoing,
@@ -100,7 +100,7 @@ impl Link {
             sessions: 0,
             session: None,
             host: None,
-            heard: Micros(0),
+            heard: LocalInstant(0),
             incoming: Incoming::default(),
             former: Outgoing::default(),
             announced: 0,
@@ -139,7 +139,7 @@ impl Link {
 
     /// Whether its host has been heard lately.
     #[must_use]
-    pub fn hears_host(&self, now: Micros) -> bool {
+    pub fn hears_host(&self, now: LocalInstant) -> bool {
         self.session.is_some() && now.since(self.heard) < HOST_SILENCE
     }
 
@@ -168,7 +168,7 @@ impl Link {
     /// What the datagram is, if it is not let in; it is counted and nothing else happens.
     // Out of line: what it needs of the stack is given back before what it heard is followed.
     #[inline(never)]
-    pub fn open(&mut self, now: Micros, datagram: &[u8], busy: bool) -> Result<Heard, Class> {
+    pub fn open(&mut self, now: LocalInstant, datagram: &[u8], busy: bool) -> Result<Heard, Class> {
         let heard = self.admit(now, datagram, busy);
         self.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));
         if heard.is_ok() {
@@ -177,7 +177,7 @@ impl Link {
         heard
     }
 
-    fn admit(&mut self, now: Micros, datagram: &[u8], busy: bool) -> Result<Heard, Class> {
+    fn admit(&mut self, now: LocalInstant, datagram: &[u8], busy: bool) -> Result<Heard, Class> {
         let frame = Frame::parse(datagram).map_err(|_| Class::Corrupt)?;
         let header = &frame.header;
         let Identity { module, fleet, .. } = self.identity;
@@ -194,7 +194,13 @@ impl Link {
     }
 
     /// A host that this module is not in a session with calls it.
-    fn called(&mut self, now: Micros, frame: &Frame<'_>, nonce: Nonce, busy: bool) -> Result<Heard, Class> {
+    fn called(
+        &mut self,
+        now: LocalInstant,
+        frame: &Frame<'_>,
+        nonce: Nonce,
+        busy: bool,
+    ) -> Result<Heard, Class> {
         let Identity { module, fleet, key, .. } = &self.identity;
         let boot = boot_nonce(&self.identity, self.sessions);
         let mut session = Session::new(Side::Module, *fleet, *module, key, &boot, nonce);

@@ -12,7 +12,8 @@
 //! are subtracted as whole microseconds before anything becomes `f32`; spans beyond 71 minutes saturate.
 
 use protocol::TransitionLaw;
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 
 use crate::modboat::reference::Reference;
 use crate::modboat::transition::Transition;
@@ -35,7 +36,7 @@ pub enum Phase {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwimCycle {
     number: u32,
-    start: Micros,
+    start: FleetInstant,
     transition: Transition,
     waveform: Waveform,
 }
@@ -46,9 +47,9 @@ impl SwimCycle {
     #[must_use]
     pub fn new(
         number: u32,
-        start: Micros,
+        start: FleetInstant,
         rotation: Radians,
-        (transition, law): (MicrosSpan, TransitionLaw),
+        (transition, law): (Duration, TransitionLaw),
         waveform: Waveform,
     ) -> Self {
         let transition = Transition::arriving_at(waveform.start_pose(), rotation, transition, law);
@@ -63,13 +64,13 @@ impl SwimCycle {
 
     /// Start of its transition, fleet time.
     #[must_use]
-    pub const fn start(&self) -> Micros {
+    pub const fn start(&self) -> FleetInstant {
         self.start
     }
 
     /// End of its swim cycle, fleet time.
     #[must_use]
-    pub fn end(&self) -> Micros {
+    pub fn end(&self) -> FleetInstant {
         self.start.after(self.transition.duration()).after(self.waveform.period())
     }
 
@@ -99,7 +100,7 @@ impl SwimCycle {
 
     /// Where `now` (fleet time) lies in it.
     #[must_use]
-    pub fn phase(&self, now: Micros) -> Phase {
+    pub fn phase(&self, now: FleetInstant) -> Phase {
         if now < self.start {
             Phase::Waiting
         } else if now < self.start.after(self.transition.duration()) {
@@ -113,13 +114,13 @@ impl SwimCycle {
 
     /// What the tail is to do at `now` (fleet time).
     #[must_use]
-    pub fn reference(&self, now: Micros) -> Reference {
+    pub fn reference(&self, now: FleetInstant) -> Reference {
         let elapsed = now.since(self.start);
         match self.phase(now) {
             Phase::Waiting => Reference::at_rest(self.start_pose().0),
             Phase::Turning => self.transition.reference(elapsed),
             Phase::Swimming => {
-                self.waveform.reference(MicrosSpan(elapsed.0.saturating_sub(self.transition.duration().0)))
+                self.waveform.reference(Duration(elapsed.0.saturating_sub(self.transition.duration().0)))
             }
             Phase::Done => Reference::at_rest(self.end_pose().0),
         }
@@ -133,9 +134,9 @@ mod tests {
     use proptest::prelude::*;
 
     fn cycle(start: u64) -> SwimCycle {
-        let waveform = Waveform::new(Radians(-1.0), Radians(2.0), MicrosSpan(1_500_000));
-        let transition = (MicrosSpan(500_000), TransitionLaw::ConstantSpeed);
-        SwimCycle::new(7, Micros(start), Radians(-2.5), transition, waveform)
+        let waveform = Waveform::new(Radians(-1.0), Radians(2.0), Duration(1_500_000));
+        let transition = (Duration(500_000), TransitionLaw::ConstantSpeed);
+        SwimCycle::new(7, FleetInstant(start), Radians(-2.5), transition, waveform)
     }
 
     #[test]
@@ -151,20 +152,20 @@ mod tests {
             (3_000_000, Phase::Done),
             (u64::MAX, Phase::Done),
         ] {
-            assert_eq!(cycle.phase(Micros(now)), phase, "{now} µs");
+            assert_eq!(cycle.phase(FleetInstant(now)), phase, "{now} µs");
         }
-        assert_eq!(cycle.end(), Micros(3_000_000));
+        assert_eq!(cycle.end(), FleetInstant(3_000_000));
     }
 
     #[test]
     fn stands_still_outside_and_turns_the_way_it_was_told() {
         let cycle = cycle(1_000_000);
-        let before = cycle.reference(Micros(999_999));
+        let before = cycle.reference(FleetInstant(999_999));
         assert!(wrap(before.angle_rad - 3.5).abs() < 1e-6 && before.rate_rad_s == 0.0);
-        assert!((cycle.reference(Micros(1_000_000)).rate_rad_s + 5.0).abs() < 1e-5);
-        assert_eq!(cycle.reference(Micros(3_000_000)), Reference::at_rest(1.0));
+        assert!((cycle.reference(FleetInstant(1_000_000)).rate_rad_s + 5.0).abs() < 1e-5);
+        assert_eq!(cycle.reference(FleetInstant(3_000_000)), Reference::at_rest(1.0));
         assert!(
-            (cycle.reference(Micros(2_250_000)).angle_rad + 3.0).abs() < 1e-5,
+            (cycle.reference(FleetInstant(2_250_000)).angle_rad + 3.0).abs() < 1e-5,
             "φ₀ − A at half the period"
         );
     }
@@ -174,8 +175,8 @@ mod tests {
         let (early, late) = (cycle(0), cycle(31_557_600_000_000));
         for t_us in (0..2_000_000).step_by(777) {
             assert_eq!(
-                early.reference(Micros(t_us)),
-                late.reference(Micros(31_557_600_000_000 + t_us)),
+                early.reference(FleetInstant(t_us)),
+                late.reference(FleetInstant(31_557_600_000_000 + t_us)),
                 "{t_us} µs"
             );
         }
@@ -187,11 +188,11 @@ mod tests {
             bits in any::<[u32; 3]>(), spans in any::<[u32; 2]>(), start in any::<u64>(), now in any::<u64>(),
         ) {
             let [centerline, amplitude, rotation] = bits.map(|b| Radians(f32::from_bits(b)));
-            let [transition, period] = spans.map(MicrosSpan);
+            let [transition, period] = spans.map(Duration);
             let waveform = Waveform::new(centerline, amplitude, period);
             let law = TransitionLaw::RestToRest { ramp: period };
-            let cycle = SwimCycle::new(1, Micros(start), rotation, (transition, law), waveform);
-            let _ = (cycle.reference(Micros(now)), cycle.phase(Micros(now)), cycle.end(), cycle.start_pose());
+            let cycle = SwimCycle::new(1, FleetInstant(start), rotation, (transition, law), waveform);
+            let _ = (cycle.reference(FleetInstant(now)), cycle.phase(FleetInstant(now)), cycle.end(), cycle.start_pose());
         }
     }
 }

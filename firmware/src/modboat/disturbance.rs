@@ -21,7 +21,8 @@
 //! Assumptions and limits: called once every Δt with the drive that really went out. After a gap, or where the tail is more
 //! than [`LOST_RAD`] from where it was expected, it begins again from the measurement.
 
-use protocol::units::{MicrosSpan, Radians, RadiansPerSecond};
+use protocol::time::Duration;
+use protocol::units::{Radians, RadiansPerSecond};
 
 use crate::modboat::reference::wrap;
 
@@ -63,7 +64,7 @@ pub struct DisturbanceObserver {
 impl DisturbanceObserver {
     /// For a motor with these constants, looked at every `interval`.
     #[must_use]
-    pub fn new(no_load_speed: RadiansPerSecond, time_constant_s: f32, interval: MicrosSpan) -> Self {
+    pub fn new(no_load_speed: RadiansPerSecond, time_constant_s: f32, interval: Duration) -> Self {
         let interval_s = interval.as_secs_f32();
         let poles_per_s = POLES_PER_S.min(POLES_INTERVAL_MAX / interval_s);
         let per_time_constant = 1.0 / time_constant_s;
@@ -124,7 +125,7 @@ impl DisturbanceObserver {
 mod tests {
     use super::*;
 
-    const MS: MicrosSpan = MicrosSpan(1_000);
+    const MS: Duration = Duration(1_000);
     const NO_LOAD: RadiansPerSecond = RadiansPerSecond(18.0);
 
     /// The modelled motor with a load, integrated in steps of 10 µs; its angle is read in `resolution_rad`.

@@ -21,7 +21,8 @@
 use core::f32::consts::{PI, TAU};
 
 use protocol::configuration::EncoderMounting;
-use protocol::units::{MicrosSpan, Radians, RadiansPerSecond};
+use protocol::time::Duration;
+use protocol::units::{Radians, RadiansPerSecond};
 
 /// An absolute encoder on the motor axis.
 pub trait Encoder {
@@ -87,11 +88,11 @@ pub struct TurnCounter {
 impl TurnCounter {
     /// For an encoder of `counts_per_turn`, mounted so, read once every `interval`.
     #[must_use]
-    pub fn new(counts_per_turn: u32, mounting: EncoderMounting, interval: MicrosSpan) -> Self {
+    pub fn new(counts_per_turn: u32, mounting: EncoderMounting, interval: Duration) -> Self {
         let counts_per_turn = i32::try_from(counts_per_turn).unwrap_or(i32::MAX).clamp(1, COUNTS_MAX);
         let zero_counts =
             i64::from(mounting.zero_counts).checked_rem(i64::from(counts_per_turn)).unwrap_or(0);
-        let interval_s = MicrosSpan(interval.0.max(1)).as_secs_f32();
+        let interval_s = Duration(interval.0.max(1)).as_secs_f32();
         let radians_per_count = TAU / count_to_f32(counts_per_turn);
         Self {
             counts_per_turn,
@@ -253,7 +254,7 @@ mod tests {
     use crate::modboat::reference::wrap;
     use proptest::prelude::*;
 
-    const TICK: MicrosSpan = MicrosSpan(1000);
+    const TICK: Duration = Duration(1000);
 
     fn counter(zero_counts: u32, reversed: bool) -> TurnCounter {
         TurnCounter::new(4096, EncoderMounting { zero_counts, reversed }, TICK)
@@ -355,7 +356,7 @@ mod tests {
             interval in any::<u32>(), readings in proptest::collection::vec(any::<u32>(), 1..50),
         ) {
             let mounting = EncoderMounting { zero_counts, reversed };
-            let mut counter = TurnCounter::new(counts_per_turn, mounting, MicrosSpan(interval));
+            let mut counter = TurnCounter::new(counts_per_turn, mounting, Duration(interval));
             for reading in readings {
                 counter.update(reading);
                 counter.update(reading.checked_rem(counts_per_turn).unwrap_or(0));

@@ -16,7 +16,8 @@
 
 use core::f32::consts::TAU;
 
-use protocol::units::{Micros, MicrosSpan, RadiansPerSecond};
+use protocol::time::{Duration, LocalInstant};
+use protocol::units::RadiansPerSecond;
 
 /// Greatest drive. *Assumed*: a fifth of the torque is too little to break a tail.
 pub const DRIVE_MAX: f32 = 0.2;
@@ -40,15 +41,15 @@ pub enum Search {
 pub struct Homing {
     speed_rad_s: f32,
     drive: f32,
-    after: MicrosSpan,
-    since: Option<Micros>,
+    after: Duration,
+    since: Option<LocalInstant>,
 }
 
 impl Homing {
     /// At `speed`, `after` boot, with a motor that turns at `no_load_speed` by itself. A speed that is no number, or not
     /// positive, is zero.
     #[must_use]
-    pub fn new(speed: RadiansPerSecond, after: MicrosSpan, no_load_speed: RadiansPerSecond) -> Self {
+    pub fn new(speed: RadiansPerSecond, after: Duration, no_load_speed: RadiansPerSecond) -> Self {
         let drive = (speed.0 / no_load_speed.0).min(DRIVE_MAX);
         let turns = speed.0.is_finite() && drive > 0.0;
         Self {
@@ -62,16 +63,16 @@ impl Homing {
     /// By hand.
     #[must_use]
     pub const fn by_hand() -> Self {
-        Self { speed_rad_s: 0.0, drive: 0.0, after: MicrosSpan(0), since: None }
+        Self { speed_rad_s: 0.0, drive: 0.0, after: Duration(0), since: None }
     }
 
     /// What to do at `now`, own clock, while the zero is not known.
-    pub fn search(&mut self, now: Micros) -> Search {
+    pub fn search(&mut self, now: LocalInstant) -> Search {
         let waited = now.since(*self.since.get_or_insert(now));
         if self.drive <= 0.0 || waited < self.after {
             return Search::Wait;
         }
-        let turned_s = MicrosSpan(waited.0.saturating_sub(self.after.0)).as_secs_f32();
+        let turned_s = Duration(waited.0.saturating_sub(self.after.0)).as_secs_f32();
         if turned_s * self.speed_rad_s > TURNS * TAU { Search::Fail } else { Search::Turn(self.drive) }
     }
 
@@ -88,34 +89,34 @@ mod tests {
     const MS: u64 = 1_000;
 
     fn homing(speed: f32) -> Homing {
-        Homing::new(RadiansPerSecond(speed), MicrosSpan(2_000_000), RadiansPerSecond(18.0))
+        Homing::new(RadiansPerSecond(speed), Duration(2_000_000), RadiansPerSecond(18.0))
     }
 
     #[test]
     fn waits_then_turns_then_gives_up() {
         let mut homing = homing(0.9);
-        assert_eq!(homing.search(Micros(7_000 * MS)), Search::Wait);
-        assert_eq!(homing.search(Micros(8_999 * MS)), Search::Wait);
-        let Search::Turn(drive) = homing.search(Micros(9_000 * MS)) else { panic!("it does not turn") };
+        assert_eq!(homing.search(LocalInstant(7_000 * MS)), Search::Wait);
+        assert_eq!(homing.search(LocalInstant(8_999 * MS)), Search::Wait);
+        let Search::Turn(drive) = homing.search(LocalInstant(9_000 * MS)) else { panic!("it does not turn") };
         assert!((drive - 0.05).abs() < 1e-6);
         // Three turns at 0.9 rad/s are 20.94 s.
-        assert_eq!(homing.search(Micros(29_900 * MS)), Search::Turn(drive));
-        assert_eq!(homing.search(Micros(30_000 * MS)), Search::Fail);
+        assert_eq!(homing.search(LocalInstant(29_900 * MS)), Search::Turn(drive));
+        assert_eq!(homing.search(LocalInstant(30_000 * MS)), Search::Fail);
         homing.end();
-        assert_eq!(homing.search(Micros(31_000 * MS)), Search::Wait);
+        assert_eq!(homing.search(LocalInstant(31_000 * MS)), Search::Wait);
     }
 
     #[test]
     fn is_weak_and_needs_a_speed() {
         let mut fast = homing(50.0);
-        fast.search(Micros(0));
-        assert_eq!(fast.search(Micros(2_000 * MS)), Search::Turn(DRIVE_MAX));
+        fast.search(LocalInstant(0));
+        assert_eq!(fast.search(LocalInstant(2_000 * MS)), Search::Turn(DRIVE_MAX));
         for none in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             let mut homing = homing(none);
-            homing.search(Micros(0));
-            assert_eq!(homing.search(Micros(u64::from(u32::MAX))), Search::Wait, "{none}");
+            homing.search(LocalInstant(0));
+            assert_eq!(homing.search(LocalInstant(u64::from(u32::MAX))), Search::Wait, "{none}");
         }
-        let mut broken = Homing::new(RadiansPerSecond(1.0), MicrosSpan(0), RadiansPerSecond(f32::NAN));
-        assert!(matches!(broken.search(Micros(0)), Search::Turn(drive) if drive <= DRIVE_MAX));
+        let mut broken = Homing::new(RadiansPerSecond(1.0), Duration(0), RadiansPerSecond(f32::NAN));
+        assert!(matches!(broken.search(LocalInstant(0)), Search::Turn(drive) if drive <= DRIVE_MAX));
     }
 }

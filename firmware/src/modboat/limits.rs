@@ -11,7 +11,8 @@
 use core::fmt;
 
 use protocol::configuration::TailLimits;
-use protocol::units::{MicrosSpan, Radians, RadiansPerSecond};
+use protocol::time::Duration;
+use protocol::units::{Radians, RadiansPerSecond};
 
 use crate::modboat::cycle::SwimCycle;
 
@@ -28,15 +29,15 @@ pub enum Violation {
     /// Rotation Δφ is not finite or too far.
     Rotation(Radians),
     /// Period T is out of range.
-    Period(MicrosSpan),
+    Period(Duration),
     /// Transition time t_trans is too long.
-    TransitionTime(MicrosSpan),
+    TransitionTime(Duration),
     /// A rotation that is to take no time.
     RotationWithoutTime(Radians),
     /// Peak speed 2π|A|/T of the waveform is too high.
     WaveformSpeed(RadiansPerSecond),
     /// The ramp tᵣ of the transition exceeds half of its time.
-    Ramp(MicrosSpan),
+    Ramp(Duration),
     /// Greatest speed |Δφ|/(t_trans − tᵣ) of the transition is too high.
     TransitionSpeed(RadiansPerSecond),
 }
@@ -118,7 +119,7 @@ mod tests {
     use crate::modboat::waveform::Waveform;
     use core::f32::consts::TAU;
     use proptest::prelude::*;
-    use protocol::units::Micros;
+    use protocol::time::FleetInstant;
 
     fn check(
         centerline: f32,
@@ -127,12 +128,12 @@ mod tests {
         t_trans: u32,
         period: u32,
     ) -> Result<(), Violation> {
-        let waveform = Waveform::new(Radians(centerline), Radians(amplitude), MicrosSpan(period));
+        let waveform = Waveform::new(Radians(centerline), Radians(amplitude), Duration(period));
         let cycle = SwimCycle::new(
             1,
-            Micros(0),
+            FleetInstant(0),
             Radians(rotation),
-            (MicrosSpan(t_trans), protocol::TransitionLaw::ConstantSpeed),
+            (Duration(t_trans), protocol::TransitionLaw::ConstantSpeed),
             waveform,
         );
         super::check(&TailLimits::default(), &cycle)
@@ -156,12 +157,9 @@ mod tests {
         assert_eq!(check(0.0, 0.89, 0.0, 0, t), Err(Violation::Amplitude(Radians(0.89))));
         assert_eq!(check(0.0, -2.61, 0.0, 0, t), Err(Violation::Amplitude(Radians(-2.61))));
         assert_eq!(check(0.0, 1.0, 13.0, 9_000_000, t), Err(Violation::Rotation(Radians(13.0))));
-        assert_eq!(check(0.0, 1.0, 0.0, 0, 0), Err(Violation::Period(MicrosSpan(0))));
-        assert_eq!(check(0.0, 1.0, 0.0, 0, 10_000_001), Err(Violation::Period(MicrosSpan(10_000_001))));
-        assert_eq!(
-            check(0.0, 1.0, 0.1, 10_000_001, t),
-            Err(Violation::TransitionTime(MicrosSpan(10_000_001)))
-        );
+        assert_eq!(check(0.0, 1.0, 0.0, 0, 0), Err(Violation::Period(Duration(0))));
+        assert_eq!(check(0.0, 1.0, 0.0, 0, 10_000_001), Err(Violation::Period(Duration(10_000_001))));
+        assert_eq!(check(0.0, 1.0, 0.1, 10_000_001, t), Err(Violation::TransitionTime(Duration(10_000_001))));
         assert_eq!(check(0.0, 1.0, 0.01, 0, t), Err(Violation::RotationWithoutTime(Radians(0.01))));
         assert!(matches!(check(0.0, 2.6, 0.0, 0, 1_250_000),
             Err(Violation::WaveformSpeed(v)) if (v.0 - 13.069).abs() < 1e-3));
@@ -184,9 +182,9 @@ mod tests {
             let [c, a, r] = if usual { [c, a, r] } else { bits.map(f32::from_bits) };
             let [t_trans, period] = if usual { spans.map(|s| s % 12_000_000) } else { spans };
             if check(c, a, r, t_trans, period).is_ok() {
-                let waveform = Waveform::new(Radians(c), Radians(a), MicrosSpan(period));
-                let cycle = SwimCycle::new(1, Micros(0), Radians(r), (MicrosSpan(t_trans), protocol::TransitionLaw::ConstantSpeed), waveform);
-                let at = cycle.reference(Micros(now));
+                let waveform = Waveform::new(Radians(c), Radians(a), Duration(period));
+                let cycle = SwimCycle::new(1, FleetInstant(0), Radians(r), (Duration(t_trans), protocol::TransitionLaw::ConstantSpeed), waveform);
+                let at = cycle.reference(FleetInstant(now));
                 prop_assert!(at.is_finite());
                 prop_assert!(at.rate_rad_s.abs() <= 13.0 * 1.001);
             }

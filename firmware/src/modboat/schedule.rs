@@ -28,7 +28,8 @@
 use core::fmt;
 
 use protocol::Delivery;
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 
 use crate::modboat::cycle::{Phase, SwimCycle};
 use crate::modboat::limits::{self, Violation};
@@ -36,7 +37,7 @@ use crate::modboat::reference::{Reference, wrap};
 use protocol::configuration::TailLimits;
 
 /// How far ahead of its start a cycle may be offered: 10 s. A start farther off is more likely a wrong clock.
-pub const HORIZON: MicrosSpan = MicrosSpan(10_000_000);
+pub const HORIZON: Duration = Duration(10_000_000);
 
 /// How far the start pose of a cycle may lie from the end pose of what precedes it, on the circle. At 0.02 rad
 /// a tail of 0.1 m moves 2 mm.
@@ -79,17 +80,17 @@ pub enum Refusal {
     /// Its start has passed.
     Late {
         /// How long ago.
-        by: MicrosSpan,
+        by: Duration,
     },
     /// Its start lies beyond the [`HORIZON`].
     TooFarAhead {
         /// How far beyond.
-        by: MicrosSpan,
+        by: Duration,
     },
     /// It would begin before the running cycle ends.
     Overlap {
         /// How long before.
-        by: MicrosSpan,
+        by: Duration,
     },
     /// It sets out from elsewhere than the tail will be.
     PoseMismatch {
@@ -149,7 +150,7 @@ impl Schedule {
     }
 
     /// Takes a cycle for its start, or says why not. `now` is fleet time.
-    pub fn offer(&mut self, now: Micros, cycle: SwimCycle, delivery: Delivery) -> Verdict {
+    pub fn offer(&mut self, now: FleetInstant, cycle: SwimCycle, delivery: Delivery) -> Verdict {
         self.settle(now);
         if self.stopped {
             return Verdict::Refused(Refusal::Stopped);
@@ -182,7 +183,7 @@ impl Schedule {
     }
 
     /// Lets the prepared cycle with this number run, if its start has not come. `now` is fleet time.
-    pub fn commit(&mut self, now: Micros, number: u32) -> Verdict {
+    pub fn commit(&mut self, now: FleetInstant, number: u32) -> Verdict {
         self.settle(now);
         if self.stopped {
             return Verdict::Refused(Refusal::Stopped);
@@ -201,7 +202,7 @@ impl Schedule {
     }
 
     /// The checks on a cycle that is not held, cheapest and most telling first.
-    fn admit(&self, now: Micros, cycle: &SwimCycle) -> Result<(), Refusal> {
+    fn admit(&self, now: FleetInstant, cycle: &SwimCycle) -> Result<(), Refusal> {
         if let Some(latest) = self.latest.filter(|latest| cycle.number() <= *latest) {
             return Err(Refusal::AlreadyRun { latest });
         }
@@ -228,7 +229,7 @@ impl Schedule {
 
     /// What the tail is to do at `now` (fleet time).
     #[must_use]
-    pub fn reference(&self, now: Micros) -> Reference {
+    pub fn reference(&self, now: FleetInstant) -> Reference {
         match self.active(now) {
             Some(cycle) => cycle.reference(now),
             None => Reference::at_rest(self.rest_rad),
@@ -237,7 +238,7 @@ impl Schedule {
 
     /// Number of the cycle that is being run at `now` (fleet time), if any.
     #[must_use]
-    pub fn running(&self, now: Micros) -> Option<u32> {
+    pub fn running(&self, now: FleetInstant) -> Option<u32> {
         self.active(now)
             .filter(|cycle| matches!(cycle.phase(now), Phase::Turning | Phase::Swimming))
             .map(SwimCycle::number)
@@ -245,27 +246,27 @@ impl Schedule {
 
     /// Number of the cycle that began last by `now` (fleet time), whether it still runs or not.
     #[must_use]
-    pub fn latest(&self, now: Micros) -> Option<u32> {
+    pub fn latest(&self, now: FleetInstant) -> Option<u32> {
         self.active(now).map(SwimCycle::number)
     }
 
     /// A schedule that has run nothing and rests where this one's reference is at `now` (fleet time): for another
     /// epoch of fleet time. A stop in force stays in force.
     #[must_use]
-    pub fn anew(&self, now: Micros) -> Self {
+    pub fn anew(&self, now: FleetInstant) -> Self {
         let rest = Radians(self.reference(now).angle_rad);
         Self { stopped: self.stopped, ..Self::new(self.limits, rest) }
     }
 
     /// The cycle that waits for its start at `now` (fleet time), if any.
     #[must_use]
-    pub fn waiting(&self, now: Micros) -> Option<&SwimCycle> {
+    pub fn waiting(&self, now: FleetInstant) -> Option<&SwimCycle> {
         self.next.as_ref().map(|next| &next.cycle).filter(|next| next.start() > now)
     }
 
     /// Whether it waits for a commit too.
     #[must_use]
-    pub fn is_uncommitted(&self, now: Micros) -> bool {
+    pub fn is_uncommitted(&self, now: FleetInstant) -> bool {
         self.next.is_some_and(|next| next.cycle.start() > now && !next.committed)
     }
 
@@ -277,14 +278,14 @@ impl Schedule {
     }
 
     /// Drops what has not begun by `now` (fleet time). A running cycle is finished and its end pose held.
-    pub fn hold(&mut self, now: Micros) {
+    pub fn hold(&mut self, now: FleetInstant) {
         self.settle(now);
         self.next = None;
     }
 
     /// Freezes the reference where it is at `now` (fleet time), drops everything and refuses offers until
     /// [`resume`](Self::resume).
-    pub fn emergency_stop(&mut self, now: Micros) {
+    pub fn emergency_stop(&mut self, now: FleetInstant) {
         self.settle(now);
         if self.stopped {
             return;
@@ -313,13 +314,13 @@ impl Schedule {
     }
 
     /// The cycle that decides the reference at `now`.
-    fn active(&self, now: Micros) -> Option<&SwimCycle> {
+    fn active(&self, now: FleetInstant) -> Option<&SwimCycle> {
         let begun = self.next.as_ref().filter(|next| next.committed && next.cycle.start() <= now);
         begun.map(|next| &next.cycle).or(self.current.as_ref())
     }
 
     /// Moves a cycle that has begun by `now` into the slot of the running one; without a commit it is forgotten.
-    fn settle(&mut self, now: Micros) {
+    fn settle(&mut self, now: FleetInstant) {
         if let Some(begun) = self.next.take_if(|next| next.cycle.start() <= now).filter(|next| next.committed)
         {
             self.latest = Some(begun.cycle.number());

@@ -231,7 +231,7 @@ fn limit(value: f32, low: f32, high: f32) -> f32 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use protocol::units::MicrosSpan;
+    use protocol::time::Duration;
 
     fn servo() -> TailServo {
         TailServo::new(&ServoConstants::default()).unwrap()
@@ -314,7 +314,7 @@ mod tests {
             let error = TailServo::new(&ServoConstants { current_max: Amperes(bad), ..usual }).unwrap_err();
             assert_eq!((error.key, error.unit), ("current_max", "A"));
         }
-        let error = TailServo::new(&ServoConstants { interval: MicrosSpan(0), ..usual }).unwrap_err();
+        let error = TailServo::new(&ServoConstants { interval: Duration(0), ..usual }).unwrap_err();
         assert_eq!(std::format!("{error}"), "interval = 0 s: must be a finite number greater than zero");
     }
 
@@ -349,8 +349,8 @@ mod tests {
                 stall_current: Amperes(f),
                 current_max: Amperes(g),
                 following_error_max: Radians(h),
-                following_error_time: MicrosSpan(50_000),
-                interval: MicrosSpan(1000),
+                following_error_time: Duration(50_000),
+                interval: Duration(1000),
             };
             if let Ok(mut servo) = TailServo::new(&odd) {
                 let command = servo.tick(&at, Radians(0.0), RadiansPerSecond(0.0), None);

@@ -3,7 +3,8 @@
 //! The schedule begins with the first measurement: before it nobody knows where the tail is, and every cycle is refused.
 //! After a stop it goes on from the next one, wherever the tail was turned meanwhile.
 
-use protocol::units::{Amperes, Micros, Radians, RadiansPerSecond, Volts};
+use protocol::time::{FleetInstant, LocalInstant};
+use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
 use protocol::{Cycle, Message, ModboatCycle, ModuleKind, Motion, Refusal, Telemetry, Verdict};
 
 use crate::link::endpoint::{Endpoint, Present, Robot};
@@ -48,7 +49,7 @@ impl Swimmer {
 impl Endpoint<Swimmer> {
     /// What the tail is to do at `now`, own clock; nothing before the first measurement.
     #[must_use]
-    pub fn reference(&self, now: Micros) -> Option<Reference> {
+    pub fn reference(&self, now: LocalInstant) -> Option<Reference> {
         Some(self.robot().schedule.as_ref()?.reference(self.fleet(now)))
     }
 }
@@ -74,7 +75,7 @@ impl Robot for Swimmer {
         self.schedule.as_ref().is_some_and(|schedule| schedule.knows(cycle))
     }
 
-    fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
+    fn offer(&mut self, now: FleetInstant, cycle: &Cycle) -> Verdict {
         let Motion::Modboat(motion) = &cycle.motion else { return Verdict::Refused(Refusal::WrongKind) };
         let Some(schedule) = &mut self.schedule else { return Verdict::Refused(Refusal::NotSynchronised) };
         let &ModboatCycle { rotation, centerline, amplitude, transition, period, law } = motion;
@@ -83,22 +84,22 @@ impl Robot for Swimmer {
         on_the_wire(schedule.offer(now, offered, cycle.delivery))
     }
 
-    fn commit(&mut self, now: Micros, cycle: u32) -> Verdict {
+    fn commit(&mut self, now: FleetInstant, cycle: u32) -> Verdict {
         let Some(schedule) = &mut self.schedule else { return Verdict::Refused(Refusal::NotPrepared) };
         on_the_wire(schedule.commit(now, cycle))
     }
 
-    fn waiting(&self, now: Micros) -> Option<Micros> {
+    fn waiting(&self, now: FleetInstant) -> Option<FleetInstant> {
         self.schedule.as_ref()?.waiting(now).map(SwimCycle::start)
     }
 
-    fn hold(&mut self, now: Micros) {
+    fn hold(&mut self, now: FleetInstant) {
         if let Some(schedule) = &mut self.schedule {
             schedule.hold(now);
         }
     }
 
-    fn emergency_stop(&mut self, now: Micros) {
+    fn emergency_stop(&mut self, now: FleetInstant) {
         self.released = false;
         if let Some(schedule) = &mut self.schedule {
             schedule.emergency_stop(now);
@@ -109,15 +110,15 @@ impl Robot for Swimmer {
         self.released = true;
     }
 
-    fn running(&self, now: Micros) -> Option<u32> {
+    fn running(&self, now: FleetInstant) -> Option<u32> {
         self.schedule.as_ref()?.running(now)
     }
 
-    fn latest(&self, now: Micros) -> Option<u32> {
+    fn latest(&self, now: FleetInstant) -> Option<u32> {
         self.schedule.as_ref()?.latest(now)
     }
 
-    fn begin_anew(&mut self, now: Micros) {
+    fn begin_anew(&mut self, now: FleetInstant) {
         self.schedule = self.schedule.as_ref().map(|schedule| schedule.anew(now));
     }
 

@@ -178,10 +178,10 @@ mod tests {
     use crate::modboat::waveform::Waveform;
     use crate::plant::Rig;
     use protocol::configuration::TailLimits;
-    use protocol::units::{Micros, MicrosSpan};
+    use protocol::time::{Duration, FleetInstant};
     use protocol::{Delivery, TransitionLaw};
 
-    const SMOOTH: TransitionLaw = TransitionLaw::RestToRest { ramp: MicrosSpan(50_000) };
+    const SMOOTH: TransitionLaw = TransitionLaw::RestToRest { ramp: Duration(50_000) };
 
     /// Follows the schedule in the rig from `from_us` to `to_us`; calls `look` after every tick.
     fn follow(
@@ -192,7 +192,7 @@ mod tests {
         mut look: impl FnMut(u64, f64, Reference, TailStatus),
     ) {
         for now in (from_us..to_us).step_by(1000) {
-            let reference = schedule.reference(Micros(now));
+            let reference = schedule.reference(FleetInstant(now));
             let angle_rad = rig.angle_rad();
             let status = tail.tick(&reference).unwrap();
             look(now, angle_rad, reference, status);
@@ -202,9 +202,9 @@ mod tests {
 
     fn swim(number: u32, start: u64, from: f32, rotation: f32, amplitude: f32, t_trans: u32) -> SwimCycle {
         let waveform =
-            Waveform::new(Radians(from + rotation - amplitude), Radians(amplitude), MicrosSpan(1_500_000));
+            Waveform::new(Radians(from + rotation - amplitude), Radians(amplitude), Duration(1_500_000));
         let law = if t_trans == 0 { TransitionLaw::ConstantSpeed } else { SMOOTH };
-        SwimCycle::new(number, Micros(start), Radians(rotation), (MicrosSpan(t_trans), law), waveform)
+        SwimCycle::new(number, FleetInstant(start), Radians(rotation), (Duration(t_trans), law), waveform)
     }
 
     #[test]
@@ -214,7 +214,7 @@ mod tests {
             let mut tail = rig.tail();
             let mut schedule = Schedule::new(TailLimits::default(), tail.locate().unwrap());
             let cycle = swim(1, 0, 0.3, 0.0, amplitude, 0);
-            assert_eq!(schedule.offer(Micros(0), cycle, Delivery::Direct), Verdict::Accepted);
+            assert_eq!(schedule.offer(FleetInstant(0), cycle, Delivery::Direct), Verdict::Accepted);
             let mut worst_rad = 0.0_f64;
             follow(&rig, &mut tail, &schedule, (0, 2_000_000), |_, angle_rad, reference, status| {
                 worst_rad = worst_rad.max((f64::from(reference.angle_rad) - angle_rad).abs());
@@ -226,13 +226,13 @@ mod tests {
     }
 
     /// Follows one turn and the rest after it: the greatest error on the way, and how far beyond its end the tail gets, rad.
-    fn turn(rotation: f32, transition: MicrosSpan, law: TransitionLaw, lags: bool) -> [f64; 2] {
+    fn turn(rotation: f32, transition: Duration, law: TransitionLaw, lags: bool) -> [f64; 2] {
         let rig = Rig::new(-1.0);
         let mut tail = rig.tail();
         let mut schedule = Schedule::new(TailLimits::default(), tail.locate().unwrap());
-        let waveform = Waveform::new(Radians(-1.0 + rotation), Radians(0.0), MicrosSpan(1_500_000));
-        let cycle = SwimCycle::new(1, Micros(0), Radians(rotation), (transition, law), waveform);
-        assert_eq!(schedule.offer(Micros(0), cycle, Delivery::Direct), Verdict::Accepted);
+        let waveform = Waveform::new(Radians(-1.0 + rotation), Radians(0.0), Duration(1_500_000));
+        let cycle = SwimCycle::new(1, FleetInstant(0), Radians(rotation), (transition, law), waveform);
+        assert_eq!(schedule.offer(FleetInstant(0), cycle, Delivery::Direct), Verdict::Accepted);
         let end_rad = -1.0 + f64::from(rotation);
         let (mut overshoot_rad, mut lag_rad, mut last_rad) = (0.0_f64, 0.0_f64, 0.0);
         let mut lagged = false;
@@ -255,7 +255,7 @@ mod tests {
     #[test]
     fn turns_from_rest_to_rest_without_leaving_its_path() {
         for (rotation, transition) in [(3.0, 350_000), (-3.0, 350_000), (core::f32::consts::TAU, 660_000)] {
-            let [lag_rad, overshoot_rad] = turn(rotation, MicrosSpan(transition), SMOOTH, false);
+            let [lag_rad, overshoot_rad] = turn(rotation, Duration(transition), SMOOTH, false);
             assert!(lag_rad <= 0.01 && overshoot_rad <= 0.005, "{rotation}: {lag_rad}, {overshoot_rad} rad");
         }
     }
@@ -266,7 +266,7 @@ mod tests {
         for (rotation, least_rad, most_rad) in
             [(3.0, 0.02, 0.06), (-3.0, 0.02, 0.06), (core::f32::consts::TAU, 0.08, 0.2)]
         {
-            let off = turn(rotation, MicrosSpan(500_000), TransitionLaw::ConstantSpeed, true);
+            let off = turn(rotation, Duration(500_000), TransitionLaw::ConstantSpeed, true);
             assert!(
                 off.iter().all(|off_rad| (least_rad..most_rad).contains(off_rad)),
                 "{rotation}: {off:?} rad"
@@ -283,7 +283,11 @@ mod tests {
             let now = u64::from(k) * 2_000_000;
             let from = schedule.pose_at_end().0;
             let cycle = swim(k + 1, now, from, 4.0, 1.0, 500_000);
-            assert_eq!(schedule.offer(Micros(now), cycle, Delivery::Direct), Verdict::Accepted, "cycle {k}");
+            assert_eq!(
+                schedule.offer(FleetInstant(now), cycle, Delivery::Direct),
+                Verdict::Accepted,
+                "cycle {k}"
+            );
             follow(&rig, &mut tail, &schedule, (now, now + 2_000_000), |_, _, _, status| {
                 assert!(!status.command.lagging);
             });

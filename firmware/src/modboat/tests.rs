@@ -3,6 +3,7 @@
 use std::vec::Vec;
 
 use protocol::configuration::TailLimits;
+use protocol::time::FleetInstant;
 use protocol::units::Volts;
 use protocol::{Cycle, Delivery, Faults, Message, ModboatCycle, ModuleState, Motion, Refusal, Verdict};
 
@@ -22,7 +23,7 @@ struct Bench<E = RigEncoder> {
     rig: Rig,
     boat: Modboat<E, NoSense, RigPwm, RigPin, RigPin>,
     host: BenchHost,
-    now: Micros,
+    now: LocalInstant,
     supply: Supply,
     /// Greatest drive while it may not hold or swim.
     search_drive: f64,
@@ -47,7 +48,7 @@ impl Bench {
 
 impl<E: Encoder> Bench<E> {
     fn on(rig: Rig, boat: Modboat<E, NoSense, RigPwm, RigPin, RigPin>) -> Self {
-        Self { rig, boat, host: BenchHost::new(1), now: Micros(0), supply: FULL, search_drive: 0.0 }
+        Self { rig, boat, host: BenchHost::new(1), now: LocalInstant(0), supply: FULL, search_drive: 0.0 }
     }
 
     fn run(&mut self, end: u64) -> Vec<Message> {
@@ -86,11 +87,11 @@ fn cycle(number: u32, start: u64, from: f64, amplitude: f32) -> Message {
         rotation: Radians(0.0),
         centerline: Radians(from as f32 - amplitude),
         amplitude: Radians(amplitude),
-        transition: MicrosSpan(0),
-        period: MicrosSpan(1_500_000),
+        transition: Duration(0),
+        period: Duration(1_500_000),
         law: protocol::TransitionLaw::ConstantSpeed,
     });
-    Message::Cycle(Cycle { number, start: Micros(start + AHEAD), motion, delivery: Delivery::Direct })
+    Message::Cycle(Cycle { number, start: FleetInstant(start + AHEAD), motion, delivery: Delivery::Direct })
 }
 
 #[test]
@@ -215,8 +216,8 @@ fn unprovisioned_it_never_drives() {
     let mut host = Bench::ready(0.3);
     host.host.seal(&cycle(1, 2_000 * MS, 0.3, 1.0));
     for (k, datagram) in (0..).zip(host.host.recorded.iter().cycle().take(3_000)) {
-        assert_eq!(boat.handle_datagram(Micros(k * MS), datagram), Err(Class::Foreign));
-        boat.tick(Micros(k * MS), &FULL).unwrap();
+        assert_eq!(boat.handle_datagram(LocalInstant(k * MS), datagram), Err(Class::Foreign));
+        boat.tick(LocalInstant(k * MS), &FULL).unwrap();
         rig.step_ms();
         rig.turn(0.001);
         assert_eq!(rig.drive(), 0.0);

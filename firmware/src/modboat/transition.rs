@@ -25,7 +25,8 @@
 //! result.
 
 use protocol::TransitionLaw;
-use protocol::units::{MicrosSpan, Radians};
+use protocol::time::Duration;
+use protocol::units::Radians;
 
 use crate::modboat::reference::{Reference, wrap};
 
@@ -33,12 +34,12 @@ use crate::modboat::reference::{Reference, wrap};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     rotation_rad: f32,
-    duration: MicrosSpan,
+    duration: Duration,
     /// φ_to in (−π, π], rad.
     to_rad: f32,
     /// What the law asks for, and what of it fits: at most half of the duration; 0 for constant speed.
-    asked_ramp: MicrosSpan,
-    ramp: MicrosSpan,
+    asked_ramp: Duration,
+    ramp: Duration,
     /// Δφ/(t_trans − tᵣ), rad/s; 0 for a duration of zero.
     peak_rad_s: f32,
     /// Peak speed over tᵣ, rad/s²; 0 for constant speed.
@@ -48,13 +49,13 @@ pub struct Transition {
 impl Transition {
     /// Arrives at `to` after `duration`, having turned by `rotation`.
     #[must_use]
-    pub fn arriving_at(to: Radians, rotation: Radians, duration: MicrosSpan, law: TransitionLaw) -> Self {
+    pub fn arriving_at(to: Radians, rotation: Radians, duration: Duration, law: TransitionLaw) -> Self {
         let asked_ramp = match law {
-            TransitionLaw::ConstantSpeed => MicrosSpan(0),
+            TransitionLaw::ConstantSpeed => Duration(0),
             TransitionLaw::RestToRest { ramp } => ramp,
         };
-        let ramp = MicrosSpan(asked_ramp.0.min(duration.0 >> 1));
-        let over = MicrosSpan(duration.0.saturating_sub(ramp.0)).as_secs_f32();
+        let ramp = Duration(asked_ramp.0.min(duration.0 >> 1));
+        let over = Duration(duration.0.saturating_sub(ramp.0)).as_secs_f32();
         let peak_rad_s = if duration.0 == 0 { 0.0 } else { rotation.0 / over };
         let acceleration_rad_s2 = if ramp.0 == 0 { 0.0 } else { peak_rad_s / ramp.as_secs_f32() };
         Self {
@@ -70,7 +71,7 @@ impl Transition {
 
     /// Sets out from `from` and turns by `rotation` within `duration`.
     #[must_use]
-    pub fn from(from: Radians, rotation: Radians, duration: MicrosSpan, law: TransitionLaw) -> Self {
+    pub fn from(from: Radians, rotation: Radians, duration: Duration, law: TransitionLaw) -> Self {
         Self::arriving_at(Radians(wrap(from.0) + rotation.0), rotation, duration, law)
     }
 
@@ -82,7 +83,7 @@ impl Transition {
 
     /// Duration t_trans.
     #[must_use]
-    pub const fn duration(&self) -> MicrosSpan {
+    pub const fn duration(&self) -> Duration {
         self.duration
     }
 
@@ -100,7 +101,7 @@ impl Transition {
 
     /// Length of each ramp as the law asks for it; 0 for constant speed.
     #[must_use]
-    pub const fn asked_ramp(&self) -> MicrosSpan {
+    pub const fn asked_ramp(&self) -> Duration {
         self.asked_ramp
     }
 
@@ -112,9 +113,9 @@ impl Transition {
 
     /// Angle, rate and acceleration `elapsed` after the start; from t_trans on it rests at the end pose.
     #[must_use]
-    pub fn reference(&self, elapsed: MicrosSpan) -> Reference {
+    pub fn reference(&self, elapsed: Duration) -> Reference {
         // Whole microseconds first: nothing is rounded until a small number is left.
-        let remaining = MicrosSpan(self.duration.0.saturating_sub(elapsed.0));
+        let remaining = Duration(self.duration.0.saturating_sub(elapsed.0));
         if remaining.0 == 0 {
             return Reference::at_rest(self.to_rad);
         }
@@ -145,7 +146,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const SMOOTH: TransitionLaw = TransitionLaw::RestToRest { ramp: MicrosSpan(50_000) };
+    const SMOOTH: TransitionLaw = TransitionLaw::RestToRest { ramp: Duration(50_000) };
 
     #[test]
     fn turns_either_way_at_one_speed() {
@@ -153,19 +154,19 @@ mod tests {
             let turn = Transition::from(
                 Radians(0.25),
                 Radians(rotation),
-                MicrosSpan(500_000),
+                Duration(500_000),
                 TransitionLaw::ConstantSpeed,
             );
             assert!((turn.start_pose().0 - 0.25).abs() < 1e-6);
-            let mut last = turn.reference(MicrosSpan(0));
+            let mut last = turn.reference(Duration(0));
             let set_out = last;
             for t_us in (10_000..500_000).step_by(10_000) {
-                let at = turn.reference(MicrosSpan(t_us));
+                let at = turn.reference(Duration(t_us));
                 assert!((at.rate_rad_s - rotation / 0.5).abs() < 1e-5);
                 assert!((at.angle_rad - last.angle_rad - rotation / 50.0).abs() < 2e-6);
                 last = at;
             }
-            let arrived = turn.reference(MicrosSpan(500_000));
+            let arrived = turn.reference(Duration(500_000));
             assert_eq!(arrived, Reference::at_rest(turn.end_pose().0));
             // Unwrapped within the transition: a long way round is a long way round.
             assert!((arrived.angle_rad - set_out.angle_rad - rotation).abs() < 1e-6);
@@ -175,7 +176,7 @@ mod tests {
     #[test]
     fn ramps_are_hand_worked() {
         // 4.5 rad in 0.5 s with ramps of 50 ms: 10 rad/s at 200 rad/s², 0.25 rad on each ramp.
-        let turn = Transition::from(Radians(-1.0), Radians(4.5), MicrosSpan(500_000), SMOOTH);
+        let turn = Transition::from(Radians(-1.0), Radians(4.5), Duration(500_000), SMOOTH);
         assert!((turn.peak_speed_rad_s() - 10.0).abs() < 1e-5);
         for (t_us, angle, rate, acceleration) in [
             (0, -1.0, 0.0, 200.0),
@@ -184,35 +185,35 @@ mod tests {
             (250_000, 1.25, 10.0, 0.0),
             (475_000, 3.4375, 5.0, -200.0),
         ] {
-            let at = turn.reference(MicrosSpan(t_us));
+            let at = turn.reference(Duration(t_us));
             assert!(wrap(at.angle_rad - angle).abs() < 2e-6, "{t_us} µs: {at:?}");
             assert!((at.rate_rad_s - rate).abs() < 1e-4, "{t_us} µs: {at:?}");
             assert!((at.acceleration_rad_s2 - acceleration).abs() < 1e-2, "{t_us} µs: {at:?}");
         }
-        assert_eq!(turn.reference(MicrosSpan(500_000)), Reference::at_rest(turn.end_pose().0));
+        assert_eq!(turn.reference(Duration(500_000)), Reference::at_rest(turn.end_pose().0));
     }
 
     /// A ramp beyond half of the time is cut to half: never faster than twice the mean speed.
     #[test]
     fn a_ramp_is_at_most_half_of_the_time() {
-        let law = TransitionLaw::RestToRest { ramp: MicrosSpan(u32::MAX) };
-        let turn = Transition::from(Radians(0.0), Radians(1.0), MicrosSpan(200_000), law);
+        let law = TransitionLaw::RestToRest { ramp: Duration(u32::MAX) };
+        let turn = Transition::from(Radians(0.0), Radians(1.0), Duration(200_000), law);
         assert!((turn.peak_speed_rad_s() - 10.0).abs() < 1e-5);
-        assert!((turn.reference(MicrosSpan(100_000)).angle_rad - 0.5).abs() < 1e-6);
+        assert!((turn.reference(Duration(100_000)).angle_rad - 0.5).abs() < 1e-6);
     }
 
     #[test]
     fn takes_the_long_way_round() {
-        let turn = Transition::from(Radians(3.0), Radians(-6.0), MicrosSpan(1_000_000), SMOOTH);
-        let half = turn.reference(MicrosSpan(500_000));
+        let turn = Transition::from(Radians(3.0), Radians(-6.0), Duration(1_000_000), SMOOTH);
+        let half = turn.reference(Duration(500_000));
         assert!(wrap(half.angle_rad).abs() < 1e-6, "half of −6 rad from 3 rad is 0: {half:?}");
         assert!((turn.end_pose().0 + 3.0).abs() < 1e-6);
     }
 
     #[test]
     fn no_time_is_already_there() {
-        let turn = Transition::arriving_at(Radians(1.0), Radians(0.0), MicrosSpan(0), SMOOTH);
-        assert_eq!(turn.reference(MicrosSpan(0)), Reference::at_rest(1.0));
+        let turn = Transition::arriving_at(Radians(1.0), Radians(0.0), Duration(0), SMOOTH);
+        assert_eq!(turn.reference(Duration(0)), Reference::at_rest(1.0));
         assert_eq!(turn.start_pose(), Radians(1.0));
     }
 
@@ -223,10 +224,10 @@ mod tests {
             rotations in prop::array::uniform2(-6.0_f32..6.0), duration in 1_000_u32..1_000_000,
             ramp in 0_u32..600_000, share in 0.0_f32..1.0,
         ) {
-            let law = TransitionLaw::RestToRest { ramp: MicrosSpan(ramp) };
-            let elapsed = MicrosSpan((share * duration as f32) as u32);
+            let law = TransitionLaw::RestToRest { ramp: Duration(ramp) };
+            let elapsed = Duration((share * duration as f32) as u32);
             let gone = rotations.map(|rotation| {
-                let turn = Transition::arriving_at(Radians(0.0), Radians(rotation), MicrosSpan(duration), law);
+                let turn = Transition::arriving_at(Radians(0.0), Radians(rotation), Duration(duration), law);
                 1.0 + turn.reference(elapsed).angle_rad / rotation
             });
             let near_zero = rotations.iter().any(|rotation| rotation.abs() < 0.1);
@@ -236,9 +237,9 @@ mod tests {
         /// Rate and acceleration are the derivatives of the angle, by differences in double precision; no step of speed anywhere.
         #[test]
         fn rest_to_rest_is_smooth(rotation in -6.0_f32..6.0, ramp in 5_000_u32..250_000, t_us in 0_u32..499_000) {
-            let law = TransitionLaw::RestToRest { ramp: MicrosSpan(ramp) };
-            let turn = Transition::arriving_at(Radians(0.0), Radians(rotation), MicrosSpan(500_000), law);
-            let [now, then] = [t_us, t_us + 1_000].map(|t_us| turn.reference(MicrosSpan(t_us)));
+            let law = TransitionLaw::RestToRest { ramp: Duration(ramp) };
+            let turn = Transition::arriving_at(Radians(0.0), Radians(rotation), Duration(500_000), law);
+            let [now, then] = [t_us, t_us + 1_000].map(|t_us| turn.reference(Duration(t_us)));
             let mean_rad_s = f64::from(then.angle_rad - now.angle_rad) * 1e3;
             let fastest = f64::from(turn.peak_speed_rad_s()) / (f64::from(ramp) * 1e-6) * 1e-3;
             prop_assert!((mean_rad_s - f64::from(now.rate_rad_s)).abs() < fastest + 2e-3);
@@ -250,9 +251,9 @@ mod tests {
             bits in any::<[u32; 2]>(), duration in any::<u32>(), ramp in any::<u32>(), t_us in any::<u32>(),
         ) {
             let [to, rotation] = bits.map(|b| Radians(f32::from_bits(b)));
-            let law = TransitionLaw::RestToRest { ramp: MicrosSpan(ramp) };
-            let turn = Transition::arriving_at(to, rotation, MicrosSpan(duration), law);
-            let _ = (turn.reference(MicrosSpan(t_us)), turn.start_pose());
+            let law = TransitionLaw::RestToRest { ramp: Duration(ramp) };
+            let turn = Transition::arriving_at(to, rotation, Duration(duration), law);
+            let _ = (turn.reference(Duration(t_us)), turn.start_pose());
         }
     }
 }

@@ -17,7 +17,8 @@
 
 use core::f32::consts::TAU;
 
-use protocol::units::{MicrosSpan, Radians};
+use protocol::time::Duration;
+use protocol::units::Radians;
 
 use crate::modboat::reference::{Reference, sin_cos_turns, wrap};
 
@@ -26,7 +27,7 @@ use crate::modboat::reference::{Reference, sin_cos_turns, wrap};
 pub struct Waveform {
     centerline_rad: f32,
     amplitude_rad: f32,
-    period: MicrosSpan,
+    period: Duration,
     /// φ₀ + A in (−π, π], rad.
     start_rad: f32,
     /// 2π/T, rad/s; 0 for a period of zero.
@@ -36,7 +37,7 @@ pub struct Waveform {
 impl Waveform {
     /// From φ₀, A and T.
     #[must_use]
-    pub fn new(centerline: Radians, amplitude: Radians, period: MicrosSpan) -> Self {
+    pub fn new(centerline: Radians, amplitude: Radians, period: Duration) -> Self {
         let omega_rad_s = if period.0 == 0 { 0.0 } else { TAU / period.as_secs_f32() };
         Self {
             centerline_rad: centerline.0,
@@ -62,7 +63,7 @@ impl Waveform {
 
     /// Period T.
     #[must_use]
-    pub const fn period(&self) -> MicrosSpan {
+    pub const fn period(&self) -> Duration {
         self.period
     }
 
@@ -80,7 +81,7 @@ impl Waveform {
 
     /// Angle, rate and acceleration `elapsed` after the start; from T on it rests at φ₀ + A.
     #[must_use]
-    pub fn reference(&self, elapsed: MicrosSpan) -> Reference {
+    pub fn reference(&self, elapsed: Duration) -> Reference {
         if elapsed >= self.period {
             return Reference::at_rest(self.start_rad);
         }
@@ -102,7 +103,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const PERIOD: MicrosSpan = MicrosSpan(1_500_000);
+    const PERIOD: Duration = Duration(1_500_000);
 
     #[test]
     fn quarter_points_are_hand_worked() {
@@ -114,7 +115,7 @@ mod tests {
             (750_000, -1.7, 0.0, 1.2 * omega * omega),
             (1_125_000, -0.5, 1.2 * omega, 0.0),
         ] {
-            let at = wave.reference(MicrosSpan(t_us));
+            let at = wave.reference(Duration(t_us));
             assert!((at.angle_rad - angle).abs() < 1e-5, "{t_us} µs: {at:?}");
             assert!((at.rate_rad_s - rate).abs() < 1e-5, "{t_us} µs: {at:?}");
             assert!((at.acceleration_rad_s2 - acceleration).abs() < 1e-4, "{t_us} µs: {at:?}");
@@ -125,11 +126,11 @@ mod tests {
     fn rests_at_its_end_pose_from_the_period_on() {
         let wave = Waveform::new(Radians(3.0), Radians(2.0), PERIOD);
         for t_us in [1_500_000, 1_500_001, u32::MAX] {
-            assert_eq!(wave.reference(MicrosSpan(t_us)), Reference::at_rest(wave.start_pose().0));
+            assert_eq!(wave.reference(Duration(t_us)), Reference::at_rest(wave.start_pose().0));
         }
         assert!((f64::from(wave.start_pose().0) - (5.0 - core::f64::consts::TAU)).abs() < 1e-6);
-        let no_time = Waveform::new(Radians(1.0), Radians(1.0), MicrosSpan(0));
-        assert_eq!(no_time.reference(MicrosSpan(0)), Reference::at_rest(2.0));
+        let no_time = Waveform::new(Radians(1.0), Radians(1.0), Duration(0));
+        assert_eq!(no_time.reference(Duration(0)), Reference::at_rest(2.0));
     }
 
     proptest! {
@@ -138,7 +139,7 @@ mod tests {
         fn agrees_with_the_printed_law(
             centerline in -300.0_f32..300.0, amplitude in -2.6_f32..2.6, t_us in 0_u32..1_500_000,
         ) {
-            let at = Waveform::new(Radians(centerline), Radians(amplitude), PERIOD).reference(MicrosSpan(t_us));
+            let at = Waveform::new(Radians(centerline), Radians(amplitude), PERIOD).reference(Duration(t_us));
             let law = |t_s: f64| {
                 f64::from(centerline) + f64::from(amplitude) * (core::f64::consts::TAU * t_s / 1.5).cos()
             };
@@ -154,7 +155,7 @@ mod tests {
         #[test]
         fn takes_any_numbers(bits in any::<[u32; 2]>(), period in any::<u32>(), t_us in any::<u32>()) {
             let [centerline, amplitude] = bits.map(|b| Radians(f32::from_bits(b)));
-            let _ = Waveform::new(centerline, amplitude, MicrosSpan(period)).reference(MicrosSpan(t_us));
+            let _ = Waveform::new(centerline, amplitude, Duration(period)).reference(Duration(t_us));
         }
     }
 }

@@ -7,7 +7,7 @@ fn encoder(counts_per_turn: u32) -> EncoderConstants {
         counts_per_turn,
         mounting: EncoderMounting::default(),
         homing_speed: RadiansPerSecond(0.0),
-        homing_after: MicrosSpan(0),
+        homing_after: Duration(0),
     }
 }
 
@@ -24,12 +24,12 @@ fn a_board_that_counts_wants_counts() {
 
 #[test]
 fn the_servo_is_called_as_often_as_it_says() {
-    let constants = |micros| ServoConstants { interval: MicrosSpan(micros), ..ServoConstants::default() };
+    let constants = |micros| ServoConstants { interval: Duration(micros), ..ServoConstants::default() };
     for micros in [500, 1_000, 10_000] {
-        assert_eq!(servo_interval(&constants(micros)), Ok(MicrosSpan(micros)));
+        assert_eq!(servo_interval(&constants(micros)), Ok(Duration(micros)));
     }
     for micros in [0, 499, 10_001, u32::MAX] {
-        let refused = NotProvisioned::Interval(MicrosSpan(micros));
+        let refused = NotProvisioned::Interval(Duration(micros));
         assert_eq!(servo_interval(&constants(micros)), Err(refused));
     }
 }

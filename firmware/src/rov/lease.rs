@@ -27,7 +27,8 @@
 use heapless::Vec;
 use protocol::configuration::LeaseLimits;
 use protocol::message::MAX_THRUSTERS;
-use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Volts};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
+use protocol::units::{Amperes, Newtons, PulseMicros, Volts};
 use protocol::{Cycle, Delivery, Message, ModuleKind, Motion, Refusal, RovCycle, RovTelemetry, Verdict};
 
 use crate::link::endpoint::{Endpoint, Present, Robot};
@@ -38,7 +39,7 @@ pub const WAITING: usize = 4;
 
 /// No cycle is taken while fleet time may be off by more: nobody's thrusts need begin together with another's, and a
 /// board that ticks two hundred times a second does not see an exchange closer than 5 ms. *Assumed.*
-pub const SURE_WITHIN: MicrosSpan = MicrosSpan(20_000);
+pub const SURE_WITHIN: Duration = Duration(20_000);
 
 /// What an ROV measures and puts out, for its reports.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,12 +58,12 @@ pub struct Output {
 #[derive(Clone, Debug, PartialEq)]
 struct Leased {
     number: u32,
-    start: Micros,
+    start: FleetInstant,
     cycle: RovCycle,
 }
 
 impl Leased {
-    fn end(&self) -> Micros {
+    fn end(&self) -> FleetInstant {
         self.start.after(self.cycle.lease)
     }
 }
@@ -99,7 +100,7 @@ impl ThrustLease {
 
     /// Thrusts to put out at `now` (fleet time); none at all is neutral.
     #[must_use]
-    pub fn thrusts(&self, now: Micros) -> &[Newtons] {
+    pub fn thrusts(&self, now: FleetInstant) -> &[Newtons] {
         self.executed(now).map_or(&[], |leased| &leased.cycle.thrusts)
     }
 
@@ -113,18 +114,18 @@ impl ThrustLease {
     }
 
     /// The cycle that began last by `now`, whether its lease still lasts or not.
-    fn begun(&self, now: Micros) -> Option<&Leased> {
+    fn begun(&self, now: FleetInstant) -> Option<&Leased> {
         self.waiting.iter().rev().find(|leased| leased.start <= now).or(self.current.as_ref())
     }
 
     /// The cycle that is executed at `now`.
-    fn executed(&self, now: Micros) -> Option<&Leased> {
+    fn executed(&self, now: FleetInstant) -> Option<&Leased> {
         // Should the clock step back to before its start, that is not its lease any more.
         self.begun(now).filter(|leased| leased.start <= now && now < leased.end())
     }
 
     /// Moves what has begun by `now` out of the queue.
-    fn settle(&mut self, now: Micros) {
+    fn settle(&mut self, now: FleetInstant) {
         while self.waiting.first().is_some_and(|leased| leased.start <= now) {
             let begun = self.waiting.remove(0);
             self.latest = Some(begun.number);
@@ -133,7 +134,7 @@ impl ThrustLease {
     }
 
     /// The checks on a cycle that is not held, and its place in the queue.
-    fn admit(&mut self, now: Micros, offered: Leased) -> Result<(), Refusal> {
+    fn admit(&mut self, now: FleetInstant, offered: Leased) -> Result<(), Refusal> {
         if self.latest.is_some_and(|latest| offered.number <= latest) {
             return Err(Refusal::AlreadyRun);
         }
@@ -164,7 +165,7 @@ impl ThrustLease {
 impl Endpoint<ThrustLease> {
     /// Thrusts to put out at `now`, own clock; none at all is neutral.
     #[must_use]
-    pub fn thrusts(&self, now: Micros) -> &[Newtons] {
+    pub fn thrusts(&self, now: LocalInstant) -> &[Newtons] {
         self.robot().thrusts(self.fleet(now))
     }
 }
@@ -185,7 +186,7 @@ impl Robot for ThrustLease {
         self.current.iter().chain(&self.waiting).any(|held| held.number == cycle)
     }
 
-    fn offer(&mut self, now: Micros, cycle: &Cycle) -> Verdict {
+    fn offer(&mut self, now: FleetInstant, cycle: &Cycle) -> Verdict {
         let (Motion::Rov(motion), Delivery::Direct) = (&cycle.motion, cycle.delivery) else {
             return Verdict::Refused(Refusal::WrongKind);
         };
@@ -203,13 +204,13 @@ impl Robot for ThrustLease {
         admitted.map_or_else(Verdict::Refused, |()| Verdict::Accepted)
     }
 
-    fn hold(&mut self, now: Micros) {
+    fn hold(&mut self, now: FleetInstant) {
         self.settle(now);
         self.current = None;
         self.waiting.clear();
     }
 
-    fn emergency_stop(&mut self, now: Micros) {
+    fn emergency_stop(&mut self, now: FleetInstant) {
         self.hold(now);
         self.stopped = true;
     }
@@ -218,24 +219,24 @@ impl Robot for ThrustLease {
         self.stopped = false;
     }
 
-    fn commit(&mut self, _now: Micros, _cycle: u32) -> Verdict {
+    fn commit(&mut self, _now: FleetInstant, _cycle: u32) -> Verdict {
         Verdict::Refused(Refusal::NotPrepared)
     }
 
     /// Thrusts are on a lease: a start that is off by some milliseconds does no harm.
-    fn waiting(&self, _now: Micros) -> Option<Micros> {
+    fn waiting(&self, _now: FleetInstant) -> Option<FleetInstant> {
         None
     }
 
-    fn running(&self, now: Micros) -> Option<u32> {
+    fn running(&self, now: FleetInstant) -> Option<u32> {
         self.executed(now).map(|leased| leased.number)
     }
 
-    fn latest(&self, now: Micros) -> Option<u32> {
+    fn latest(&self, now: FleetInstant) -> Option<u32> {
         self.begun(now).map(|leased| leased.number).or(self.latest)
     }
 
-    fn begin_anew(&mut self, _now: Micros) {
+    fn begin_anew(&mut self, _now: FleetInstant) {
         *self = Self { stopped: self.stopped, armed: self.armed, ..Self::new(self.thrusters, self.limits) };
     }
 

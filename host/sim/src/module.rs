@@ -16,7 +16,8 @@ use firmware::modboat::tail::Tail;
 use firmware::module::Supply;
 use modboat::parameters::Parameters;
 use protocol::configuration::{EncoderMounting, ServoConstants, TailLimits};
-use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
@@ -27,7 +28,7 @@ use super::motor::{DirectionPin, ENCODER_COUNTS, MotorParameters, PwmPin, Sensor
 use super::node::Node;
 
 /// Servo period of a module: 1 kHz.
-pub const TICK: MicrosSpan = MicrosSpan(1_000);
+pub const TICK: Duration = Duration(1_000);
 
 /// What a full battery of two lithium cells shows. *Assumed*, and constant.
 const SUPPLY: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
@@ -75,7 +76,7 @@ struct Build {
     id: ModuleId,
     fleet: FleetId,
     key: ModuleKey,
-    report_every: MicrosSpan,
+    report_every: Duration,
     limits: TailLimits,
     servo: ServoConstants,
     mounting: EncoderMounting,
@@ -100,7 +101,7 @@ pub struct Setup<'a> {
     /// Where its tail points, rad.
     pub tail_rad: f64,
     /// Pause between two reports.
-    pub report_every: MicrosSpan,
+    pub report_every: Duration,
     /// Decides its clock, its boot time and its boot nonces.
     pub seed: u64,
 }
@@ -135,7 +136,7 @@ impl<R: Radio> SimModule<R> {
     ///
     /// # Errors
     /// The radio's own; [`ModuleError`] cannot occur after [`new`](Self::new) succeeded.
-    pub fn tick(&mut self, now: Micros) -> Result<(), R::Error> {
+    pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
         if self.node.boots(now) {
             let firmware = boot(&self.build, &self.motor, self.node.boot_nonce()).ok();
             self.node.power_on(firmware);
@@ -146,7 +147,7 @@ impl<R: Radio> SimModule<R> {
     }
 
     /// Takes the power away at `now` and gives it back `off` later. What the firmware knew is gone; the tail coasts.
-    pub fn reboot(&mut self, now: Micros, off: MicrosSpan) {
+    pub fn reboot(&mut self, now: FleetInstant, off: Duration) {
         self.node.power_off(now, off);
         self.motor.release();
     }
@@ -172,12 +173,12 @@ impl<R: Radio> SimModule<R> {
     }
 
     /// What the firmware is doing at `now`, true time; nothing without power.
-    pub fn state(&self, now: Micros) -> Option<ModuleState> {
+    pub fn state(&self, now: FleetInstant) -> Option<ModuleState> {
         Some(self.node.status(now)?.state)
     }
 
     /// Number of the cycle that it runs at `now`, true time, if any.
-    pub fn running(&self, now: Micros) -> Option<u32> {
+    pub fn running(&self, now: FleetInstant) -> Option<u32> {
         self.node.status(now)?.running
     }
 
@@ -187,7 +188,7 @@ impl<R: Radio> SimModule<R> {
     }
 
     /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
-    pub fn clock_error_us(&self, now: Micros) -> Option<i64> {
+    pub fn clock_error_us(&self, now: FleetInstant) -> Option<i64> {
         self.node.clock_error_us(now)
     }
 

@@ -2,7 +2,7 @@
 
 use firmware::link::session::Link;
 use firmware::module::{Module, Status, Supply};
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::{MAX_DATAGRAM, Radio};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -17,19 +17,20 @@ struct LocalClock {
 }
 
 impl LocalClock {
-    fn read(&self, now: Micros) -> Micros {
-        Micros(((self.offset_s + self.rate * now.as_secs_f64()) * 1e6) as u64)
+    fn read(&self, now: FleetInstant) -> LocalInstant {
+        LocalInstant(((self.offset_s + self.rate * now.as_secs_f64()) * 1e6) as u64)
     }
 }
 
-/// See the module's documentation. Times are true time.
+/// See the module's documentation. Times are true time, which is the fleet's: the simulated host reads a clock without error.
+/// In `flotilla module` the clock of the process stands for it.
 pub(super) struct Node<M, R: Radio> {
     firmware: Option<M>,
     clock: LocalClock,
     radio: R,
     host: R::Address,
     rng: ChaCha8Rng,
-    boots_at: Micros,
+    boots_at: FleetInstant,
     unheard: u64,
 }
 
@@ -41,7 +42,7 @@ impl<M: Module, R: Radio> Node<M, R> {
             offset_s: clock.offset_s * rng.random::<f64>(),
             rate: 1.0 + clock.drift_ppm * 1e-6 * (2.0 * rng.random::<f64>() - 1.0),
         };
-        let boots_at = Micros(rng.random_range(0..50_000));
+        let boots_at = FleetInstant(rng.random_range(0..50_000));
         Self { firmware: None, clock, radio, host, rng, boots_at, unheard: 0 }
     }
 
@@ -51,7 +52,7 @@ impl<M: Module, R: Radio> Node<M, R> {
     }
 
     /// Whether power has come back by `now` and nothing runs yet.
-    pub(super) fn boots(&self, now: Micros) -> bool {
+    pub(super) fn boots(&self, now: FleetInstant) -> bool {
         self.firmware.is_none() && now >= self.boots_at
     }
 
@@ -61,13 +62,13 @@ impl<M: Module, R: Radio> Node<M, R> {
     }
 
     /// Takes its power at `now` and gives it back `off` later.
-    pub(super) fn power_off(&mut self, now: Micros, off: MicrosSpan) {
+    pub(super) fn power_off(&mut self, now: FleetInstant, off: Duration) {
         self.firmware = None;
         self.boots_at = now.after(off);
     }
 
     /// What came over the radio by `now`, one tick of the firmware, what it says.
-    pub(super) fn tick(&mut self, now: Micros, supply: &Supply) -> Result<(), R::Error> {
+    pub(super) fn tick(&mut self, now: FleetInstant, supply: &Supply) -> Result<(), R::Error> {
         let mut buffer = [0; MAX_DATAGRAM];
         let local = self.clock.read(now);
         while let Some((length, _)) = self.radio.receive(now, &mut buffer)? {
@@ -101,7 +102,7 @@ impl<M: Module, R: Radio> Node<M, R> {
     }
 
     /// What the firmware is doing at `now`; nothing without power.
-    pub(super) fn status(&self, now: Micros) -> Option<Status> {
+    pub(super) fn status(&self, now: FleetInstant) -> Option<Status> {
         Some(self.firmware.as_ref()?.status(self.clock.read(now)))
     }
 
@@ -111,7 +112,7 @@ impl<M: Module, R: Radio> Node<M, R> {
     }
 
     /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
-    pub(super) fn clock_error_us(&self, now: Micros) -> Option<i64> {
+    pub(super) fn clock_error_us(&self, now: FleetInstant) -> Option<i64> {
         let clock = self.firmware.as_ref()?.endpoint().clock();
         let fleet = clock.fleet(self.clock.read(now)).filter(|_| clock.is_synchronised())?;
         Some(fleet.0 as i64 - now.0 as i64)

@@ -20,7 +20,8 @@ use firmware::modboat::waveform::Waveform;
 use modboat::parameters::Parameters;
 use protocol::TransitionLaw;
 use protocol::configuration::EncoderMounting;
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 
 use super::module::{ModuleError, TICK, servo_for};
 #[cfg(test)]
@@ -139,7 +140,7 @@ impl Tracking {
         let (least_rad, greatest_rad) = (modboat.amplitude_min_rad, modboat.amplitude_max_rad);
         let swings = [greatest_rad, -greatest_rad, least_rad, 0.0];
         // A tick does not fall on the start of a motion: the fleet's time and the module's are not in step.
-        let mut now = Micros(137);
+        let mut now = FleetInstant(137);
         for (k, &turn_rad) in TURNS_RAD.iter().chain(&[0.0]).enumerate() {
             let turn_rad = if k % 2 == 0 { turn_rad } else { -turn_rad };
             for amplitude_rad in swings {
@@ -169,15 +170,15 @@ impl Tracking {
                     off.add(f64::from(error_rad));
                 }
                 from_rad = f64::from(cycle.end_pose().0);
-                now = now.after(MicrosSpan(211));
+                now = now.after(Duration(211));
             }
         }
         Ok(())
     }
 }
 
-fn span(seconds: f64) -> MicrosSpan {
-    MicrosSpan((seconds * 1e6).round() as u32)
+fn span(seconds: f64) -> Duration {
+    Duration((seconds * 1e6).round() as u32)
 }
 
 #[cfg(test)]

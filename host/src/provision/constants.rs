@@ -11,14 +11,15 @@ use protocol::configuration::{
     RovConstants, ServoConstants, SupplyConstants, TailConstants, TailLimits, ThrusterMounting,
 };
 use protocol::message::MAX_THRUSTERS;
-use protocol::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Newtons, Radians, RadiansPerSecond, Volts};
 use quantity::Range::{NonNegative, Positive};
 
 use super::file::{ModuleFile, ProvisionError};
 use super::tables::{EncoderTable, ModboatTable, RovTable, ServoTable};
 
 /// Pause between two reports where the file says none. *Assumed*: fifty a second of each module are little for any network.
-const REPORT_EVERY: MicrosSpan = MicrosSpan(20_000);
+const REPORT_EVERY: Duration = Duration(20_000);
 /// One second, µs.
 const S: u32 = 1_000_000;
 /// One millisecond, µs.
@@ -27,12 +28,12 @@ const MS: u32 = 1_000;
 const LONGEST: u32 = 4_294 * S;
 
 /// `[report] every_ms`.
-pub(super) fn report_every(file: &ModuleFile) -> Result<MicrosSpan, ProvisionError> {
+pub(super) fn report_every(file: &ModuleFile) -> Result<Duration, ProvisionError> {
     file.span(&["report"], "every_ms", file.tables.report.every_ms, REPORT_EVERY, MS..=60 * S)
 }
 
 /// `[report] sure_within_ms`.
-pub(super) fn sure_within(file: &ModuleFile, robot: &Robot) -> Result<MicrosSpan, ProvisionError> {
+pub(super) fn sure_within(file: &ModuleFile, robot: &Robot) -> Result<Duration, ProvisionError> {
     let default = match robot {
         Robot::Modboat(_) => session::SURE_WITHIN,
         Robot::Rov(_) => lease::SURE_WITHIN,
@@ -145,7 +146,7 @@ fn encoder(file: &ModuleFile, table: &EncoderTable) -> Result<EncoderConstants, 
         homing_speed: file
             .number(at, homing, table.homing_speed_rad_s, 0.0, NonNegative)
             .map(RadiansPerSecond)?,
-        homing_after: file.span(at, "homing_after_s", table.homing_after_s, MicrosSpan(0), 0..=3_600 * S)?,
+        homing_after: file.span(at, "homing_after_s", table.homing_after_s, Duration(0), 0..=3_600 * S)?,
     })
 }
 

@@ -7,7 +7,7 @@ use protocol::configuration::{
     BatteryLimits, EncoderConstants, Network, Own, Robot, RovConstants, ServoConstants, SupplyConstants,
     TailConstants,
 };
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use protocol::{Configuration, ModuleKind};
 
 use super::tables::{
@@ -165,10 +165,10 @@ fn number(value: f32) -> Option<f64> {
     Some(value.to_string().parse().unwrap_or_else(|_| value.into()))
 }
 
-fn s(span: MicrosSpan) -> Option<f64> {
+fn s(span: Duration) -> Option<f64> {
     Some(f64::from(span.0) / 1e6)
 }
 
-fn ms(span: MicrosSpan) -> Option<f64> {
+fn ms(span: Duration) -> Option<f64> {
     Some(f64::from(span.0) / 1e3)
 }

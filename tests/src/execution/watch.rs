@@ -9,7 +9,7 @@ use host::run::pilot::Decision;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use modboat::parameters::Parameters;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 
 use super::{Judge, Limits, Report, Seen};
 use crate::convert::{of_decision, of_parameters};
@@ -22,7 +22,7 @@ pub struct Reboot {
     /// When, s after the start of the first cycle.
     pub at_s: f64,
     /// For how long.
-    pub off: MicrosSpan,
+    pub off: Duration,
 }
 
 /// What modules with these parameters are taken to keep.
@@ -76,7 +76,7 @@ pub fn judged(scenario: &Scenario, seed: u64, reboots: &[Reboot]) -> Result<(Run
             judge.observe(now.as_secs_f64(), &seen);
             let due = |reboot: &Reboot| {
                 let at_us = (reboot.at_s * 1e6) as u64;
-                pilot.origin().is_some_and(|origin| now >= Micros(origin.0 + at_us))
+                pilot.origin().is_some_and(|origin| now >= FleetInstant(origin.0 + at_us))
             };
             for reboot in reboots.extract_if(.., |reboot| due(reboot)) {
                 fleet.modules_mut()[reboot.module].reboot(now, reboot.off);

@@ -39,7 +39,7 @@ use firmware::modboat::motor::Bridge;
 use firmware::provision::{self, NotProvisioned};
 use protocol::Configuration;
 use protocol::configuration::Robot;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use rp2350::encoder::IndexedEncoder;
 use rp2350::lamp::{Lamp, Light, Switch};
 use rp2350::link::Link;
@@ -112,7 +112,7 @@ fn boat(
     configuration: &Configuration,
     boot: [u8; 12],
     parts: TailParts,
-) -> Result<(Boat, MicrosSpan), NotProvisioned> {
+) -> Result<(Boat, Duration), NotProvisioned> {
     let Robot::Modboat(constants) = &configuration.robot else {
         return Err(NotProvisioned::Kind(configuration.kind()));
     };
@@ -128,6 +128,6 @@ fn boat(
 }
 
 #[embassy_executor::task]
-async fn swim(boat: Boat, power: PowerSensor, lamp: Lamp, watchdog: Watchdog, interval: MicrosSpan) -> ! {
+async fn swim(boat: Boat, power: PowerSensor, lamp: Lamp, watchdog: Watchdog, interval: Duration) -> ! {
     control::run(boat, power, lamp, watchdog, &LINK, interval).await
 }

@@ -16,7 +16,8 @@ use heapless::Vec;
 use heapless::spsc::{Consumer, Producer, Queue};
 use protocol::configuration::SupplyConstants;
 use protocol::ledger::Incoming;
-use protocol::units::{Micros, MicrosSpan, Volts};
+use protocol::time::{Duration, LocalInstant};
+use protocol::units::Volts;
 use protocol::{Faults, MAX_DATAGRAM, ModuleState};
 
 use crate::clock::{self, Tick};
@@ -47,11 +48,11 @@ pub struct Statistics {
     /// Ticks that never came while the loop waited for them: the emulator had no processor to run on.
     pub stalled: u64,
     /// Longest wait of a tick for its turn.
-    pub latest: MicrosSpan,
+    pub latest: Duration,
     /// Longest tick.
-    pub longest_tick: MicrosSpan,
+    pub longest_tick: Duration,
     /// Longest stay in the interrupt.
-    pub longest_turn: MicrosSpan,
+    pub longest_turn: Duration,
     /// What came over the link.
     pub incoming: Incoming,
     /// Datagrams that found the outbox full.
@@ -69,13 +70,13 @@ pub struct Control {
     firmware: Firmware,
     supply: SupplyConstants,
     tick: Tick,
-    interval: MicrosSpan,
+    interval: Duration,
     /// When the last tick was due.
-    due: Option<Micros>,
+    due: Option<LocalInstant>,
     /// When the loop was done last.
-    done: Micros,
+    done: LocalInstant,
     /// The motor stands as of then.
-    stepped: Micros,
+    stepped: LocalInstant,
     inbox: Consumer<'static, Datagram>,
     outbox: Producer<'static, Datagram>,
     statistics: Statistics,
@@ -88,7 +89,7 @@ impl Control {
     pub fn start(
         firmware: Firmware,
         supply: SupplyConstants,
-        interval: MicrosSpan,
+        interval: Duration,
         inbox: Consumer<'static, Datagram>,
         outbox: Producer<'static, Datagram>,
     ) {
@@ -99,7 +100,7 @@ impl Control {
             tick,
             interval,
             due: None,
-            done: Micros(0),
+            done: LocalInstant(0),
             stepped: clock::now(),
             inbox,
             outbox,
@@ -141,13 +142,13 @@ impl Control {
     }
 
     /// The motor went on since the last tick, however long ago that was.
-    fn let_motor_run(&mut self, now: Micros) {
+    fn let_motor_run(&mut self, now: LocalInstant) {
         let mut left = now.since(self.stepped);
         self.stepped = now;
         while left.0 > 0 {
             let step = left.min(self.interval);
             motor::step(f64::from(step.as_secs_f32()));
-            left = MicrosSpan(left.0 - step.0);
+            left = Duration(left.0 - step.0);
         }
     }
 
@@ -156,9 +157,9 @@ impl Control {
         Volts(BATTERY.0 / self.supply.volts_per_volt)
     }
 
-    fn count_tick(&mut self, now: Micros) {
+    fn count_tick(&mut self, now: LocalInstant) {
         let late = self.tick.late();
-        let due = Micros(now.0.saturating_sub(u64::from(late.0)));
+        let due = LocalInstant(now.0.saturating_sub(u64::from(late.0)));
         let statistics = &mut self.statistics;
         statistics.ticks += 1;
         statistics.latest = statistics.latest.max(late);
@@ -184,7 +185,7 @@ impl Control {
         };
         let statistics = &mut self.statistics;
         (statistics.latest, statistics.longest_tick, statistics.longest_turn) =
-            (MicrosSpan(0), MicrosSpan(0), MicrosSpan(0));
+            (Duration(0), Duration(0), Duration(0));
         present
     }
 }

@@ -12,9 +12,9 @@
 //! takes as long as an interval.
 
 use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Instant, Ticker};
 use firmware::module::{Module, Status};
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, LocalInstant};
 use protocol::{Faults, MAX_DATAGRAM, ModuleState};
 
 use crate::lamp::Lamp;
@@ -23,12 +23,12 @@ use crate::supply::PowerSensor;
 use crate::watchdog::Watchdog;
 
 /// How often the lamp of a board is looked after that does nothing else: its shortest flash is twice as long.
-const BLINK_EVERY: Duration = Duration::from_millis(50);
+const BLINK_EVERY: embassy_time::Duration = embassy_time::Duration::from_millis(50);
 
 /// The module's own clock: since boot.
 #[must_use]
-pub fn now() -> Micros {
-    Micros(Instant::now().as_micros())
+pub fn now() -> LocalInstant {
+    LocalInstant(Instant::now().as_micros())
 }
 
 /// Runs a module for ever.
@@ -38,9 +38,9 @@ pub async fn run<M: Module>(
     mut lamp: Lamp,
     mut watchdog: Watchdog,
     link: &Link,
-    interval: MicrosSpan,
+    interval: Duration,
 ) -> ! {
-    let mut ticks = Ticker::every(Duration::from_micros(interval.0.into()));
+    let mut ticks = Ticker::every(embassy_time::Duration::from_micros(interval.0.into()));
     let mut buffer = [0; MAX_DATAGRAM];
     loop {
         match select(ticks.next(), link.receive()).await {

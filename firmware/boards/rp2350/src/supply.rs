@@ -24,7 +24,8 @@ use firmware::modboat::servo::CurrentSense;
 use firmware::module::Supply;
 use firmware::provision;
 use protocol::configuration::SupplyConstants;
-use protocol::units::{Amperes, MicrosSpan, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Volts};
 
 use crate::low_pass::LowPass;
 
@@ -70,7 +71,7 @@ impl PowerSensor {
         battery: Peri<'static, impl AdcPin + 'static>,
         current: Peri<'static, impl AdcPin + 'static>,
         constants: SupplyConstants,
-        interval: MicrosSpan,
+        interval: Duration,
     ) -> Self {
         let filter = |time_constant_us| LowPass::new(time_constant_us, interval.0);
         let battery = (constants.volts_per_volt > 0.0)

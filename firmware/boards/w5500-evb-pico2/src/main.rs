@@ -33,7 +33,7 @@ use firmware::rov::Rov;
 use firmware::rov::thruster::bank::BankError;
 use protocol::Configuration;
 use protocol::configuration::Robot;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use rp2350::lamp::{Lamp, Light};
 use rp2350::link::Link;
 use rp2350::supply::PowerSensor;
@@ -44,7 +44,7 @@ use static_cell::StaticCell;
 mod tether;
 
 /// How often the thrusts are worked out: every second frame of 400 a second. *Assumed*: a controller of a thruster takes longer.
-const INTERVAL: MicrosSpan = MicrosSpan(5_000);
+const INTERVAL: Duration = Duration(5_000);
 
 static LINK: Link = Link::new();
 

@@ -76,7 +76,7 @@ struct Module {
 const POLL_US: f64 = 1000.0;
 const LENGTH_US: f64 = 120e6;
 const SAMPLE_US: f64 = 50e3;
-const WANTED: MicrosSpan = MicrosSpan(1000);
+const WANTED: Duration = Duration(1000);
 
 impl Module {
     fn new(link: Link, seed: u64, drift_sign: f64) -> Self {
@@ -115,15 +115,15 @@ impl Module {
         let arrived: Vec<_> = self.under_way.extract_if(.., |reply| reply.2 <= now_us).collect();
         for (t1, t2, _) in arrived {
             let exchange = Exchange {
-                request_sent: Micros(t1),
-                request_received: Micros(t2),
-                reply_sent: Micros(t2),
-                reply_received: Micros(local),
+                request_sent: LocalInstant(t1),
+                request_received: FleetInstant(t2),
+                reply_sent: FleetInstant(t2),
+                reply_received: LocalInstant(local),
             };
             self.clock.add(&exchange, self.sure_since_us.is_some());
         }
         if local >= self.next_exchange {
-            self.next_exchange = local + u64::from(self.clock.exchange_pause(Micros(local), WANTED).0);
+            self.next_exchange = local + u64::from(self.clock.exchange_pause(LocalInstant(local), WANTED).0);
             self.exchanges += 1;
             let there_us = now_us + self.link.delay.draw_us(&mut self.random);
             let polled = ((there_us - self.host_phase_us) / POLL_US).ceil() * POLL_US + self.host_phase_us;
@@ -132,14 +132,14 @@ impl Module {
                 self.under_way.push((local, (EPOCH_US + polled).round() as u64, back_us));
             }
         }
-        if self.sure_since_us.is_none() && self.clock.is_sure(Micros(local), WANTED) {
+        if self.sure_since_us.is_none() && self.clock.is_sure(LocalInstant(local), WANTED) {
             self.sure_since_us = Some(now_us);
         }
     }
 
     /// Error of the clock at a fleet time, µs, and its uncertainty.
     fn error_us(&self, fleet_us: f64) -> Option<(f64, f64)> {
-        let local = Micros(self.local_us(fleet_us).round() as u64);
+        let local = LocalInstant(self.local_us(fleet_us).round() as u64);
         let told = self.clock.fleet(local)?.0 as f64;
         Some((told - EPOCH_US - fleet_us, f64::from(self.clock.uncertainty(local)?.0)))
     }

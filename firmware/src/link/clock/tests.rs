@@ -6,10 +6,10 @@ use super::*;
 
 fn exchange(t1: u64, t2: u64, t3: u64, t4: u64) -> Exchange {
     Exchange {
-        request_sent: Micros(t1),
-        request_received: Micros(t2),
-        reply_sent: Micros(t3),
-        reply_received: Micros(t4),
+        request_sent: LocalInstant(t1),
+        request_received: FleetInstant(t2),
+        reply_sent: FleetInstant(t3),
+        reply_received: LocalInstant(t4),
     }
 }
 
@@ -37,28 +37,28 @@ fn follow(clock: &mut FleetClock, from: u64, until: u64, drift_ppm: i64, busy: b
 }
 
 fn error(clock: &FleetClock, local: u64, drift_ppm: i64) -> u64 {
-    clock.fleet(Micros(local)).unwrap().0.abs_diff(fleet_of(local, drift_ppm))
+    clock.fleet(LocalInstant(local)).unwrap().0.abs_diff(fleet_of(local, drift_ppm))
 }
 
 fn unsure(clock: &FleetClock, local: u64) -> u32 {
-    clock.uncertainty(Micros(local)).unwrap().0
+    clock.uncertainty(LocalInstant(local)).unwrap().0
 }
 
 #[test]
 fn hand_worked_exchange() {
     let mut clock = FleetClock::new();
-    assert_eq!(clock.fleet(Micros(5)), None);
-    assert_eq!(clock.uncertainty(Micros(5)), None);
-    assert_eq!(clock.hard_bound(Micros(5)), None);
+    assert_eq!(clock.fleet(LocalInstant(5)), None);
+    assert_eq!(clock.uncertainty(LocalInstant(5)), None);
+    assert_eq!(clock.hard_bound(LocalInstant(5)), None);
     // Offset 1 000 000, 300 µs there, 500 µs back, 50 µs at the host: half of 200 µs is what it cannot see.
     assert!(clock.add(&exchange(10_000, 1_010_300, 1_010_350, 10_850), false));
-    assert_eq!(clock.fleet(Micros(10_850)), Some(Micros(1_010_750)));
-    assert_eq!(clock.local(Micros(1_010_750)), Some(Micros(10_850)));
+    assert_eq!(clock.fleet(LocalInstant(10_850)), Some(FleetInstant(1_010_750)));
+    assert_eq!(clock.local(FleetInstant(1_010_750)), Some(LocalInstant(10_850)));
     // Half of the delay of 800 µs, and two for the roundings; 300 µs more a second later, rounded down.
-    assert_eq!(clock.uncertainty(Micros(10_850)), Some(MicrosSpan(402)));
-    assert_eq!(clock.hard_bound(Micros(1_010_850)), Some(MicrosSpan(701)));
-    assert!(!clock.is_synchronised() && !clock.is_sure(Micros(10_850), MicrosSpan(1000)));
-    assert_eq!(clock.exchange_pause(Micros(10_850), MicrosSpan(1000)), PAUSE_LEARNING);
+    assert_eq!(clock.uncertainty(LocalInstant(10_850)), Some(Duration(402)));
+    assert_eq!(clock.hard_bound(LocalInstant(1_010_850)), Some(Duration(701)));
+    assert!(!clock.is_synchronised() && !clock.is_sure(LocalInstant(10_850), Duration(1000)));
+    assert_eq!(clock.exchange_pause(LocalInstant(10_850), Duration(1000)), PAUSE_LEARNING);
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn leaves_out_what_cannot_be() {
     assert!(clock.add(&exchange(5000, 5000, 5000, 5010), false));
     assert!(!clock.add(&exchange(1000, 1000, 1000, 1010), false), "older than the last");
     assert!(!clock.add(&exchange(5000, 5000, 5000, 5020), false), "the same once more");
-    assert_eq!(clock.fleet(Micros(6000)), Some(Micros(5995)));
+    assert_eq!(clock.fleet(LocalInstant(6000)), Some(FleetInstant(5995)));
 }
 
 #[test]
@@ -86,15 +86,15 @@ fn learns_the_drift_and_goes_on_alone() {
         follow(&mut clock, 0, 60_000_000, drift_ppm, false);
         let learnt_ppm = f64::from(clock.drift_ppb()) * 1e-3;
         assert!((learnt_ppm - drift_ppm as f64).abs() < 3.0, "{learnt_ppm} for {drift_ppm}");
-        assert!(clock.is_sure(Micros(60_000_000), MicrosSpan(500)));
-        assert_eq!(clock.exchange_pause(Micros(60_000_000), MicrosSpan(1000)), MicrosSpan(1_000_000));
+        assert!(clock.is_sure(LocalInstant(60_000_000), Duration(500)));
+        assert_eq!(clock.exchange_pause(LocalInstant(60_000_000), Duration(1000)), Duration(1_000_000));
         let mut before = unsure(&clock, 60_000_000);
         for local in [61_000_000, 70_000_000, 120_000_000, 600_000_000] {
             let after = unsure(&clock, local);
             assert!(after > before && error(&clock, local, drift_ppm) <= u64::from(after), "at {local}");
             before = after;
         }
-        assert!(!clock.is_sure(Micros(600_000_000), MicrosSpan(1000)));
+        assert!(!clock.is_sure(LocalInstant(600_000_000), Duration(1000)));
         // Ten minutes later one exchange does not say much, but the drift is still known.
         follow(&mut clock, 600_000_000, 601_000_000, drift_ppm, false);
         assert!((f64::from(clock.drift_ppb()) * 1e-3 - drift_ppm as f64).abs() < 5.0);
@@ -135,14 +135,14 @@ fn begins_anew_when_a_clock_jumped() {
         let now = 10_000_000_u64;
         assert!(clock.is_synchronised() && unsure(&clock, now) < 1_000);
         // Behind by the jump from now on.
-        let told = clock.fleet(Micros(now + 30_000)).unwrap();
+        let told = clock.fleet(LocalInstant(now + 30_000)).unwrap();
         let Exchange { request_sent, request_received, reply_received, .. } = over(now, 15_000, 15_000, 20);
         let moved = request_received.0.checked_add_signed(jump).unwrap();
         assert!(clock.add(&exchange(request_sent.0, moved, moved, reply_received.0), true));
         assert!(!clock.is_synchronised() && unsure(&clock, now + 30_000) > 15_000, "{jump}");
-        assert_eq!(clock.fleet(Micros(now + 30_000)), Some(told), "a cycle runs");
+        assert_eq!(clock.fleet(LocalInstant(now + 30_000)), Some(told), "a cycle runs");
         assert!(clock.add(&exchange(now + 50_000, moved + 50_000, moved + 50_000, now + 80_000), false));
-        let told = clock.fleet(Micros(now + 65_000)).unwrap().0;
+        let told = clock.fleet(LocalInstant(now + 65_000)).unwrap().0;
         assert!(told.abs_diff(moved + 50_000) <= 30, "{told}");
     }
 }
@@ -151,13 +151,13 @@ fn begins_anew_when_a_clock_jumped() {
 fn a_disturbance_counts_until_new_exchanges_say_better() {
     let mut clock = FleetClock::new();
     follow(&mut clock, 0, 30_000_000, 50, false);
-    let (now, by) = (30_000_000, MicrosSpan(3_000));
-    let (before, hard) = (unsure(&clock, now), clock.hard_bound(Micros(now)).unwrap().0);
+    let (now, by) = (30_000_000, Duration(3_000));
+    let (before, hard) = (unsure(&clock, now), clock.hard_bound(LocalInstant(now)).unwrap().0);
     // A request that was under way.
     let early = over(now - 1_000, 1_000, 1_000, 50);
-    clock.disturbed(Micros(now), by);
+    clock.disturbed(LocalInstant(now), by);
     assert!(!clock.add(&early, false));
-    assert_eq!(clock.hard_bound(Micros(now)), Some(MicrosSpan(hard + by.0)));
+    assert_eq!(clock.hard_bound(LocalInstant(now)), Some(Duration(hard + by.0)));
     assert!(unsure(&clock, now) > before.max(2_900) && clock.is_synchronised());
     // It did jump.
     let jumped = |local: u64| fleet_of(local, 50) - 2_500;
@@ -165,13 +165,13 @@ fn a_disturbance_counts_until_new_exchanges_say_better() {
         let (t1, queue) = (now + k * 50_000, 1000 + k * 7919 % 901);
         let t2 = jumped(t1 + queue);
         assert!(clock.add(&exchange(t1, t2, t2, t1 + 2 * queue), false));
-        let told = clock.fleet(Micros(t1 + 2 * queue)).unwrap().0;
+        let told = clock.fleet(LocalInstant(t1 + 2 * queue)).unwrap().0;
         let wrong = told.abs_diff(jumped(t1 + 2 * queue));
         assert!(wrong <= u64::from(unsure(&clock, t1 + 2 * queue)), "exchange {k}: {wrong}");
     }
-    assert!(clock.is_sure(Micros(now + 20_000_000), MicrosSpan(700)));
+    assert!(clock.is_sure(LocalInstant(now + 20_000_000), Duration(700)));
     clock.reset();
-    assert!(clock.fleet(Micros(now)).is_none() && !clock.is_synchronised());
+    assert!(clock.fleet(LocalInstant(now)).is_none() && !clock.is_synchronised());
 }
 
 #[test]
@@ -192,10 +192,10 @@ proptest! {
             let now = local + there + back;
             prop_assert!(clock.add(&over(local, there, back, drift_ppm), false));
             for at in [now, now + pause] {
-                let hard = clock.hard_bound(Micros(at)).unwrap();
+                let hard = clock.hard_bound(LocalInstant(at)).unwrap();
                 prop_assert!(error(&clock, at, drift_ppm) <= u64::from(hard.0) + 2);
-                prop_assert!(clock.uncertainty(Micros(at)).unwrap() <= hard);
-                let back_again = clock.local(clock.fleet(Micros(at)).unwrap()).unwrap();
+                prop_assert!(clock.uncertainty(LocalInstant(at)).unwrap() <= hard);
+                let back_again = clock.local(clock.fleet(LocalInstant(at)).unwrap()).unwrap();
                 prop_assert!(back_again.0.abs_diff(at) <= 1);
             }
             local = now + pause;
@@ -213,7 +213,7 @@ proptest! {
         prop_assert!(clock.add(&over(local, 10_000, 10_000, drift_ppm), false));
         for (there, back, pause, jump) in ways {
             let begun = local + 20_000;
-            let told: Vec<u64> = (0..=10).map(|k| clock.fleet(Micros(begun + pause * k / 10)).unwrap().0).collect();
+            let told: Vec<u64> = (0..=10).map(|k| clock.fleet(LocalInstant(begun + pause * k / 10)).unwrap().0).collect();
             for pair in told.windows(2) {
                 prop_assert!(pair[1] >= pair[0]);
                 let steady = (pause as f64 * 0.1) * (1.0 + f64::from(clock.drift_ppb()) * 1e-9);
@@ -229,7 +229,7 @@ proptest! {
             prop_assert!(clock.add(&other, true));
             prop_assert_eq!(clock.fleet(at).unwrap(), before);
             for later in 0..50 {
-                prop_assert!(clock.fleet(Micros(at.0 + later)) <= clock.fleet(Micros(at.0 + later + 1)));
+                prop_assert!(clock.fleet(LocalInstant(at.0 + later)) <= clock.fleet(LocalInstant(at.0 + later + 1)));
             }
             local = at.0;
         }
@@ -247,13 +247,13 @@ proptest! {
             // Times that can be, anywhere.
             let (t1, t2) = (t1 >> 1, t2 >> 1);
             clock.add(&exchange(t1, t2, t2 + t3 % 1000, t1 + 1000 + t4 % 1_000_000), busy);
-            for local in [local, t1, u64::MAX].map(Micros) {
-                let _ = (clock.fleet(local), clock.local(local), clock.uncertainty(local), clock.hard_bound(local));
-                let pause = clock.exchange_pause(local, MicrosSpan(by));
+            for local in [local, t1, u64::MAX].map(LocalInstant) {
+                let _ = (clock.fleet(local), clock.local(FleetInstant(local.0)), clock.uncertainty(local), clock.hard_bound(local));
+                let pause = clock.exchange_pause(local, Duration(by));
                 prop_assert!((50_000..=1_000_000).contains(&pause.0));
             }
             if busy {
-                clock.disturbed(Micros(t1), MicrosSpan(by));
+                clock.disturbed(LocalInstant(t1), Duration(by));
             }
         }
     }

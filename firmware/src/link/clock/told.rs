@@ -3,11 +3,11 @@
 use core::cell::Cell;
 use core::fmt;
 
-use protocol::units::Micros;
+use protocol::time::{FleetInstant, LocalInstant};
 
 /// Own clock, and the fleet clock that was told for it. It decides nothing, so its `Debug` shows nothing.
 #[derive(Clone)]
-pub(super) struct Told(Cell<Option<(Micros, Micros)>>);
+pub(super) struct Told(Cell<Option<(LocalInstant, FleetInstant)>>);
 
 impl Told {
     /// Nothing has been told.
@@ -16,7 +16,11 @@ impl Told {
     }
 
     /// What was told for `local`, or what `work_out` says.
-    pub(super) fn or_else(&self, local: Micros, work_out: impl FnOnce() -> Option<Micros>) -> Option<Micros> {
+    pub(super) fn or_else(
+        &self,
+        local: LocalInstant,
+        work_out: impl FnOnce() -> Option<FleetInstant>,
+    ) -> Option<FleetInstant> {
         if let Some((_, fleet)) = self.0.get().filter(|(asked, _)| *asked == local) {
             return Some(fleet);
         }

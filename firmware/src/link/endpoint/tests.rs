@@ -26,7 +26,7 @@ const AT_ZERO: Measurement = Measurement {
 struct Bench {
     endpoint: Endpoint<Swimmer>,
     host: BenchHost,
-    now: Micros,
+    now: LocalInstant,
     tail: Measurement,
 }
 
@@ -34,7 +34,7 @@ impl Bench {
     /// Booted, and nothing has been said.
     fn boot() -> Self {
         let endpoint = Endpoint::new(Some(identity(1)), Swimmer::new(TailLimits::default()));
-        Self { endpoint, host: BenchHost::new(1), now: Micros(0), tail: AT_ZERO }
+        Self { endpoint, host: BenchHost::new(1), now: LocalInstant(0), tail: AT_ZERO }
     }
 
     /// In a session, and it knows the fleet time: at 1 s of its own clock.
@@ -94,12 +94,12 @@ fn cycle(number: u32, start: u64, amplitude: f32) -> Cycle {
         rotation: Radians(0.0),
         centerline: Radians(-amplitude),
         amplitude: Radians(amplitude),
-        transition: MicrosSpan(500_000),
-        period: MicrosSpan(1_500_000),
+        transition: Duration(500_000),
+        period: Duration(1_500_000),
         law: protocol::TransitionLaw::ConstantSpeed,
     };
     let motion = Motion::Modboat(motion);
-    Cycle { number, start: Micros(start + AHEAD), motion, delivery: Delivery::Direct }
+    Cycle { number, start: FleetInstant(start + AHEAD), motion, delivery: Delivery::Direct }
 }
 
 fn direct(number: u32, start: u64) -> Message {
@@ -145,7 +145,7 @@ fn announces_itself_five_times_a_second_while_no_host_is_heard() {
     let mut endpoint = Bench::boot().endpoint;
     let mut buffer = [0; protocol::MAX_DATAGRAM];
     let mut said = 0;
-    for now in (0..1_000 * MS).step_by(1_000).map(Micros) {
+    for now in (0..1_000 * MS).step_by(1_000).map(LocalInstant) {
         endpoint.handle_timer(now, &AT_ZERO);
         while let Some(datagram) = endpoint.poll_transmit(&mut buffer) {
             let header = protocol::Frame::parse(datagram).unwrap().header;
@@ -198,7 +198,7 @@ fn refuses_what_it_must_not_run() {
         motion.rotation = Radians(0.5);
     }
     assert_eq!(bench.ask(&Message::Cycle(elsewhere)), refused(Refusal::PoseMismatch));
-    let motion = Motion::Rov(RovCycle { thrusts: heapless::Vec::new(), lease: MicrosSpan(1) });
+    let motion = Motion::Rov(RovCycle { thrusts: heapless::Vec::new(), lease: Duration(1) });
     let rov = Message::Cycle(Cycle { motion, ..cycle(7, 2_000 * MS, 1.0) });
     assert_eq!(bench.ask(&rov), refused(Refusal::WrongKind));
     bench.run(2_001 * MS);
@@ -251,7 +251,7 @@ fn what_is_not_for_it_changes_nothing() {
 #[test]
 fn a_cycle_is_refused_while_the_time_at_its_start_is_unsure() {
     let mut bench = Bench::boot();
-    let strict = Identity { sure_within: MicrosSpan(0), ..identity(1) };
+    let strict = Identity { sure_within: Duration(0), ..identity(1) };
     bench.endpoint = Endpoint::new(Some(strict), Swimmer::new(TailLimits::default()));
     bench.run(1_000 * MS);
     assert_eq!(bench.state(), ModuleState::Ready);
@@ -271,9 +271,9 @@ fn a_cycle_is_dropped_at_the_gate_when_the_time_has_become_unsure() {
             // The same time, from exchanges that took 100 ms: good to 50 ms.
             bench.endpoint.clock.reset();
             for k in 0..crate::link::clock::NEEDED as u64 {
-                let sent = Micros(1_000 * MS + k * 100 * MS);
-                let host = Micros(sent.0 + 50 * MS + AHEAD);
-                let reply_received = Micros(sent.0 + 100 * MS);
+                let sent = LocalInstant(1_000 * MS + k * 100 * MS);
+                let host = FleetInstant(sent.0 + 50 * MS + AHEAD);
+                let reply_received = LocalInstant(sent.0 + 100 * MS);
                 let exchange =
                     Exchange { request_sent: sent, request_received: host, reply_sent: host, reply_received };
                 assert!(bench.endpoint.clock.add(&exchange, false));

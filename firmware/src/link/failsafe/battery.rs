@@ -12,7 +12,8 @@
 //! threshold. A voltage that is not a finite number is unknown and changes nothing: a board without a sensor gives NaN.
 
 use protocol::configuration::BatteryLimits;
-use protocol::units::{Micros, Volts};
+use protocol::time::LocalInstant;
+use protocol::units::Volts;
 
 use super::lasting::Lasting;
 
@@ -32,7 +33,7 @@ impl BatteryWatch {
     }
 
     /// Takes a measurement at `now`, own clock; whether the battery is low.
-    pub fn update(&mut self, now: Micros, battery: Volts) -> bool {
+    pub fn update(&mut self, now: LocalInstant, battery: Volts) -> bool {
         if !battery.is_finite() {
             return self.low;
         }
@@ -56,13 +57,13 @@ impl BatteryWatch {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use protocol::units::MicrosSpan;
+    use protocol::time::Duration;
 
     /// Feeds a constant voltage every 10 ms over `span_ms`, and gives the last answer.
     fn feed(watch: &mut BatteryWatch, now_ms: &mut u64, span_ms: u64, volts: f32) -> bool {
         for _ in 0..span_ms / 10 {
             *now_ms += 10;
-            watch.update(Micros(*now_ms * 1000), Volts(volts));
+            watch.update(LocalInstant(*now_ms * 1000), Volts(volts));
         }
         watch.is_low()
     }
@@ -105,23 +106,23 @@ mod tests {
 
     #[test]
     fn thresholds_the_wrong_way_round_do_not_make_it_swing() {
-        let limits = BatteryLimits { recover: Volts(6.0), hold_off: MicrosSpan(0), ..BatteryLimits::MODBOAT };
+        let limits = BatteryLimits { recover: Volts(6.0), hold_off: Duration(0), ..BatteryLimits::MODBOAT };
         let mut watch = BatteryWatch::new(limits);
         for now in 0..10 {
-            assert!(watch.update(Micros(now), Volts(6.2)));
+            assert!(watch.update(LocalInstant(now), Volts(6.2)));
         }
         let limits = BatteryLimits { low: Volts(f32::NAN), ..limits };
-        assert!(!BatteryWatch::new(limits).update(Micros(0), Volts(0.0)));
+        assert!(!BatteryWatch::new(limits).update(LocalInstant(0), Volts(0.0)));
     }
 
     proptest! {
         /// It changes its mind at most once in a hold-off, whatever is measured.
         #[test]
         fn never_swings_faster_than_the_hold_off(volts in proptest::collection::vec(0.0_f32..9.0, 1..400)) {
-            let mut watch = BatteryWatch::new(BatteryLimits { hold_off: MicrosSpan(20), ..BatteryLimits::MODBOAT });
+            let mut watch = BatteryWatch::new(BatteryLimits { hold_off: Duration(20), ..BatteryLimits::MODBOAT });
             let (mut last, mut changed) = (false, None);
             for (now, volts) in (0_u64..).step_by(10).zip(volts) {
-                let low = watch.update(Micros(now), Volts(volts));
+                let low = watch.update(LocalInstant(now), Volts(volts));
                 if low != last {
                     prop_assert!(changed.is_none_or(|changed| now - changed > 20));
                     (last, changed) = (low, Some(now));

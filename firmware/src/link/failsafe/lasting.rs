@@ -1,15 +1,15 @@
 //! Whether something has been the case for long enough without a break.
 
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, LocalInstant};
 
 /// After so long without a believable reading of the encoder the module stops, *assumed*. Until then the tail coasts
 /// and goes on when it sees again.
-pub const BLIND_FOR: MicrosSpan = MicrosSpan(100_000);
+pub const BLIND_FOR: Duration = Duration(100_000);
 
 /// Since when something is the case. Time is the module's own, which never steps back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Lasting {
-    since: Option<Micros>,
+    since: Option<LocalInstant>,
 }
 
 impl Lasting {
@@ -20,7 +20,7 @@ impl Lasting {
     }
 
     /// Whether it is the case now and has been since `hold_off` ago.
-    pub fn update(&mut self, now: Micros, is: bool, hold_off: MicrosSpan) -> bool {
+    pub fn update(&mut self, now: LocalInstant, is: bool, hold_off: Duration) -> bool {
         if !is {
             self.since = None;
             return false;
@@ -36,7 +36,7 @@ mod tests {
     #[test]
     fn a_break_begins_it_anew() {
         let mut lasting = Lasting::new();
-        let mut update = |now, is| lasting.update(Micros(now), is, MicrosSpan(100));
+        let mut update = |now, is| lasting.update(LocalInstant(now), is, Duration(100));
         assert!(!update(0, false) && !update(1000, true) && !update(1099, true));
         assert!(update(1100, true) && update(5000, true));
         assert!(!update(5001, false) && !update(5002, true) && !update(5101, true) && update(5102, true));
@@ -44,14 +44,14 @@ mod tests {
 
     #[test]
     fn without_a_hold_off_it_is_at_once() {
-        assert!(Lasting::new().update(Micros(0), true, MicrosSpan(0)));
-        assert!(!Lasting::new().update(Micros(0), false, MicrosSpan(0)));
+        assert!(Lasting::new().update(LocalInstant(0), true, Duration(0)));
+        assert!(!Lasting::new().update(LocalInstant(0), false, Duration(0)));
     }
 
     #[test]
     fn the_longest_hold_off_ends() {
         let mut lasting = Lasting::new();
-        assert!(!lasting.update(Micros(0), true, MicrosSpan(u32::MAX)));
-        assert!(lasting.update(Micros(u64::MAX), true, MicrosSpan(u32::MAX)));
+        assert!(!lasting.update(LocalInstant(0), true, Duration(u32::MAX)));
+        assert!(lasting.update(LocalInstant(u64::MAX), true, Duration(u32::MAX)));
     }
 }

@@ -18,7 +18,8 @@
 //! defaults; a fold-back by a sensor that shows twice the current of the model leaves 0.33. A blind tail is not driven
 //! and so not stalled. Input that is not a number is not a stall.
 
-use protocol::units::{Micros, MicrosSpan, Radians, RadiansPerSecond};
+use protocol::time::{Duration, LocalInstant};
+use protocol::units::{Radians, RadiansPerSecond};
 
 use super::lasting::Lasting;
 
@@ -32,7 +33,7 @@ pub struct StallLimits {
     /// φ̇_max.
     pub rate_max: RadiansPerSecond,
     /// How long all that must be so.
-    pub hold_off: MicrosSpan,
+    pub hold_off: Duration,
 }
 
 impl Default for StallLimits {
@@ -41,7 +42,7 @@ impl Default for StallLimits {
             drive_min: 0.3,
             error_min: Radians(0.15),
             rate_max: RadiansPerSecond(0.5),
-            hold_off: MicrosSpan(350_000),
+            hold_off: Duration(350_000),
         }
     }
 }
@@ -61,7 +62,7 @@ impl StallWatch {
     }
 
     /// Takes one tick of the servo at `now`, own clock: drive, position error e, measured rate. Whether it is stalled.
-    pub fn update(&mut self, now: Micros, drive: f32, error: Radians, rate: RadiansPerSecond) -> bool {
+    pub fn update(&mut self, now: LocalInstant, drive: f32, error: Radians, rate: RadiansPerSecond) -> bool {
         let StallLimits { drive_min, error_min, rate_max, hold_off } = self.limits;
         let held = libm::fabsf(drive) >= drive_min
             && libm::fabsf(rate.0) <= rate_max.0
@@ -84,7 +85,7 @@ mod tests {
         (drive, error, rate): (f32, f32, f32),
     ) -> bool {
         (from_ms..from_ms + count).fold(false, |_, now_ms| {
-            watch.update(Micros(now_ms * 1000), drive, Radians(error), RadiansPerSecond(rate))
+            watch.update(LocalInstant(now_ms * 1000), drive, Radians(error), RadiansPerSecond(rate))
         })
     }
 
@@ -131,7 +132,7 @@ mod tests {
                 let error = wrap(amplitude * (libm::cosf(phase) - share));
                 let speed = (rate_ref + 60.0 * error).clamp(-15.0, 15.0) + 1.2 * rate_ref;
                 let drive = (speed / 18.0).clamp(-0.67, 0.67);
-                watch.update(Micros(now_ms * 1000), drive, Radians(error), RadiansPerSecond(0.0))
+                watch.update(LocalInstant(now_ms * 1000), drive, Radians(error), RadiansPerSecond(0.0))
             });
             assert!(stalled, "A = {amplitude} rad, blocked at {share} of it");
         }

@@ -3,7 +3,8 @@
 use core::f64::consts::TAU;
 
 use protocol::configuration::ServoConstants;
-use protocol::units::{MicrosSpan, RadiansPerSecond};
+use protocol::time::Duration;
+use protocol::units::RadiansPerSecond;
 
 use super::*;
 use crate::modboat::homing::TURNS;
@@ -76,7 +77,7 @@ impl Bench<RigIndexed> {
 }
 
 fn by_itself(after: u64) -> Homing {
-    let after = MicrosSpan(u32::try_from(after).unwrap());
+    let after = Duration(u32::try_from(after).unwrap());
     Homing::new(RadiansPerSecond(SPEED_RAD_S as f32), after, ServoConstants::default().no_load_speed)
 }
 

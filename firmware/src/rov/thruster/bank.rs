@@ -16,7 +16,8 @@ use embedded_hal::pwm::SetDutyCycle;
 use heapless::Vec;
 use protocol::configuration::{BankConstants, ThrusterMounting};
 use protocol::message::MAX_THRUSTERS;
-use protocol::units::{Micros, Newtons, PulseMicros, Volts};
+use protocol::time::LocalInstant;
+use protocol::units::{Newtons, PulseMicros, Volts};
 
 use super::esc::Esc;
 use super::law::{self, NEUTRAL};
@@ -81,7 +82,7 @@ pub struct Bank<P> {
     pulses: Vec<PulseMicros, MAX_THRUSTERS>,
     constants: BankConstants,
     /// First tick and last tick.
-    ticked: Option<(Micros, Micros)>,
+    ticked: Option<(LocalInstant, LocalInstant)>,
 }
 
 impl<P: SetDutyCycle> Bank<P> {
@@ -131,7 +132,7 @@ impl<P: SetDutyCycle> Bank<P> {
     ///
     /// # Errors
     /// The first output that failed; the others are driven all the same.
-    pub fn tick(&mut self, now: Micros, thrusts: &[Newtons], battery: Volts) -> Result<(), P::Error> {
+    pub fn tick(&mut self, now: LocalInstant, thrusts: &[Newtons], battery: Volts) -> Result<(), P::Error> {
         let (first, last) = self.ticked.unwrap_or((now, now));
         self.ticked = Some((first, now));
         let (elapsed, armed) = (now.since(last), self.is_armed());

@@ -7,7 +7,8 @@
 //! Both by the module's own clock. Assumptions and limits: a demand that is not a number is neutral.
 
 use protocol::configuration::EscConstants;
-use protocol::units::{Micros, MicrosSpan, Newtons};
+use protocol::time::{Duration, LocalInstant};
+use protocol::units::Newtons;
 
 /// One controller's present.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,15 +17,15 @@ pub struct Esc {
     /// Its last thrust was astern, or ahead.
     astern: bool,
     /// Since when it is at neutral, after its last thrust.
-    neutral_since: Option<Micros>,
+    neutral_since: Option<LocalInstant>,
 }
 
 impl Esc {
     /// The thrust to put out at `now`, `elapsed` after the last tick, where `demand` is asked.
     pub fn tick(
         &mut self,
-        now: Micros,
-        elapsed: MicrosSpan,
+        now: LocalInstant,
+        elapsed: Duration,
         demand: Newtons,
         rules: &EscConstants,
     ) -> Newtons {
@@ -56,27 +57,27 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const MS: MicrosSpan = MicrosSpan(1_000);
+    const MS: Duration = Duration(1_000);
 
     /// Thrust at every millisecond of the demands.
     fn follow(rules: &EscConstants, demands: impl IntoIterator<Item = f32>) -> Vec<f32> {
         let mut esc = Esc::default();
         (0..)
             .zip(demands)
-            .map(|(ms, demand)| esc.tick(Micros(ms * 1_000), MS, Newtons(demand), rules).0)
+            .map(|(ms, demand)| esc.tick(LocalInstant(ms * 1_000), MS, Newtons(demand), rules).0)
             .collect()
     }
 
     #[test]
     fn thrust_grows_slowly_and_falls_at_once() {
-        let rules = EscConstants { slew_n_s: 1_000.0, reversal_delay: MicrosSpan(3_000) };
+        let rules = EscConstants { slew_n_s: 1_000.0, reversal_delay: Duration(3_000) };
         let out = follow(&rules, [2.5, 2.5, 2.5, 2.5, 1.0, 0.0, 0.5]);
         assert_eq!(out, [1.0, 2.0, 2.5, 2.5, 1.0, 0.0, 0.5], "1 N a millisecond; the same way on, no rest");
     }
 
     #[test]
     fn the_sign_changes_after_a_rest_at_neutral() {
-        let rules = EscConstants { slew_n_s: 1_000.0, reversal_delay: MicrosSpan(3_000) };
+        let rules = EscConstants { slew_n_s: 1_000.0, reversal_delay: Duration(3_000) };
         let out = follow(&rules, [1.0, -1.5, -1.5, -1.5, -1.5, -1.5, 2.0, 2.0, 2.0, 2.0, f32::NAN]);
         assert_eq!(out, [1.0, 0.0, 0.0, 0.0, -1.0, -1.5, 0.0, 0.0, 0.0, 1.0, 0.0]);
         // Time already spent at neutral counts.
@@ -89,7 +90,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_demand_breaks_the_rules(bits in proptest::collection::vec(any::<u32>(), 1..80), rest in 0_u32..9) {
-            let rules = EscConstants { slew_n_s: 500.0, reversal_delay: MicrosSpan(rest * 1_000) };
+            let rules = EscConstants { slew_n_s: 500.0, reversal_delay: Duration(rest * 1_000) };
             let out = follow(&rules, bits.into_iter().map(f32::from_bits));
             let mut last_turning: Option<(usize, bool)> = None;
             let mut before = 0.0_f32;

@@ -26,7 +26,8 @@ use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
 use firmware::rov::thruster::bank::{Bank, BankError};
 use firmware::rov::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
 use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
-use protocol::units::{Amperes, Micros, MicrosSpan, PulseMicros, Volts};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::{Amperes, PulseMicros, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
@@ -82,7 +83,7 @@ pub struct RovSetup<'a> {
     /// Battery voltage, V, within the measured table.
     pub battery_v: f64,
     /// Pause between two reports.
-    pub report_every: MicrosSpan,
+    pub report_every: Duration,
     /// How wrong its clock is.
     pub clock: &'a ClockParameters,
     /// Decides its clock, its boot time and its boot nonces.
@@ -94,13 +95,13 @@ pub struct SimRov<R: Radio> {
     id: ModuleId,
     fleet: FleetId,
     key: ModuleKey,
-    report_every: MicrosSpan,
+    report_every: Duration,
     reversed: Vec<bool>,
     battery: Volts,
     pins: Vec<EscPin>,
     propellers: Propellers,
     node: Node<Rov<EscPin>, R>,
-    ticked: Option<Micros>,
+    ticked: Option<FleetInstant>,
 }
 
 impl<R: Radio> SimRov<R> {
@@ -156,7 +157,7 @@ impl<R: Radio> SimRov<R> {
     ///
     /// # Errors
     /// The radio's own.
-    pub fn tick(&mut self, now: Micros) -> Result<(), R::Error> {
+    pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
         self.propellers.set_pulses(self.pins.iter().map(EscPin::pulse));
         let elapsed = now.since(self.ticked.replace(now).unwrap_or(now));
         self.propellers.step(f64::from(elapsed.0) * 1e-6, self.battery);
@@ -191,7 +192,7 @@ impl<R: Radio> SimRov<R> {
 
     /// Takes the power of the electronics at `now` and gives it back `off` later. What the firmware knew is gone; the
     /// controllers hear nothing and stop.
-    pub fn reboot(&mut self, now: Micros, off: MicrosSpan) {
+    pub fn reboot(&mut self, now: FleetInstant, off: Duration) {
         self.node.power_off(now, off);
         for pin in &self.pins {
             pin.0.set(0);
@@ -199,7 +200,7 @@ impl<R: Radio> SimRov<R> {
     }
 
     /// What the firmware is doing at `now`, true time; nothing without power.
-    pub fn state(&self, now: Micros) -> Option<ModuleState> {
+    pub fn state(&self, now: FleetInstant) -> Option<ModuleState> {
         Some(self.node.status(now)?.state)
     }
 

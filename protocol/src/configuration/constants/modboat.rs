@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::finite;
 use crate::configuration::ConfigurationError;
-use crate::units::{Amperes, MicrosSpan, Radians, RadiansPerSecond};
+use crate::time::Duration;
+use crate::units::{Amperes, Radians, RadiansPerSecond};
 
 /// A tail: `firmware::modboat`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,11 +34,11 @@ pub struct TailLimits {
     /// Greatest speed of the tail, in the waveform and in the transition.
     pub speed_max: RadiansPerSecond,
     /// Least period T.
-    pub period_min: MicrosSpan,
+    pub period_min: Duration,
     /// Greatest period T.
-    pub period_max: MicrosSpan,
+    pub period_max: Duration,
     /// Greatest transition time t_trans.
-    pub transition_max: MicrosSpan,
+    pub transition_max: Duration,
 }
 
 impl Default for TailLimits {
@@ -49,9 +50,9 @@ impl Default for TailLimits {
             centerline_max: Radians(1000.0),
             rotation_max: Radians(2.0 * TAU),
             speed_max: RadiansPerSecond(13.0),
-            period_min: MicrosSpan(500_000),
-            period_max: MicrosSpan(10_000_000),
-            transition_max: MicrosSpan(10_000_000),
+            period_min: Duration(500_000),
+            period_max: Duration(10_000_000),
+            transition_max: Duration(10_000_000),
         }
     }
 }
@@ -76,9 +77,9 @@ pub struct ServoConstants {
     /// Error from which on the tail counts as lagging: what plans keep free about planned angles.
     pub following_error_max: Radians,
     /// How long it may lag before it has failed.
-    pub following_error_time: MicrosSpan,
+    pub following_error_time: Duration,
     /// Interval of the loop.
-    pub interval: MicrosSpan,
+    pub interval: Duration,
 }
 
 impl Default for ServoConstants {
@@ -93,8 +94,8 @@ impl Default for ServoConstants {
             stall_current: Amperes(1.8),
             current_max: Amperes(1.2),
             following_error_max: Radians(0.022),
-            following_error_time: MicrosSpan(50_000),
-            interval: MicrosSpan(1000),
+            following_error_time: Duration(50_000),
+            interval: Duration(1000),
         }
     }
 }
@@ -109,7 +110,7 @@ pub struct EncoderConstants {
     /// Speed at which the tail looks for the index after boot, counter-clockwise; 0: it is turned by hand.
     pub homing_speed: RadiansPerSecond,
     /// It waits for so long after boot before it does.
-    pub homing_after: MicrosSpan,
+    pub homing_after: Duration,
 }
 
 /// How the encoder sits on the axis.

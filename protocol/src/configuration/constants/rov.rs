@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::finite;
 use crate::configuration::ConfigurationError;
 use crate::message::MAX_THRUSTERS;
-use crate::units::{MicrosSpan, Newtons};
+use crate::time::Duration;
+use crate::units::Newtons;
 
 /// Thrusters: `firmware::rov`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,14 +35,14 @@ pub struct LeaseLimits {
     /// Greatest |thrust|.
     pub thrust_max: Newtons,
     /// Longest lease.
-    pub lease_max: MicrosSpan,
+    pub lease_max: Duration,
 }
 
 impl Default for LeaseLimits {
     /// No thrust that a T200 never gives (66 N ahead at 20 V), and a lease of one second, *assumed*: a vehicle of a metre a
     /// second that hears nothing any more goes on for no more than its own length or two.
     fn default() -> Self {
-        Self { thrust_max: Newtons(66.0), lease_max: MicrosSpan(1_000_000) }
+        Self { thrust_max: Newtons(66.0), lease_max: Duration(1_000_000) }
     }
 }
 
@@ -51,7 +52,7 @@ pub struct BankConstants {
     /// Frames a second at every pin, Hz.
     pub frame_rate_hz: f32,
     /// Neutral for so long after boot.
-    pub arming: MicrosSpan,
+    pub arming: Duration,
     /// What each controller may be asked.
     pub esc: EscConstants,
 }
@@ -59,7 +60,7 @@ pub struct BankConstants {
 impl Default for BankConstants {
     /// *Assumed*: Blue Robotics asks for a stop signal of a few seconds before a Basic ESC obeys.
     fn default() -> Self {
-        Self { frame_rate_hz: 400.0, arming: MicrosSpan(3_000_000), esc: EscConstants::default() }
+        Self { frame_rate_hz: 400.0, arming: Duration(3_000_000), esc: EscConstants::default() }
     }
 }
 
@@ -69,13 +70,13 @@ pub struct EscConstants {
     /// Fastest growth of thrust, N/s.
     pub slew_n_s: f32,
     /// Rest at neutral before the thrust changes sign.
-    pub reversal_delay: MicrosSpan,
+    pub reversal_delay: Duration,
 }
 
 impl Default for EscConstants {
     /// *Assumed*: full thrust at 16 V in a quarter of a second, and 20 ms for the propeller to come to rest.
     fn default() -> Self {
-        Self { slew_n_s: 200.0, reversal_delay: MicrosSpan(20_000) }
+        Self { slew_n_s: 200.0, reversal_delay: Duration(20_000) }
     }
 }
 

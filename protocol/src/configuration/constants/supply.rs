@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::finite;
 use crate::configuration::ConfigurationError;
-use crate::units::{MicrosSpan, Volts};
+use crate::time::Duration;
+use crate::units::Volts;
 
 /// What the board measures of its supply.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,15 +26,15 @@ pub struct BatteryLimits {
     /// U_recover: and no longer from this on. Taken for U_low where it is less.
     pub recover: Volts,
     /// How long the voltage must have crossed.
-    pub hold_off: MicrosSpan,
+    pub hold_off: Duration,
 }
 
 impl BatteryLimits {
     /// Two lithium cells. *Assumed.*
-    pub const MODBOAT: Self = Self { low: Volts(6.4), recover: Volts(6.8), hold_off: MicrosSpan(2_000_000) };
+    pub const MODBOAT: Self = Self { low: Volts(6.4), recover: Volts(6.8), hold_off: Duration(2_000_000) };
 
     /// Four lithium cells, under more load. *Assumed.*
-    pub const ROV: Self = Self { low: Volts(13.2), recover: Volts(13.6), hold_off: MicrosSpan(2_000_000) };
+    pub const ROV: Self = Self { low: Volts(13.2), recover: Volts(13.6), hold_off: Duration(2_000_000) };
 }
 
 impl SupplyConstants {

@@ -16,7 +16,8 @@ use firmware::modboat::servo::NoSense;
 use firmware::module::{Module, Status, Supply};
 use firmware::{indicator, provision};
 use protocol::configuration::Robot;
-use protocol::units::{Amperes, MicrosSpan, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Volts};
 use protocol::{Configuration, Faults, MAX_DATAGRAM, ModuleState};
 
 /// What two lithium cells show. *Assumed*, and constant.
@@ -77,7 +78,7 @@ fn main() -> ! {
 #[inline(never)]
 fn run(
     firmware: &mut Firmware,
-    interval: MicrosSpan,
+    interval: Duration,
     uart: &mut Uart,
     lamp: &mut Lamp,
     incoming: &mut Incoming,
@@ -108,7 +109,7 @@ fn run(
 
 /// The module that the configuration makes; nothing without a valid one. Out of line, so that what it needs is given back.
 #[inline(never)]
-fn boot() -> Option<(&'static mut Firmware, MicrosSpan)> {
+fn boot() -> Option<(&'static mut Firmware, Duration)> {
     let configuration = read()?;
     let Robot::Modboat(constants) = &configuration.robot else { return None };
     let interval = provision::servo_interval(&constants.servo).ok()?;

@@ -153,9 +153,9 @@ proptest! {
         let mut endpoint = Endpoint::new(None, Swimmer::new(TailLimits::default()));
         let measurement = Measurement { tail: Some(Radians(f32::from_bits(tail))), ..AT_ZERO };
         for (now, datagram) in (0..).step_by(700).zip(noise.iter().chain(&genuine).chain(&recorded)) {
-            endpoint.handle_timer(Micros(now), &measurement);
-            prop_assert!(endpoint.handle_datagram(Micros(now), datagram).is_err());
-            prop_assert_eq!(endpoint.state(Micros(now)), ModuleState::Unprovisioned);
+            endpoint.handle_timer(LocalInstant(now), &measurement);
+            prop_assert!(endpoint.handle_datagram(LocalInstant(now), datagram).is_err());
+            prop_assert_eq!(endpoint.state(LocalInstant(now)), ModuleState::Unprovisioned);
             prop_assert!(!endpoint.failsafe().may_drive());
             prop_assert!(endpoint.poll_transmit(&mut [0; protocol::MAX_DATAGRAM]).is_none());
         }

@@ -4,7 +4,7 @@ use std::vec::Vec as List;
 
 use super::*;
 use protocol::configuration::EscConstants;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 
 /// One count a microsecond.
 const MAX_DUTY: u16 = 2_500;
@@ -13,8 +13,8 @@ const BATTERY: Volts = Volts(16.0);
 fn settings() -> BankConstants {
     BankConstants {
         frame_rate_hz: 400.0,
-        arming: MicrosSpan(2_000),
-        esc: EscConstants { slew_n_s: 1e9, reversal_delay: MicrosSpan(2_000) },
+        arming: Duration(2_000),
+        esc: EscConstants { slew_n_s: 1e9, reversal_delay: Duration(2_000) },
     }
 }
 
@@ -52,12 +52,12 @@ fn arms_at_neutral_then_drives_order_and_direction() {
     let pins = pins(&[&[1500, 1500, mirrored, mirrored, 1500], &[1500, 1500, ahead, 1500, 1500]]);
     let mut bank = Bank::new(pins, &mountings, settings()).unwrap();
     let both = [Newtons(10.0), Newtons(10.0)];
-    bank.tick(Micros(7_000), &both, BATTERY).unwrap();
-    bank.tick(Micros(8_999), &both, BATTERY).unwrap();
-    bank.tick(Micros(9_000), &both, BATTERY).unwrap();
+    bank.tick(LocalInstant(7_000), &both, BATTERY).unwrap();
+    bank.tick(LocalInstant(8_999), &both, BATTERY).unwrap();
+    bank.tick(LocalInstant(9_000), &both, BATTERY).unwrap();
     assert_eq!(bank.pulses()[..], [ahead, mirrored].map(|us| PulseMicros(f32::from(us))));
-    bank.tick(Micros(10_000), &[Newtons(f32::NAN), Newtons(10.0)], BATTERY).unwrap();
-    bank.tick(Micros(11_000), &[], BATTERY).unwrap();
+    bank.tick(LocalInstant(10_000), &[Newtons(f32::NAN), Newtons(10.0)], BATTERY).unwrap();
+    bank.tick(LocalInstant(11_000), &[], BATTERY).unwrap();
     assert_eq!(bank.pulses()[..], [NEUTRAL; 2]);
     done(bank);
 }
@@ -72,11 +72,11 @@ fn a_timer_step_is_what_is_reported() {
         Transaction::max_duty_cycle(10_000),
         Transaction::set_duty_cycle(850),
     ])];
-    let settings = BankConstants { frame_rate_hz: 50.0, arming: MicrosSpan(0), ..settings() };
+    let settings = BankConstants { frame_rate_hz: 50.0, arming: Duration(0), ..settings() };
     let mut bank = Bank::new(pins, &straight(1), settings).unwrap();
-    bank.tick(Micros(0), &[], BATTERY).unwrap();
+    bank.tick(LocalInstant(0), &[], BATTERY).unwrap();
     let wanted = law::thrust(PulseMicros(1700.7), BATTERY);
-    bank.tick(Micros(1_000), &[wanted], BATTERY).unwrap();
+    bank.tick(LocalInstant(1_000), &[wanted], BATTERY).unwrap();
     assert_eq!(bank.pulses()[..], [PulseMicros(1700.0)]);
     done(bank);
 }
@@ -101,10 +101,10 @@ impl SetDutyCycle for Loose {
 #[test]
 fn one_failing_output_leaves_the_others_running() {
     let pins = [Loose(true), Loose(false)];
-    let settings = BankConstants { arming: MicrosSpan(0), ..settings() };
+    let settings = BankConstants { arming: Duration(0), ..settings() };
     let mut bank = Bank::new(pins, &straight(2), settings).unwrap();
-    assert!(bank.tick(Micros(0), &[], BATTERY).is_err());
-    assert!(bank.tick(Micros(1_000), &[Newtons(9.0), Newtons(9.0)], BATTERY).is_err());
+    assert!(bank.tick(LocalInstant(0), &[], BATTERY).is_err());
+    assert!(bank.tick(LocalInstant(1_000), &[Newtons(9.0), Newtons(9.0)], BATTERY).is_err());
     assert_eq!(bank.pulses()[0], NEUTRAL, "nothing else was ever put out there");
     assert!(bank.pulses()[1].0 > 1528.0);
 }
@@ -143,14 +143,14 @@ proptest! {
         let pins = (0..3).map(|_| Loose(false));
         let mountings = [(2, true), (0, false), (1, false)].map(|(output, reversed)| ThrusterMounting { output, reversed });
         let mut bank = Bank::new(pins, &mountings, settings()).unwrap();
-        let mut now = Micros(0);
+        let mut now = LocalInstant(0);
         for (pause, demand_bits, volt_bits) in ticks {
             let thrusts = demand_bits.map(|bits| Newtons(f32::from_bits(bits)));
             bank.tick(now, &thrusts, Volts(f32::from_bits(volt_bits))).unwrap();
             for pulse in bank.pulses() {
                 prop_assert!((1100.0..=1900.0).contains(&pulse.0), "{pulse:?}");
             }
-            now = Micros(now.0 + pause);
+            now = LocalInstant(now.0 + pause);
         }
     }
 }
