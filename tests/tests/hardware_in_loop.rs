@@ -248,7 +248,11 @@ fn tails_follow_their_cycles() {
         let (rms, most) = (rms(errors.iter().copied()), errors.iter().fold(0.0, |m: f64, e| m.max(e.abs())));
         println!("module {}: {} samples, RMS {rms:.4} rad, at most {most:.4} rad", module + 1, errors.len());
         // 90 s at 50 Hz, less a cycle that is cut short.
-        assert!(errors.len() > 4300 && rms <= 0.007 && most <= 0.0125, "module {}: RMS {rms} rad", module + 1);
+        assert!(
+            errors.len() > 4300 && rms <= 0.007 && most <= 0.0125,
+            "module {}: RMS {rms} rad",
+            module + 1
+        );
     }
 }
 
