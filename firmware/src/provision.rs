@@ -140,7 +140,7 @@ pub fn quadrature(constants: &EncoderConstants) -> Result<Quadrature, NotProvisi
     }
 }
 
-/// How often a board calls [`Modboat::tick`].
+/// How often a board calls [`Module::tick`](crate::module::Module::tick).
 ///
 /// # Errors
 /// [`NotProvisioned::Interval`].
