@@ -215,7 +215,7 @@ impl Tail {
         !self.clears_along(offset, from_rad, to_rad, 0.0)
     }
 
-    /// The nearest of [`SAMPLES`] + 1 poses evenly spread from `from` to `to`: clearance, m, and the angles (φᵢ, φⱼ), rad. Not below the
+    /// The nearest of five poses evenly spread from `from` to `to`: clearance, m, and the angles (φᵢ, φⱼ), rad. Not below the
     /// least clearance along the way.
     #[must_use]
     pub fn nearest_sample(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2]) -> (f64, [f64; 2]) {
