@@ -6,20 +6,24 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-use firmware::cycle::SwimCycle;
-use firmware::encoder::{Encoder, Mounting};
-use firmware::endpoint::Endpoint;
-use firmware::lease::{LeaseLimits, ThrustLease};
-use firmware::limits::Limits;
-use firmware::link::{Identity, SURE_WITHIN};
-use firmware::motor::Bridge;
-use firmware::rov::{Rov, Supply};
-use firmware::schedule::Schedule;
-use firmware::servo::{NoSense, ServoParameters, TailServo};
-use firmware::tail::Tail;
-use firmware::thruster::bank::{Bank, Mounting as Mount, Settings};
-use firmware::waveform::Waveform;
-use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use firmware::link::endpoint::Endpoint;
+use firmware::link::session::{Identity, SURE_WITHIN};
+use firmware::modboat::cycle::SwimCycle;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::schedule::Schedule;
+use firmware::modboat::servo::{NoSense, TailServo};
+use firmware::modboat::tail::Tail;
+use firmware::modboat::waveform::Waveform;
+use firmware::module::{Module, Supply};
+use firmware::rov::Rov;
+use firmware::rov::lease::ThrustLease;
+use firmware::rov::thruster::bank::Bank;
+use protocol::configuration::{
+    BankConstants, EncoderMounting, LeaseLimits, ServoConstants, TailLimits, ThrusterMounting,
+};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
+use protocol::units::{Amperes, Newtons, Radians, RadiansPerSecond, Volts};
 use protocol::{
     Cycle, Delivery, FleetKey, Frame, MAX_DATAGRAM, Message, ModuleId, Motion, Nonce, RovCycle, Session,
     Side, TimeReply,
@@ -69,17 +73,17 @@ impl OutputPin for Board {
 }
 
 fn tick(criterion: &mut Criterion) {
-    let mut schedule = Schedule::new(Limits::default(), Radians(2.0));
-    let waveform = Waveform::new(Radians(0.5), Radians(1.5), MicrosSpan(1_500_000));
+    let mut schedule = Schedule::new(TailLimits::default(), Radians(2.0));
+    let waveform = Waveform::new(Radians(0.5), Radians(1.5), Duration(1_500_000));
     let cycle = SwimCycle::new(
         1,
-        Micros(0),
+        FleetInstant(0),
         Radians(0.0),
-        (MicrosSpan(500_000), protocol::TransitionLaw::ConstantSpeed),
+        (Duration(500_000), protocol::TransitionLaw::ConstantSpeed),
         waveform,
     );
-    schedule.offer(Micros(0), cycle, Delivery::Direct);
-    let swimming = Micros(1_234_567);
+    schedule.offer(FleetInstant(0), cycle, Delivery::Direct);
+    let swimming = FleetInstant(1_234_567);
     let reference = schedule.reference(swimming);
     assert!(reference.rate_rad_s.abs() > 0.1, "the bench evaluates the waveform, not a rest");
 
@@ -87,7 +91,7 @@ fn tick(criterion: &mut Criterion) {
         bencher.iter(|| schedule.reference(black_box(swimming)));
     });
 
-    let parameters = ServoParameters::default();
+    let parameters = ServoConstants::default();
     let mut servo = TailServo::new(&parameters).expect("the defaults are valid");
     criterion.bench_function("servo law", |bencher| {
         bencher.iter(|| {
@@ -102,7 +106,7 @@ fn tick(criterion: &mut Criterion) {
 
     let bridge = Bridge::new(Board, Board, Board);
     let mut tail =
-        Tail::new(Board, Mounting::default(), NoSense, bridge, &parameters).expect("valid defaults");
+        Tail::new(Board, EncoderMounting::default(), NoSense, bridge, &parameters).expect("valid defaults");
     criterion.bench_function("whole tick: schedule, encoder, servo, bridge", |bencher| {
         bencher.iter(|| tail.tick(&schedule.reference(black_box(swimming))));
     });
@@ -117,39 +121,45 @@ fn rov(criterion: &mut Criterion) {
         fleet: key.fleet(),
         key: key.module(module),
         boot: [1; 12],
-        report_every: MicrosSpan(20_000),
+        report_every: Duration(20_000),
         sure_within: SURE_WITHIN,
     };
-    let mountings: Vec<Mount> = (0..N).map(|k| Mount { output: k as u8, reversed: k % 2 == 1 }).collect();
-    let settings = Settings { arming: MicrosSpan(0), ..Settings::default() };
+    let mountings: Vec<ThrusterMounting> =
+        (0..N).map(|k| ThrusterMounting { output: k as u8, reversed: k % 2 == 1 }).collect();
+    let settings = BankConstants { arming: Duration(0), ..BankConstants::default() };
     let pins = (0..N).map(|_| Board);
     let bank = Bank::new(pins, &mountings, settings).expect("valid defaults");
-    let endpoint = Endpoint::new(Some(identity), ThrustLease::new(LeaseLimits::of(N)));
+    let endpoint = Endpoint::new(Some(identity), ThrustLease::new(N, LeaseLimits::default()));
     let mut rov = Rov::new(endpoint, bank);
     let supply = Supply { battery: Volts(15.3), current: Amperes(4.0) };
     let mut buffer = [0; MAX_DATAGRAM];
-    let _ = rov.tick(Micros(0), &supply);
+    let _ = rov.tick(LocalInstant(0), &supply);
     let announcement = rov.poll_transmit(&mut buffer).expect("it announces itself");
     let boot = Frame::parse(announcement).expect("a datagram").header.nonce.expect("announcements have one");
     let key = (key.fleet(), key.module(module));
     let mut host = Session::new(Side::Host, key.0, module, &key.1, &boot, Nonce([2; 16]));
-    rov.handle_datagram(Micros(0), host.seal_call(&mut buffer).expect("fits")).expect("accepted");
+    rov.handle_datagram(LocalInstant(0), host.seal_call(&mut buffer).expect("fits")).expect("accepted");
     let mut hear = |rov: &mut Rov<Board>, now: u64, message: &Message| {
-        rov.handle_datagram(Micros(now), host.seal(message, &mut buffer).expect("fits")).expect("accepted");
+        rov.handle_datagram(LocalInstant(now), host.seal(message, &mut buffer).expect("fits"))
+            .expect("accepted");
     };
-    for now in [1_000, 2_000, 3_000, 4_000].map(Micros) {
-        let reply = TimeReply { request_sent: now, received: now, sent: now };
+    for now in [1_000, 2_000, 3_000, 4_000].map(LocalInstant) {
+        let reply = TimeReply { request_sent: now, received: FleetInstant(now.0), sent: FleetInstant(now.0) };
         hear(&mut rov, now.0, &Message::TimeReply(reply));
     }
-    let motion = RovCycle { thrusts: [Newtons(12.0); N].into_iter().collect(), lease: MicrosSpan(1_000_000) };
-    let cycle =
-        Cycle { number: 1, start: Micros(5_000), motion: Motion::Rov(motion), delivery: Delivery::Direct };
+    let motion = RovCycle { thrusts: [Newtons(12.0); N].into_iter().collect(), lease: Duration(1_000_000) };
+    let cycle = Cycle {
+        number: 1,
+        start: FleetInstant(5_000),
+        motion: Motion::Rov(motion),
+        delivery: Delivery::Direct,
+    };
     hear(&mut rov, 5_000, &Message::Cycle(cycle));
-    let _ = rov.tick(Micros(5_000), &supply);
-    let _ = rov.tick(Micros(500_000), &supply);
+    let _ = rov.tick(LocalInstant(5_000), &supply);
+    let _ = rov.tick(LocalInstant(500_000), &supply);
     assert!(rov.bank().pulses().iter().all(|pulse| (pulse.0 - 1500.0).abs() > 50.0), "the bench drives");
     criterion.bench_function("whole ROV tick: lease, slew, pulse, six pins", |bencher| {
-        bencher.iter(|| rov.tick(black_box(Micros(500_000)), black_box(&supply)));
+        bencher.iter(|| rov.tick(black_box(LocalInstant(500_000)), black_box(&supply)));
     });
 }
 

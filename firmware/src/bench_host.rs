@@ -2,21 +2,16 @@
 
 use std::vec::Vec;
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::pwm::SetDutyCycle;
 use protocol::ledger::{Class, Incoming, Outgoing};
 use protocol::session::open_announcement;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::{
     FleetKey, Frame, Kind, MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side, TimeReply, Verdict,
 };
 
-use crate::encoder::Encoder;
-use crate::endpoint::{Endpoint, Robot};
-use crate::link::{Identity, SURE_WITHIN};
-use crate::modboat::Modboat;
-use crate::rov::Rov;
-use crate::servo::CurrentSense;
+use crate::link::endpoint::{Endpoint, Robot};
+use crate::link::session::{Identity, SURE_WITHIN};
+use crate::module::Module;
 
 /// The module on the bench.
 pub const MODULE: ModuleId = ModuleId(2);
@@ -35,47 +30,54 @@ pub fn identity(boot: u8) -> Identity {
         fleet: key.fleet(),
         key: key.module(MODULE),
         boot: [boot; 12],
-        report_every: MicrosSpan(20_000),
+        report_every: Duration(20_000),
         sure_within: SURE_WITHIN,
     }
 }
 
 /// Whatever hears and speaks.
 pub trait Ends {
-    fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class>;
+    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class>;
     fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
     fn incoming(&self) -> Incoming;
     fn outgoing(&self) -> Outgoing;
 }
 
-macro_rules! ends {
-    ($kind:ty, [$($bound:tt)*], |$it:ident| $endpoint:expr) => {
-        impl<$($bound)*> Ends for $kind {
-            fn hear(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
-                self.handle_datagram(now, datagram)
-            }
+impl<R: Robot> Ends for Endpoint<R> {
+    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
+        self.handle_datagram(now, datagram)
+    }
 
-            fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-                self.poll_transmit(buffer)
-            }
+    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        self.poll_transmit(buffer)
+    }
 
-            fn incoming(&self) -> Incoming {
-                let $it = self;
-                *$endpoint.link().unwrap().incoming()
-            }
+    fn incoming(&self) -> Incoming {
+        *self.link().unwrap().incoming()
+    }
 
-            fn outgoing(&self) -> Outgoing {
-                let $it = self;
-                $endpoint.link().unwrap().outgoing()
-            }
-        }
-    };
+    fn outgoing(&self) -> Outgoing {
+        self.link().unwrap().outgoing()
+    }
 }
 
-ends!(Endpoint<R>, [R: Robot], |it| it);
-ends!(Rov<P>, [P: SetDutyCycle], |it| it.endpoint());
-ends!(Modboat<E, S, P, A, B>, [E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin],
-    |it| it.endpoint());
+impl<M: Module> Ends for M {
+    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
+        self.handle_datagram(now, datagram)
+    }
+
+    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        self.poll_transmit(buffer)
+    }
+
+    fn incoming(&self) -> Incoming {
+        self.endpoint().incoming()
+    }
+
+    fn outgoing(&self) -> Outgoing {
+        self.endpoint().outgoing()
+    }
+}
 
 /// The sums of both ledgers of a module.
 pub fn assert_exact(module: &impl Ends) {
@@ -138,7 +140,7 @@ impl BenchHost {
     }
 
     /// Hears what the module says at `now`, its own clock; calls it, and tells it the time. All else comes back.
-    pub fn listen(&mut self, now: Micros, module: &mut impl Ends) -> Vec<Message> {
+    pub fn listen(&mut self, now: LocalInstant, module: &mut impl Ends) -> Vec<Message> {
         let (mut said, mut buffer) = (Vec::new(), [0; MAX_DATAGRAM]);
         while let Some(datagram) = module.speak(&mut buffer) {
             let frame = Frame::parse(datagram).unwrap();
@@ -158,7 +160,7 @@ impl BenchHost {
             };
             match opened.message {
                 Message::TimeRequest(request) if self.tells_time => {
-                    let fleet = Micros((now.0 + AHEAD).saturating_add_signed(self.error_us));
+                    let fleet = FleetInstant((now.0 + AHEAD).saturating_add_signed(self.error_us));
                     let reply = TimeReply { request_sent: request.sent, received: fleet, sent: fleet };
                     let reply = self.seal(&Message::TimeReply(reply));
                     let _ = module.hear(now, &reply);
@@ -171,14 +173,14 @@ impl BenchHost {
     }
 
     /// Says it, and everything that the module says then.
-    pub fn say(&mut self, now: Micros, module: &mut impl Ends, message: &Message) -> Vec<Message> {
+    pub fn say(&mut self, now: LocalInstant, module: &mut impl Ends, message: &Message) -> Vec<Message> {
         let datagram = self.seal(message);
         assert_eq!(module.hear(now, &datagram), Ok(()));
         self.listen(now, module)
     }
 
     /// Says a cycle or a commit, and what the module decides.
-    pub fn ask(&mut self, now: Micros, module: &mut impl Ends, message: &Message) -> Verdict {
+    pub fn ask(&mut self, now: LocalInstant, module: &mut impl Ends, message: &Message) -> Verdict {
         let number = match message {
             Message::Cycle(cycle) => cycle.number,
             Message::Commit(number) => *number,

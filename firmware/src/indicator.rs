@@ -9,12 +9,12 @@
 //! | on | it executes a cycle |
 //! | fast, five a second | stopped, or with a fault |
 
-use protocol::units::Micros;
+use protocol::time::LocalInstant;
 use protocol::{Faults, ModuleState};
 
 /// Whether the lamp is lit at `now`, own clock.
 #[must_use]
-pub fn is_lit(now: Micros, state: ModuleState, faults: Faults) -> bool {
+pub fn is_lit(now: LocalInstant, state: ModuleState, faults: Faults) -> bool {
     // Of 32 bits, which small processors divide: every nine hours one flash is cut short.
     let eighths = u32::try_from(now.0 >> 3 & u64::from(u32::MAX)).unwrap_or(0);
     let within =
@@ -36,11 +36,11 @@ mod tests {
     use std::vec::Vec;
 
     use super::*;
-    use crate::failsafe::STATES;
+    use crate::link::failsafe::STATES;
 
     /// The lamp over four seconds, in steps of 50 ms.
     fn seen(state: ModuleState, faults: Faults) -> Vec<bool> {
-        (0..80).map(|step| is_lit(Micros(step * 50_000), state, faults)).collect()
+        (0..80).map(|step| is_lit(LocalInstant(step * 50_000), state, faults)).collect()
     }
 
     #[test]

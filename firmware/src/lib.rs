@@ -4,13 +4,22 @@
 //! `no_std`, no allocation, no panic on any input (NaN included), single precision. The laws of motion exist
 //! here and nowhere else; the simulator calls this copy. Nothing in this crate reads a clock or owns a thread:
 //! time is always an argument, hardware comes in through `embedded-hal` and the two traits
-//! [`Encoder`](encoder::Encoder) and [`CurrentSense`](servo::CurrentSense).
+//! [`Encoder`](modboat::encoder::Encoder) and [`CurrentSense`](modboat::servo::CurrentSense).
 //!
 //! ```text
 //! datagram → Endpoint<Swimmer> → Schedule ─ reference(now) → TailServo → Bridge → PWM and direction pins
 //!               ↑ now: FleetClock                               ↑ pose, rate: TurnCounter ← Encoder
 //! datagram → Endpoint<ThrustLease> ─ thrusts(now) → Bank: Esc → law → PWM pins
 //! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | [`module`] | what a board, the simulator and a process call: [`Module`](module::Module) |
+//! | [`link`] | session, endpoint, fleet clock and failsafe, the same for every kind |
+//! | [`modboat`] | one motor, one tail |
+//! | [`rov`] | thrusters |
+//! | [`provision`] | from the configuration to a module |
+//! | [`indicator`] | what the lamp shows |
 //!
 //! Newtypes of [`protocol::units`] stand at the boundary of the crate; inside, `f32` with unit suffixes.
 #![no_std]
@@ -32,30 +41,12 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod clock;
-pub mod cycle;
-pub mod disturbance;
-pub mod encoder;
-pub mod endpoint;
-pub mod failsafe;
-pub mod homing;
 pub mod indicator;
-pub mod lease;
-pub mod limits;
 pub mod link;
 pub mod modboat;
-pub mod motor;
+pub mod module;
 pub mod provision;
-pub mod quadrature;
-pub mod reference;
 pub mod rov;
-pub mod schedule;
-pub mod servo;
-pub mod swimmer;
-pub mod tail;
-pub mod thruster;
-pub mod transition;
-pub mod waveform;
 
 #[cfg(test)]
 mod bench_host;

@@ -1,32 +1,49 @@
 //! A whole Modboat: the link endpoint above the tail.
 //!
-//! A board calls [`Modboat::tick`] at the servo rate, [`Modboat::handle_datagram`] for every datagram that came, and
-//! sends what [`Modboat::poll_transmit`] gives. The simulated module of the host does exactly the same.
+//! It is run as every [`Module`] is, at the servo rate.
 //!
 //! What it watches, every tick: the battery, a motor that is driven and does not follow, an encoder that is not believed, a
 //! bridge that fails, and whether the ticks come when they should. What follows from them decides the
-//! [`failsafe`](crate::failsafe).
+//! [`failsafe`](crate::link::failsafe).
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use protocol::ModuleState;
+use protocol::configuration::BatteryLimits;
 use protocol::ledger::Class;
-use protocol::units::{Amperes, Micros, MicrosSpan, Radians, Volts};
+use protocol::time::{Duration, LocalInstant};
+use protocol::units::{Amperes, Radians};
 
-use crate::encoder::Encoder;
-use crate::endpoint::Endpoint;
-use crate::failsafe::{BLIND_FOR, BatteryLimits, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
-use crate::homing::{Homing, Search};
-use crate::motor::ErrorOf;
-use crate::servo::{Command, CurrentSense};
-use crate::swimmer::{Measurement, Swimmer};
-use crate::tail::{Tail, TailStatus};
+use crate::link::endpoint::Endpoint;
+use crate::link::failsafe::{BLIND_FOR, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
+use crate::modboat::encoder::Encoder;
+use crate::modboat::homing::{Homing, Search};
+use crate::modboat::motor::ErrorOf;
+use crate::modboat::servo::{Command, CurrentSense};
+use crate::modboat::swimmer::{Measurement, Swimmer};
+use crate::modboat::tail::{Tail, TailStatus};
+use crate::module::{Module, Supply};
+
+pub mod cycle;
+pub mod disturbance;
+pub mod encoder;
+pub mod homing;
+pub mod limits;
+pub mod motor;
+pub mod quadrature;
+pub mod reference;
+pub mod schedule;
+pub mod servo;
+pub mod swimmer;
+pub mod tail;
+pub mod transition;
+pub mod waveform;
 
 /// An output that has failed for so long is not coming back. *Assumed.*
-const OUTPUT_FAILS_FOR: MicrosSpan = MicrosSpan(100_000);
+const OUTPUT_FAILS_FOR: Duration = Duration(100_000);
 
 /// Ticks come every millisecond; after such a gap the own clock may have jumped, or the processor was elsewhere. *Assumed.*
-const TICK_MISSED: MicrosSpan = MicrosSpan(20_000);
+const TICK_MISSED: Duration = Duration(20_000);
 
 /// See the module's documentation.
 #[derive(Debug)]
@@ -38,7 +55,7 @@ pub struct Modboat<E, S, P, A, B> {
     homing: Homing,
     blind: Lasting,
     output: Lasting,
-    last_tick: Option<Micros>,
+    last_tick: Option<LocalInstant>,
 }
 
 impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Modboat<E, S, P, A, B> {
@@ -69,11 +86,70 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         Self { homing, ..self }
     }
 
-    /// One turn of the servo loop at `now`, own clock; then whatever the link has to say.
-    ///
-    /// # Errors
-    /// The output of the motor bridge that failed; the link goes on all the same.
-    pub fn tick(&mut self, now: Micros, battery: Volts) -> Result<(), ErrorOf<P, A, B>> {
+    /// Finds out where the tail is, and drives it no more than that needs.
+    fn look(&mut self, now: LocalInstant) -> Result<(), ErrorOf<P, A, B>> {
+        let located = self.tail.locate().is_some();
+        if self.tail.is_homed() {
+            self.homing.end();
+            self.watch_eyes(now, !located);
+            return self.tail.coast();
+        }
+        // A module that knows nothing of itself, or that is stopped, drives nothing.
+        let may_search =
+            self.endpoint.link().is_some() && self.endpoint.failsafe().state() == ModuleState::Boot;
+        if !may_search {
+            // Stopped in mid-search: once released it waits again before it turns.
+            self.homing.end();
+            return self.tail.coast();
+        }
+        match self.homing.search(now) {
+            Search::Turn(drive) => self.tail.search(drive),
+            Search::Wait => self.tail.coast(),
+            Search::Fail => {
+                self.homing.end();
+                self.endpoint.stop(now, Event::Blind);
+                self.tail.coast()
+            }
+        }
+    }
+
+    fn watch_ticks(&mut self, now: LocalInstant) {
+        if let Some(last) = self.last_tick.replace(now) {
+            let gap = now.since(last).max(last.since(now));
+            if gap > TICK_MISSED {
+                self.endpoint.disturbed(now, gap);
+            }
+        }
+    }
+
+    fn watch_tail(&mut self, now: LocalInstant, status: &TailStatus) {
+        let Command { drive, error_rad, .. } = status.command;
+        if self.stall.update(now, drive, Radians(error_rad), status.rate) {
+            self.endpoint.stop(now, Event::MotorStalled);
+        }
+        self.watch_eyes(now, status.blind);
+    }
+
+    fn watch_eyes(&mut self, now: LocalInstant, blind: bool) {
+        if self.blind.update(now, blind, BLIND_FOR) {
+            self.endpoint.stop(now, Event::Blind);
+        }
+    }
+
+    /// Its tail.
+    #[must_use]
+    pub const fn tail(&self) -> &Tail<E, S, P, A, B> {
+        &self.tail
+    }
+}
+
+impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Module
+    for Modboat<E, S, P, A, B>
+{
+    type Robot = Swimmer;
+    type Error = ErrorOf<P, A, B>;
+
+    fn tick(&mut self, now: LocalInstant, &Supply { battery, .. }: &Supply) -> Result<(), Self::Error> {
         self.watch_ticks(now);
         let low = self.battery.update(now, battery);
         self.endpoint.set_low_battery(low);
@@ -103,79 +179,16 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         outcome
     }
 
-    /// Finds out where the tail is, and drives it no more than that needs.
-    fn look(&mut self, now: Micros) -> Result<(), ErrorOf<P, A, B>> {
-        let located = self.tail.locate().is_some();
-        if self.tail.is_homed() {
-            self.homing.end();
-            self.watch_eyes(now, !located);
-            return self.tail.coast();
-        }
-        // A module that knows nothing of itself, or that is stopped, drives nothing.
-        let may_search =
-            self.endpoint.link().is_some() && self.endpoint.failsafe().state() == ModuleState::Boot;
-        if !may_search {
-            // Stopped in mid-search: once released it waits again before it turns.
-            self.homing.end();
-            return self.tail.coast();
-        }
-        match self.homing.search(now) {
-            Search::Turn(drive) => self.tail.search(drive),
-            Search::Wait => self.tail.coast(),
-            Search::Fail => {
-                self.homing.end();
-                self.endpoint.stop(now, Event::Blind);
-                self.tail.coast()
-            }
-        }
-    }
-
-    fn watch_ticks(&mut self, now: Micros) {
-        if let Some(last) = self.last_tick.replace(now) {
-            let gap = now.since(last).max(last.since(now));
-            if gap > TICK_MISSED {
-                self.endpoint.disturbed(now, gap);
-            }
-        }
-    }
-
-    fn watch_tail(&mut self, now: Micros, status: &TailStatus) {
-        let Command { drive, error_rad, .. } = status.command;
-        if self.stall.update(now, drive, Radians(error_rad), status.rate) {
-            self.endpoint.stop(now, Event::MotorStalled);
-        }
-        self.watch_eyes(now, status.blind);
-    }
-
-    fn watch_eyes(&mut self, now: Micros, blind: bool) {
-        if self.blind.update(now, blind, BLIND_FOR) {
-            self.endpoint.stop(now, Event::Blind);
-        }
-    }
-
-    /// Follows one datagram that arrived at `now`, own clock.
-    ///
-    /// # Errors
-    /// What it is, if it is not to be followed; nothing happens then.
-    pub fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) -> Result<(), Class> {
+    fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
         self.endpoint.handle_datagram(now, datagram)
     }
 
-    /// The next datagram to send; see [`Endpoint::poll_transmit`].
-    pub fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+    fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
         self.endpoint.poll_transmit(buffer)
     }
 
-    /// Its side of the link.
-    #[must_use]
-    pub const fn endpoint(&self) -> &Endpoint<Swimmer> {
+    fn endpoint(&self) -> &Endpoint<Swimmer> {
         &self.endpoint
-    }
-
-    /// Its tail.
-    #[must_use]
-    pub const fn tail(&self) -> &Tail<E, S, P, A, B> {
-        &self.tail
     }
 }
 

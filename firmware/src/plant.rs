@@ -10,11 +10,12 @@ use std::rc::Rc;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 
-use crate::encoder::{Encoder, Mounting};
-use crate::motor::Bridge;
-use crate::quadrature::{Quadrature, READINGS};
-use crate::servo::{NoSense, ServoParameters};
-use crate::tail::Tail;
+use crate::modboat::encoder::Encoder;
+use crate::modboat::motor::Bridge;
+use crate::modboat::quadrature::{Quadrature, READINGS};
+use crate::modboat::servo::NoSense;
+use crate::modboat::tail::Tail;
+use protocol::configuration::{EncoderMounting, ServoConstants};
 
 const NO_LOAD_RAD_S: f64 = 18.0;
 const TIME_CONSTANT_S: f64 = 0.02;
@@ -77,8 +78,8 @@ impl Rig {
     fn tail_with<E: Encoder>(&self, encoder: E, zero_counts: u32) -> RigTail<E> {
         let bridge =
             Bridge::new(RigPwm(self.clone()), RigPin(self.clone(), true), RigPin(self.clone(), false));
-        let mounting = Mounting { zero_counts, reversed: false };
-        Tail::new(encoder, mounting, NoSense, bridge, &ServoParameters::default()).unwrap()
+        let mounting = EncoderMounting { zero_counts, reversed: false };
+        Tail::new(encoder, mounting, NoSense, bridge, &ServoConstants::default()).unwrap()
     }
 
     /// Puts the magnet there, counter-clockwise from `at_rad` on, or takes it away.

@@ -10,35 +10,28 @@ use core::fmt;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-use heapless::Vec;
-use protocol::configuration::{
-    EncoderConstants, Mounting, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants,
-    ThrusterMounting,
-};
-use protocol::message::MAX_THRUSTERS;
-use protocol::units::{Amperes, MicrosSpan, Volts};
+use protocol::configuration::{EncoderConstants, Robot, ServoConstants, SupplyConstants, TailConstants};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Volts};
 use protocol::{Configuration, ConfigurationError, ModuleKind};
 
-use crate::encoder::{self, Encoder};
-use crate::endpoint::Endpoint;
-use crate::failsafe::BatteryLimits;
-use crate::homing::Homing;
-use crate::lease::{LeaseLimits, ThrustLease};
-use crate::limits::Limits;
-use crate::link::Identity;
+use crate::link::endpoint::Endpoint;
+use crate::link::session::Identity;
 use crate::modboat::Modboat;
-use crate::motor::Bridge;
-use crate::quadrature::{COUNTS_MAX, Quadrature};
+use crate::modboat::encoder::Encoder;
+use crate::modboat::homing::Homing;
+use crate::modboat::motor::Bridge;
+use crate::modboat::quadrature::{COUNTS_MAX, Quadrature};
+use crate::modboat::servo::{CurrentSense, ServoError};
+use crate::modboat::swimmer::Swimmer;
+use crate::modboat::tail::Tail;
 use crate::rov::Rov;
-use crate::servo::{CurrentSense, ServoError, ServoParameters};
-use crate::swimmer::Swimmer;
-use crate::tail::Tail;
-use crate::thruster::bank::{self, Bank, BankError};
-use crate::thruster::esc::Demands;
+use crate::rov::lease::ThrustLease;
+use crate::rov::thruster::bank::{Bank, BankError};
 
 /// Shortest and longest interval of a servo loop on a board. *Assumed*: half a millisecond is several times what a tick
 /// takes, and after 10 ms a tail at 11 rad/s has moved 0.1 rad.
-pub const SERVO_INTERVAL: (MicrosSpan, MicrosSpan) = (MicrosSpan(500), MicrosSpan(10_000));
+pub const SERVO_INTERVAL: (Duration, Duration) = (Duration(500), Duration(10_000));
 
 /// Why a board has nothing to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +47,7 @@ pub enum NotProvisioned {
     /// So many counts in one turn, where the board has an encoder that counts.
     Counts(u32),
     /// The interval of the servo loop is out of [`SERVO_INTERVAL`].
-    Interval(MicrosSpan),
+    Interval(Duration),
 }
 
 impl fmt::Display for NotProvisioned {
@@ -69,7 +62,7 @@ impl fmt::Display for NotProvisioned {
                 write!(f, "configuration: encoder.counts_per_turn = {counts}: 1 to {COUNTS_MAX}")
             }
             Self::Interval(interval) => {
-                let (MicrosSpan(least), MicrosSpan(greatest)) = SERVO_INTERVAL;
+                let (Duration(least), Duration(greatest)) = SERVO_INTERVAL;
                 write!(f, "configuration: servo.interval = {} µs: {least} to {greatest}", interval.0)
             }
         }
@@ -125,12 +118,15 @@ pub fn modboat<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: Ou
     let Robot::Modboat(constants) = &configuration.robot else {
         return Err(NotProvisioned::Kind(configuration.kind()));
     };
-    let servo = ServoParameters::from(&constants.servo);
-    let tail = Tail::new(encoder, constants.encoder.mounting.into(), sense, bridge, &servo)?;
-    let endpoint = Endpoint::new(Some(identity(configuration, boot)), Swimmer::new(constants.into()));
-    let homing =
-        Homing::new(constants.encoder.homing_speed, constants.encoder.homing_after, servo.no_load_speed);
-    Ok(Modboat::new(endpoint, tail).with_battery((&configuration.supply).into()).with_homing(homing))
+    let TailConstants {
+        limits,
+        servo,
+        encoder: EncoderConstants { mounting, homing_speed, homing_after, .. },
+    } = constants;
+    let tail = Tail::new(encoder, *mounting, sense, bridge, servo)?;
+    let endpoint = Endpoint::new(Some(identity(configuration, boot)), Swimmer::new(*limits));
+    let homing = Homing::new(*homing_speed, *homing_after, servo.no_load_speed);
+    Ok(Modboat::new(endpoint, tail).with_battery(configuration.supply.battery).with_homing(homing))
 }
 
 /// The encoder of a board that counts edges and has an index.
@@ -144,11 +140,11 @@ pub fn quadrature(constants: &EncoderConstants) -> Result<Quadrature, NotProvisi
     }
 }
 
-/// How often a board calls [`Modboat::tick`].
+/// How often a board calls [`Module::tick`](crate::module::Module::tick).
 ///
 /// # Errors
 /// [`NotProvisioned::Interval`].
-pub fn servo_interval(constants: &ServoConstants) -> Result<MicrosSpan, NotProvisioned> {
+pub fn servo_interval(constants: &ServoConstants) -> Result<Duration, NotProvisioned> {
     let (least, greatest) = SERVO_INTERVAL;
     let interval = constants.interval;
     if (least..=greatest).contains(&interval) {
@@ -170,11 +166,10 @@ pub fn rov<P: SetDutyCycle>(
     let Robot::Rov(constants) = &configuration.robot else {
         return Err(NotProvisioned::Kind(configuration.kind()));
     };
-    let mountings: Vec<bank::Mounting, MAX_THRUSTERS> =
-        constants.thrusters.iter().map(|&m| m.into()).collect();
-    let bank = Bank::new(pins, &mountings, constants.into())?;
-    let endpoint = Endpoint::new(Some(identity(configuration, boot)), ThrustLease::new(constants.into()));
-    Ok(Rov::new(endpoint, bank).with_battery((&configuration.supply).into()))
+    let bank = Bank::new(pins, &constants.thrusters, constants.bank)?;
+    let lease = ThrustLease::new(constants.thrusters.len(), constants.limits);
+    let endpoint = Endpoint::new(Some(identity(configuration, boot)), lease);
+    Ok(Rov::new(endpoint, bank).with_battery(configuration.supply.battery))
 }
 
 /// The battery's voltage where the board's input shows `input`; not a number where nothing is wired.
@@ -187,95 +182,6 @@ pub fn battery(supply: &SupplyConstants, input: Volts) -> Volts {
 #[must_use]
 pub fn current(supply: &SupplyConstants, input: Volts) -> Option<Amperes> {
     (supply.amperes_per_volt > 0.0).then_some(Amperes(input.0 * supply.amperes_per_volt))
-}
-
-impl From<&TailConstants> for Limits {
-    fn from(constants: &TailConstants) -> Self {
-        let &TailConstants {
-            amplitude_min,
-            amplitude_max,
-            centerline_max,
-            rotation_max,
-            speed_max,
-            period_min,
-            period_max,
-            transition_max,
-            servo: _,
-            encoder: _,
-        } = constants;
-        Self {
-            amplitude_min,
-            amplitude_max,
-            centerline_max,
-            rotation_max,
-            speed_max,
-            period_min,
-            period_max,
-            transition_max,
-        }
-    }
-}
-
-impl From<&ServoConstants> for ServoParameters {
-    fn from(constants: &ServoConstants) -> Self {
-        let &ServoConstants {
-            no_load_speed,
-            time_constant_s,
-            position_gain_per_s,
-            rate_gain,
-            speed_max,
-            stall_current,
-            current_max,
-            following_error_max,
-            following_error_time,
-            interval,
-        } = constants;
-        Self {
-            no_load_speed,
-            time_constant_s,
-            position_gain_per_s,
-            rate_gain,
-            speed_max,
-            stall_current,
-            current_max,
-            following_error_max,
-            following_error_time,
-            interval,
-        }
-    }
-}
-
-impl From<Mounting> for encoder::Mounting {
-    fn from(Mounting { zero_counts, reversed }: Mounting) -> Self {
-        Self { zero_counts, reversed }
-    }
-}
-
-impl From<ThrusterMounting> for bank::Mounting {
-    fn from(ThrusterMounting { output, reversed }: ThrusterMounting) -> Self {
-        Self { output, reversed }
-    }
-}
-
-impl From<&RovConstants> for bank::Settings {
-    fn from(constants: &RovConstants) -> Self {
-        let &RovConstants { frame_rate_hz, arming, slew_n_s, reversal_delay, .. } = constants;
-        Self { frame_rate_hz, arming, demands: Demands { slew_n_s, reversal_delay } }
-    }
-}
-
-impl From<&RovConstants> for LeaseLimits {
-    fn from(constants: &RovConstants) -> Self {
-        let &RovConstants { thrust_max, lease_max, .. } = constants;
-        Self { thrusters: constants.thrusters.len(), thrust_max, lease_max }
-    }
-}
-
-impl From<&SupplyConstants> for BatteryLimits {
-    fn from(constants: &SupplyConstants) -> Self {
-        let &SupplyConstants { low, recover, hold_off, .. } = constants;
-        Self { low, recover, hold_off }
-    }
 }
 
 #[cfg(test)]

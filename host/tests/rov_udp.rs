@@ -4,7 +4,7 @@
 mod common;
 mod keys;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use common::{PATIENCE, Process};
 use keys::{KEY, keygen};
@@ -12,7 +12,8 @@ use link::dispatcher::{Dispatcher, Event};
 use link::identity::HostIdentity;
 use link::key_file::KeyFile;
 use link::udp::UdpRadio;
-use protocol::units::{Micros, MicrosSpan, Newtons};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Newtons;
 use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, Refusal, RovCycle};
 use sim::rov::remote::RemoteRov;
 use tempfile::tempdir;
@@ -39,11 +40,11 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
     let near = |remote: &RemoteRov, thrusts_n: [f64; 3]| {
         remote.thrusts_n().iter().zip(thrusts_n).all(|(shown, wanted)| (shown - wanted).abs() < 0.1)
     };
-    let (began, mut number, mut next, mut reached) = (Instant::now(), 0, Micros(0), false);
+    let (began, mut number, mut next, mut reached) = (Instant::now(), 0, FleetInstant(0), false);
     let mut buffer = [0; MAX_DATAGRAM];
     loop {
         assert!(began.elapsed() < PATIENCE, "{:?} N, {:?}", remote.thrusts_n(), dispatcher.modules()[0]);
-        let now = Micros(began.elapsed().as_micros() as u64);
+        let now = FleetInstant(began.elapsed().as_micros() as u64);
         while let Some((length, from)) = radio.receive(now, &mut buffer).expect("a radio") {
             let event = dispatcher.handle_datagram(now, from, &buffer[..length]).expect("a datagram");
             match event {
@@ -61,10 +62,10 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
             state.is_some_and(|state| !matches!(state, ModuleState::Unsynchronised | ModuleState::Arming));
         if ready && !reached && now >= next {
             number += 1;
-            next = now.after(MicrosSpan(50_000));
+            next = now.after(Duration(50_000));
             let thrusts = wanted_n.iter().map(|&newtons| Newtons(newtons as f32)).collect();
-            let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(500_000) });
-            let start = now.after(MicrosSpan(30_000));
+            let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(500_000) });
+            let start = now.after(Duration(30_000));
             dispatcher.dispatch(now, number, start, &[Some(motion)], Delivery::Direct);
         }
         if !reached {
@@ -76,7 +77,7 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
         while let Some((to, datagram)) = dispatcher.poll_transmit(now, &mut buffer) {
             radio.send(now, to, datagram).expect("a radio");
         }
-        std::thread::sleep(Duration::from_millis(2));
+        std::thread::sleep(std::time::Duration::from_millis(2));
     }
     let report = dispatcher.modules()[0].rov_telemetry().expect("a report");
     assert_eq!(report.pulses.len(), 3);

@@ -3,7 +3,8 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 use protocol::{
     Cycle, Delivery, FleetKey, Frame, MAX_DATAGRAM, Message, ModboatCycle, ModuleId, Motion, Nonce, Session,
     Side,
@@ -18,13 +19,13 @@ fn codec(c: &mut Criterion) {
     };
     let message = Message::Cycle(Cycle {
         number: 42,
-        start: Micros(12_345_678),
+        start: FleetInstant(12_345_678),
         motion: Motion::Modboat(ModboatCycle {
             rotation: Radians(-1.25),
             centerline: Radians(0.5),
             amplitude: Radians(-2.6),
-            transition: MicrosSpan(500_000),
-            period: MicrosSpan(1_500_000),
+            transition: Duration(500_000),
+            period: Duration(1_500_000),
             law: protocol::TransitionLaw::ConstantSpeed,
         }),
         delivery: Delivery::Direct,

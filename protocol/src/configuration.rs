@@ -21,15 +21,15 @@ use zeroize::Zeroize;
 use crate::frame::{CHECKSUM, CRC32};
 use crate::keys::{FleetId, ModuleKey};
 use crate::message::{ModuleId, ModuleKind};
-use crate::units::MicrosSpan;
+use crate::time::Duration;
 
 mod constants;
 mod error;
 mod network;
 
 pub use constants::{
-    EncoderConstants, Mounting, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants,
-    ThrusterMounting,
+    BankConstants, BatteryLimits, EncoderConstants, EncoderMounting, EscConstants, LeaseLimits, Robot,
+    RovConstants, ServoConstants, SupplyConstants, TailConstants, TailLimits, ThrusterMounting,
 };
 pub use error::ConfigurationError;
 pub use network::{Host, Network, Own, PASSPHRASE_MAX, Passphrase, SSID_MAX};
@@ -59,9 +59,9 @@ pub struct Configuration {
     /// How it reaches its host.
     pub network: Network,
     /// Pause between two reports.
-    pub report_every: MicrosSpan,
+    pub report_every: Duration,
     /// No cycle starts while fleet time may be off by more.
-    pub sure_within: MicrosSpan,
+    pub sure_within: Duration,
     /// What it measures of its supply.
     pub supply: SupplyConstants,
     /// What it is, and the constants of that.

@@ -11,6 +11,8 @@
 //! | [`session`] | the one way in: sealing and opening, each number once |
 //! | [`window`] | which numbers have come |
 //! | [`ledger`] | where every datagram went |
+//! | [`time`] | instants of a module's clock and of the fleet's, and spans |
+//! | [`units`] | angles, forces, voltages |
 //! | [`radio`] | what carries datagrams |
 //! | [`configuration`] | what a module is provisioned with |
 //!
@@ -43,6 +45,7 @@ pub mod ledger;
 pub mod message;
 pub mod radio;
 pub mod session;
+pub mod time;
 pub mod units;
 pub mod window;
 

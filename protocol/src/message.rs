@@ -20,7 +20,8 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::ledger::Incoming;
-use crate::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
+use crate::time::{Duration, FleetInstant, LocalInstant};
+use crate::units::{Amperes, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 
 /// First byte of every datagram.
 pub const WIRE_VERSION: u8 = 2;
@@ -94,18 +95,18 @@ pub struct Hello {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TimeRequest {
     /// t₁: when the module sent this, on its own clock.
-    pub sent: Micros,
+    pub sent: LocalInstant,
 }
 
 /// Second half of a clock exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TimeReply {
     /// t₁, as received: which request this answers.
-    pub request_sent: Micros,
+    pub request_sent: LocalInstant,
     /// t₂: when the host received the request, fleet time.
-    pub received: Micros,
+    pub received: FleetInstant,
     /// t₃: when the host sent this, fleet time.
-    pub sent: Micros,
+    pub sent: FleetInstant,
 }
 
 /// One cycle of one module. Idempotent: the same cycle may arrive any number of times.
@@ -114,7 +115,7 @@ pub struct Cycle {
     /// Cycle number, counted by the host, growing.
     pub number: u32,
     /// When it starts, fleet time.
-    pub start: Micros,
+    pub start: FleetInstant,
     /// What to do.
     pub motion: Motion,
     /// When it may run.
@@ -149,9 +150,9 @@ pub struct ModboatCycle {
     /// Amplitude A; the sign chooses the end at which the waveform starts, zero rests.
     pub amplitude: Radians,
     /// t_trans. Zero where no module of the fleet needs a transition.
-    pub transition: MicrosSpan,
+    pub transition: Duration,
     /// T.
-    pub period: MicrosSpan,
+    pub period: Duration,
     /// How the transition goes through its time. On the wire it follows the whole message, and its absence means constant
     /// speed: cycles of hosts that know no other law are read as before.
     #[serde(skip)]
@@ -168,7 +169,7 @@ pub enum TransitionLaw {
     /// s starts and ends at rest: constant acceleration for `ramp`, constant speed, constant deceleration for `ramp`.
     RestToRest {
         /// Length of each ramp, at most half of the transition.
-        ramp: MicrosSpan,
+        ramp: Duration,
     },
 }
 
@@ -201,7 +202,7 @@ pub struct RovCycle {
     /// Thrust of each thruster, along its own axis.
     pub thrusts: Vec<Newtons, MAX_THRUSTERS>,
     /// After this long without another cycle the thrusters go to neutral.
-    pub lease: MicrosSpan,
+    pub lease: Duration,
 }
 
 /// What became of a cycle.
@@ -321,7 +322,7 @@ pub struct Health {
     /// What came to it since its boot.
     pub incoming: Incoming,
     /// How far its fleet time may be off.
-    pub uncertainty: MicrosSpan,
+    pub uncertainty: Duration,
     /// How much faster fleet time runs than its own clock, 10⁻⁹.
     pub drift_ppb: i32,
 }
@@ -330,7 +331,7 @@ pub struct Health {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Telemetry {
     /// When it was measured, fleet time (0 while unsynchronised).
-    pub at: Micros,
+    pub at: FleetInstant,
     /// What it is doing.
     pub state: ModuleState,
     /// The cycle that runs, or ran last; 0 before the first.
@@ -351,7 +352,7 @@ pub struct Telemetry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RovTelemetry {
     /// When it was measured, fleet time (0 while unsynchronised).
-    pub at: Micros,
+    pub at: FleetInstant,
     /// What it is doing.
     pub state: ModuleState,
     /// The cycle that runs, or ran last; 0 before the first.

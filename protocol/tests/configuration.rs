@@ -4,22 +4,26 @@ use std::path::PathBuf;
 
 use proptest::prelude::*;
 use protocol::configuration::{
-    EncoderConstants, FORMAT, Host, IMAGE_MAX, MAGIC, Mounting, Network, Own, Passphrase, Robot,
-    RovConstants, ServoConstants, SupplyConstants, TailConstants, ThrusterMounting,
+    BankConstants, BatteryLimits, EncoderConstants, EncoderMounting, EscConstants, FORMAT, Host, IMAGE_MAX,
+    LeaseLimits, MAGIC, Network, Own, Passphrase, Robot, RovConstants, ServoConstants, SupplyConstants,
+    TailConstants, TailLimits, ThrusterMounting,
 };
-use protocol::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Newtons, Radians, RadiansPerSecond, Volts};
 use protocol::{Configuration, ConfigurationError, FleetKey, ModuleId, ModuleKey, ModuleKind};
 
 fn tail() -> TailConstants {
     TailConstants {
-        amplitude_min: Radians(0.9),
-        amplitude_max: Radians(2.6),
-        centerline_max: Radians(1000.0),
-        rotation_max: Radians(12.5),
-        speed_max: RadiansPerSecond(13.0),
-        period_min: MicrosSpan(500_000),
-        period_max: MicrosSpan(10_000_000),
-        transition_max: MicrosSpan(10_000_000),
+        limits: TailLimits {
+            amplitude_min: Radians(0.9),
+            amplitude_max: Radians(2.6),
+            centerline_max: Radians(1000.0),
+            rotation_max: Radians(12.5),
+            speed_max: RadiansPerSecond(13.0),
+            period_min: Duration(500_000),
+            period_max: Duration(10_000_000),
+            transition_max: Duration(10_000_000),
+        },
         servo: ServoConstants {
             no_load_speed: RadiansPerSecond(18.0),
             time_constant_s: 0.02,
@@ -29,14 +33,14 @@ fn tail() -> TailConstants {
             stall_current: Amperes(1.8),
             current_max: Amperes(1.2),
             following_error_max: Radians(0.022),
-            following_error_time: MicrosSpan(50_000),
-            interval: MicrosSpan(1_000),
+            following_error_time: Duration(50_000),
+            interval: Duration(1_000),
         },
         encoder: EncoderConstants {
             counts_per_turn: 4_800,
-            mounting: Mounting { zero_counts: 1234, reversed: true },
+            mounting: EncoderMounting { zero_counts: 1234, reversed: true },
             homing_speed: RadiansPerSecond(0.5),
-            homing_after: MicrosSpan(5_000_000),
+            homing_after: Duration(5_000_000),
         },
     }
 }
@@ -44,12 +48,12 @@ fn tail() -> TailConstants {
 fn rov() -> RovConstants {
     RovConstants {
         thrusters: (0..6).map(|output| ThrusterMounting { output, reversed: output % 2 == 1 }).collect(),
-        thrust_max: Newtons(66.0),
-        lease_max: MicrosSpan(1_000_000),
-        frame_rate_hz: 400.0,
-        arming: MicrosSpan(3_000_000),
-        slew_n_s: 200.0,
-        reversal_delay: MicrosSpan(20_000),
+        limits: LeaseLimits { thrust_max: Newtons(66.0), lease_max: Duration(1_000_000) },
+        bank: BankConstants {
+            frame_rate_hz: 400.0,
+            arming: Duration(3_000_000),
+            esc: EscConstants { slew_n_s: 200.0, reversal_delay: Duration(20_000) },
+        },
     }
 }
 
@@ -69,14 +73,12 @@ fn modboat() -> Configuration {
         fleet: key.fleet(),
         key: key.module(ModuleId(3)),
         network: network(b"tank", b"eight or more", Own::Dhcp),
-        report_every: MicrosSpan(20_000),
-        sure_within: MicrosSpan(2_000),
+        report_every: Duration(20_000),
+        sure_within: Duration(2_000),
         supply: SupplyConstants {
             volts_per_volt: 4.0,
             amperes_per_volt: 0.5,
-            low: Volts(6.4),
-            recover: Volts(6.8),
-            hold_off: MicrosSpan(2_000_000),
+            battery: BatteryLimits { low: Volts(6.4), recover: Volts(6.8), hold_off: Duration(2_000_000) },
         },
         robot: Robot::Modboat(tail()),
     }
@@ -205,11 +207,11 @@ fn every_flipped_bit_is_noticed() {
 fn constants_are_numbers() {
     type Change<T> = fn(&mut T, f32);
     let of_tail: [(&str, Change<TailConstants>); 14] = [
-        ("amplitude_min", |c, v| c.amplitude_min.0 = v),
-        ("amplitude_max", |c, v| c.amplitude_max.0 = v),
-        ("centerline_max", |c, v| c.centerline_max.0 = v),
-        ("rotation_max", |c, v| c.rotation_max.0 = v),
-        ("speed_max", |c, v| c.speed_max.0 = v),
+        ("amplitude_min", |c, v| c.limits.amplitude_min.0 = v),
+        ("amplitude_max", |c, v| c.limits.amplitude_max.0 = v),
+        ("centerline_max", |c, v| c.limits.centerline_max.0 = v),
+        ("rotation_max", |c, v| c.limits.rotation_max.0 = v),
+        ("speed_max", |c, v| c.limits.speed_max.0 = v),
         ("servo.no_load_speed", |c, v| c.servo.no_load_speed.0 = v),
         ("servo.time_constant_s", |c, v| c.servo.time_constant_s = v),
         ("servo.position_gain_per_s", |c, v| c.servo.position_gain_per_s = v),
@@ -221,15 +223,15 @@ fn constants_are_numbers() {
         ("encoder.homing_speed", |c, v| c.encoder.homing_speed.0 = v),
     ];
     let of_rov: [(&str, Change<RovConstants>); 3] = [
-        ("thrust_max", |c, v| c.thrust_max.0 = v),
-        ("frame_rate_hz", |c, v| c.frame_rate_hz = v),
-        ("slew_n_s", |c, v| c.slew_n_s = v),
+        ("thrust_max", |c, v| c.limits.thrust_max.0 = v),
+        ("frame_rate_hz", |c, v| c.bank.frame_rate_hz = v),
+        ("slew_n_s", |c, v| c.bank.esc.slew_n_s = v),
     ];
     let of_supply: [(&str, Change<SupplyConstants>); 4] = [
         ("supply.volts_per_volt", |c, v| c.volts_per_volt = v),
         ("supply.amperes_per_volt", |c, v| c.amperes_per_volt = v),
-        ("supply.low", |c, v| c.low.0 = v),
-        ("supply.recover", |c, v| c.recover.0 = v),
+        ("supply.low", |c, v| c.battery.low.0 = v),
+        ("supply.recover", |c, v| c.battery.recover.0 = v),
     ];
     let is = |error, wanted: &str, bad: f32| {
         let right = matches!(error, ConfigurationError::Constant { key, value, .. }
@@ -273,10 +275,12 @@ fn neither_key_nor_passphrase_is_shown() {
 fn the_longest_fits() {
     let own = Own::Static { address: [255; 4], prefix: 32, gateway: Some([255; 4]) };
     let mounting = ThrusterMounting { output: 255, reversed: true };
-    let span = MicrosSpan(u32::MAX);
+    let span = Duration(u32::MAX);
     let thrusters = std::iter::repeat_n(mounting, 8).collect();
-    let rov = RovConstants { thrusters, lease_max: span, arming: span, reversal_delay: span, ..rov() };
-    let mut tail = TailConstants { period_min: span, period_max: span, transition_max: span, ..tail() };
+    let mut rov = RovConstants { thrusters, ..rov() };
+    (rov.limits.lease_max, rov.bank.arming, rov.bank.esc.reversal_delay) = (span, span, span);
+    let mut tail = tail();
+    (tail.limits.period_min, tail.limits.period_max, tail.limits.transition_max) = (span, span, span);
     (tail.servo.interval, tail.encoder.mounting.zero_counts) = (span, u32::MAX);
     (tail.encoder.counts_per_turn, tail.encoder.homing_after) = (u32::MAX, span);
     for robot in [Robot::Modboat(tail), Robot::Rov(rov)] {
@@ -284,7 +288,7 @@ fn the_longest_fits() {
         let module = ModuleId(1024);
         let mut longest =
             Configuration { module, network, report_every: span, sure_within: span, robot, ..modboat() };
-        longest.supply.hold_off = span;
+        longest.supply.battery.hold_off = span;
         println!("{} bytes", image(&longest).len());
         assert!(image(&longest).len() <= 320);
     }
@@ -306,20 +310,21 @@ proptest! {
         spans in any::<[u32; 6]>(),
         thrusters in prop::option::of(prop::collection::vec(any::<(u8, bool)>(), 0..=8)),
     ) {
-        let [period_min, period_max, transition_max, interval, report_every, sure_within] = spans.map(MicrosSpan);
+        let [period_min, period_max, transition_max, interval, report_every, sure_within] = spans.map(Duration);
         let robot = match thrusters {
             Some(thrusters) => Robot::Rov(RovConstants {
                 thrusters: thrusters.iter().map(|&(output, reversed)| ThrusterMounting { output, reversed }).collect(),
-                thrust_max: Newtons(numbers[0]),
-                lease_max: period_min,
-                frame_rate_hz: numbers[1],
-                arming: period_max,
-                slew_n_s: numbers[2],
-                reversal_delay: interval,
+                limits: LeaseLimits { thrust_max: Newtons(numbers[0]), lease_max: period_min },
+                bank: BankConstants {
+                    frame_rate_hz: numbers[1],
+                    arming: period_max,
+                    esc: EscConstants { slew_n_s: numbers[2], reversal_delay: interval },
+                },
             }),
             None => {
-                let mut tail = TailConstants { period_min, period_max, transition_max, ..tail() };
-                (tail.amplitude_min.0, tail.speed_max.0, tail.servo.rate_gain) = (numbers[3], numbers[4], numbers[5]);
+                let limits = TailLimits { period_min, period_max, transition_max, ..tail().limits };
+                let mut tail = TailConstants { limits, ..tail() };
+                (tail.limits.amplitude_min.0, tail.limits.speed_max.0, tail.servo.rate_gain) = (numbers[3], numbers[4], numbers[5]);
                 (tail.servo.interval, tail.encoder.mounting.zero_counts) = (interval, spans[0]);
                 Robot::Modboat(tail)
             }

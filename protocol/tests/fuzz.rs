@@ -7,7 +7,8 @@ mod fuzz;
 
 use common::{messages, open, pair, remade, seal};
 use proptest::prelude::*;
-use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, Volts};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::{Amperes, Newtons, PulseMicros, Radians, Volts};
 use protocol::*;
 
 #[test]
@@ -62,12 +63,12 @@ proptest! {
             rotation: Radians(rotation),
             centerline: Radians(centerline),
             amplitude: Radians(amplitude),
-            transition: MicrosSpan(transition),
-            period: MicrosSpan(period),
-            law: ramp.map_or(TransitionLaw::ConstantSpeed, |ramp| TransitionLaw::RestToRest { ramp: MicrosSpan(ramp) }),
+            transition: Duration(transition),
+            period: Duration(period),
+            law: ramp.map_or(TransitionLaw::ConstantSpeed, |ramp| TransitionLaw::RestToRest { ramp: Duration(ramp) }),
         });
         let delivery = if prepare { Delivery::Prepare } else { Delivery::Direct };
-        let message = Message::Cycle(Cycle { number, start: Micros(start), motion, delivery });
+        let message = Message::Cycle(Cycle { number, start: FleetInstant(start), motion, delivery });
         let (again, length) = told(&message, Side::Host);
         prop_assert_eq!(again, format!("{message:?}"));
         prop_assert!(length <= 100, "{} bytes", length);
@@ -77,9 +78,9 @@ proptest! {
     fn rov_cycles_survive(number: u32, start: u64, lease: u32, thrusts in prop::collection::vec(-60f32..60.0, 0..=8)) {
         let motion = Motion::Rov(RovCycle {
             thrusts: thrusts.into_iter().map(Newtons).collect(),
-            lease: MicrosSpan(lease),
+            lease: Duration(lease),
         });
-        let message = Message::Cycle(Cycle { number, start: Micros(start), motion, delivery: Delivery::Direct });
+        let message = Message::Cycle(Cycle { number, start: FleetInstant(start), motion, delivery: Delivery::Direct });
         let (again, length) = told(&message, Side::Host);
         prop_assert_eq!(again, format!("{message:?}"));
         prop_assert!(length <= MAX_DATAGRAM);
@@ -91,7 +92,7 @@ proptest! {
         pulses in prop::collection::vec(any::<f32>(), 0..=8),
     ) {
         let message = Message::RovTelemetry(RovTelemetry {
-            at: Micros(at),
+            at: FleetInstant(at),
             state: ModuleState::Executing,
             cycle,
             pulses: pulses.into_iter().map(PulseMicros).collect(),

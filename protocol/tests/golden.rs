@@ -38,7 +38,7 @@ fn talked() -> (Session, Session) {
     let (mut host, mut module) = pair();
     for k in 0..300 {
         let there = seal(&mut host, &Message::Hold);
-        let back = seal(&mut module, &Message::TimeRequest(TimeRequest { sent: units::Micros(k) }));
+        let back = seal(&mut module, &Message::TimeRequest(TimeRequest { sent: time::LocalInstant(k) }));
         if k % 2 == 0 {
             open(&mut module, &there).expect("accepted");
             open(&mut host, &back).expect("accepted");

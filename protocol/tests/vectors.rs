@@ -74,7 +74,7 @@ fn datagrams_are_sealed_as_elsewhere() {
     assert_eq!(hex(&call), CALL);
     assert_eq!(open(&mut module, &call).map(|opened| opened.message), Ok(Message::Called));
     assert_eq!(hex(&seal(&mut host, &Message::Hold)), HOLD);
-    let request = Message::TimeRequest(TimeRequest { sent: units::Micros(1_000_001) });
+    let request = Message::TimeRequest(TimeRequest { sent: time::LocalInstant(1_000_001) });
     assert_eq!(hex(&seal(&mut module, &request)), TIME_REQUEST);
 }
 

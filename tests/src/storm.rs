@@ -29,7 +29,7 @@ use host::run::scenario::Scenario;
 use link::faults::FaultCount;
 use link::identity::HostIdentity;
 use link::loopback::Node;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::{MAX_DATAGRAM, Radio};
 use record::PoseSample;
 use sim::TailState;
@@ -206,7 +206,7 @@ impl<'a> World<'a> {
         let host = HostIdentity::simulated(self.storm.seed, self.host_runs.len() as u64);
         // Time of the first run is the true one; that of later runs begins when they do.
         let epoch_us = if self.host_runs.is_empty() { 0 } else { now_us - TICK_US };
-        let pilot = Pilot::new(&self.scenario, &host, self.fleet.roster(), None, || Micros(0));
+        let pilot = Pilot::new(&self.scenario, &host, self.fleet.roster(), None, || FleetInstant(0));
         self.pilot = Some(pilot.expect("a pilot"));
         self.host_runs.push(HostRun { boot: host.boot, epoch_us, cycles: HashMap::new(), seen: 0 });
     }
@@ -235,14 +235,14 @@ impl<'a> World<'a> {
         }
     }
 
-    fn reboot(&mut self, now_us: u64, module: usize, off: MicrosSpan) {
+    fn reboot(&mut self, now_us: u64, module: usize, off: Duration) {
         self.note_boot(module);
-        let swings = self.fleet.modules()[module].running(Micros(now_us)).is_some();
+        let swings = self.fleet.modules()[module].running(FleetInstant(now_us)).is_some();
         self.outcome.powerless += usize::from(swings);
         if swings {
             self.watch.powerless[module].get_or_insert(true);
         }
-        self.fleet.modules_mut()[module].reboot(Micros(now_us), off);
+        self.fleet.modules_mut()[module].reboot(FleetInstant(now_us), off);
     }
 
     /// Counts of a boot that is over.
@@ -258,10 +258,13 @@ impl<'a> World<'a> {
     }
 
     fn tick(&mut self, now_us: u64) {
-        let now = Micros(now_us);
+        let now = FleetInstant(now_us);
         let mut buffer = [0; MAX_DATAGRAM];
         self.fleet.advance(now).expect("the loopback does not fail");
-        let host_now = self.host_runs.last().map_or(Micros(0), |host_run| Micros(now_us - host_run.epoch_us));
+        let host_now = self
+            .host_runs
+            .last()
+            .map_or(FleetInstant(0), |host_run| FleetInstant(now_us - host_run.epoch_us));
         while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
             match &mut self.pilot {
                 Some(pilot) => {
@@ -308,7 +311,7 @@ impl<'a> World<'a> {
     }
 
     fn watch_cycles(&mut self, now_us: u64) {
-        let now = Micros(now_us);
+        let now = FleetInstant(now_us);
         let skew_us = SKEW_US + self.storm.jumped_us();
         for module in 0..self.storm.modules {
             let sim = &self.fleet.modules()[module];
@@ -398,12 +401,13 @@ impl<'a> World<'a> {
     /// Lets everything arrive that is on its way, and compares all counts.
     fn settle(&mut self, now_us: u64) {
         self.fleet.heal(true);
-        let now = Micros(now_us + TICK_US);
+        let now = FleetInstant(now_us + TICK_US);
         self.fleet.advance(now).expect("the loopback does not fail");
         let mut buffer = [0; MAX_DATAGRAM];
         while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
             if let Some(pilot) = &mut self.pilot {
-                let host_now = Micros(now.0 - self.host_runs.last().map_or(0, |host_run| host_run.epoch_us));
+                let host_now =
+                    FleetInstant(now.0 - self.host_runs.last().map_or(0, |host_run| host_run.epoch_us));
                 let _ = pilot.handle_datagram(host_now, from, &buffer[..length]);
             }
         }

@@ -12,7 +12,7 @@ use link::faults::{FaultCount, FaultParameters};
 use modboat::structure::Structure;
 use protocol::ModuleState;
 use protocol::ledger::{Incoming, Outgoing};
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use record::{CycleRecord, RunRecord};
 use sim::module::TICK;
 use tests::checker::{Modboat, check, check_without};
@@ -24,13 +24,13 @@ fn scenario() -> Scenario {
 }
 
 /// A drill: at every tick, with time since the start of the first cycle, s, and the modules.
-type Drill<'a> = &'a mut dyn FnMut(Micros, f64, &mut InProcess);
+type Drill<'a> = &'a mut dyn FnMut(FleetInstant, f64, &mut InProcess);
 
 /// Runs with a drill; also what is left of the fleet.
 fn run_with(scenario: &Scenario, seed: u64, drill: Drill<'_>) -> (RunResult, InProcess) {
     let mut fleet = InProcess::new(scenario, seed).expect("a fleet");
     let stop = AtomicBool::new(false);
-    let mut at = |now: Micros, origin: Option<Micros>, fleet: &mut InProcess| {
+    let mut at = |now: FleetInstant, origin: Option<FleetInstant>, fleet: &mut InProcess| {
         let t_s = origin.map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
         drill(now, t_s, fleet);
     };
@@ -97,7 +97,7 @@ fn follows_its_demand(summary: &Summary) {
 /// Every count of the ledgers against the others and against what the medium did, in a run without reboots and
 /// forgeries, which ended at `end`.
 #[track_caller]
-fn ledgers_balance(result: &RunResult, fleet: &mut InProcess, end: Micros) {
+fn ledgers_balance(result: &RunResult, fleet: &mut InProcess, end: FleetInstant) {
     let summary = &result.summary;
     let host: FaultCount = fleet.radio().count();
     let radios = fleet.modules_mut().iter().map(|module| module.radio().count());
@@ -110,7 +110,7 @@ fn ledgers_balance(result: &RunResult, fleet: &mut InProcess, end: Micros) {
     let received = summary.link.iter().map(|link| &link.from_module).chain([&summary.strays]);
     assert_eq!(received.map(|counts| u64::from(counts.received)).sum::<u64>(), modules.delivered);
     let said = fleet.modules_mut().iter().map(|module| {
-        let link = module.firmware().and_then(|firmware| firmware.endpoint().link()).expect("it lives");
+        let link = module.link().expect("it lives");
         (link.announced(), link.outgoing())
     });
     let said: Vec<(u64, Outgoing)> = said.collect();
@@ -118,9 +118,7 @@ fn ledgers_balance(result: &RunResult, fleet: &mut InProcess, end: Micros) {
 
     // One tick more, and the modules have received what the host's radio gave; the host hears no more.
     fleet.advance(end.after(TICK)).expect("a loopback");
-    let incoming = fleet.modules_mut().iter().map(|module| {
-        *module.firmware().and_then(|firmware| firmware.endpoint().link()).expect("it lives").incoming()
-    });
+    let incoming = fleet.modules_mut().iter().map(|module| *module.link().expect("it lives").incoming());
     let incoming: Vec<Incoming> = incoming.collect();
     assert_eq!(incoming.iter().map(|counts| u64::from(counts.received)).sum::<u64>(), host.delivered);
 
@@ -189,7 +187,7 @@ fn table_a_bad_medium_changes_nothing_that_matters() {
     {
         let mut scenario = scenario();
         scenario.radio = FaultParameters { loss, duplication, corruption, jitter_s, ..Default::default() };
-        let mut end = Micros(0);
+        let mut end = FleetInstant(0);
         let (result, mut fleet) = run_with(&scenario, 7, &mut |now, _, _| end = now);
         let (summary, faults) = (&result.summary, result.summary.faults.expect("in process"));
         let errors = |module| tail_errors(&result.record, module).into_iter().map(|(_, e)| e);
@@ -259,7 +257,7 @@ fn tails_follow_their_cycles() {
 #[test]
 fn a_jammed_motor_stops_its_module_and_is_not_hidden() {
     let jam_s = 30.0;
-    let mut end = Micros(0);
+    let mut end = FleetInstant(0);
     let (result, mut fleet) = run_with(&scenario(), 3, &mut |now, t_s, fleet| {
         end = now;
         if t_s >= jam_s {
@@ -317,7 +315,7 @@ fn rebooted(scenario: &Scenario, seed: u64, reboot_s: f64) -> RunResult {
     let mut done = false;
     let (result, _) = run_with(scenario, seed, &mut |now, t_s, fleet| {
         if t_s >= reboot_s && !done {
-            fleet.modules_mut()[1].reboot(now, MicrosSpan(200_000));
+            fleet.modules_mut()[1].reboot(now, Duration(200_000));
             done = true;
         }
     });
@@ -384,7 +382,7 @@ fn a_module_that_falls_silent_ends_the_run_and_not_what_was_measured() {
     let (result, _) = run_with(&scenario, 1, &mut |now, t_s, fleet| {
         if !gone && t_s >= 30.0 {
             gone = true;
-            fleet.modules_mut()[1].reboot(now, MicrosSpan(u32::MAX));
+            fleet.modules_mut()[1].reboot(now, Duration(u32::MAX));
         }
     });
     let failure = result.summary.failure.as_deref().expect("it failed");

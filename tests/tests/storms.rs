@@ -28,6 +28,7 @@ fn fleets_survive_storms() {
         }
         (storm, outcome)
     });
+    assert!(!all.is_empty(), "no storm was asked for");
     report(&all);
     let bad: Vec<u64> = all
         .iter()

@@ -102,7 +102,7 @@ mod tests {
             "core::fmt::write",
             "main",
             "HardFault",
-            "firmware::homing::Search::Fail",
+            "firmware::modboat::homing::Search::Fail",
             "board::link_failed",
             "core::slice::index::get",
             "",

@@ -2,27 +2,29 @@
 
 use std::vec::Vec;
 
+use protocol::configuration::TailLimits;
+use protocol::time::FleetInstant;
+use protocol::units::Volts;
 use protocol::{Cycle, Delivery, Faults, Message, ModboatCycle, ModuleState, Motion, Refusal, Verdict};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, identity};
-use crate::failsafe::BLIND_FOR;
-use crate::limits::Limits;
+use crate::link::failsafe::BLIND_FOR;
+use crate::modboat::servo::NoSense;
 use crate::plant::{Rig, RigEncoder, RigPin, RigPwm};
-use crate::servo::NoSense;
 
 mod homing;
 
 const MS: u64 = 1_000;
-const FULL: Volts = Volts(7.4);
+const FULL: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
 
 /// A whole Modboat on the rig, and its host.
 struct Bench<E = RigEncoder> {
     rig: Rig,
     boat: Modboat<E, NoSense, RigPwm, RigPin, RigPin>,
     host: BenchHost,
-    now: Micros,
-    battery: Volts,
+    now: LocalInstant,
+    supply: Supply,
     /// Greatest drive while it may not hold or swim.
     search_drive: f64,
 }
@@ -30,7 +32,7 @@ struct Bench<E = RigEncoder> {
 impl Bench {
     fn boot(angle_rad: f64) -> Self {
         let rig = Rig::new(angle_rad);
-        let endpoint = Endpoint::new(Some(identity(1)), Swimmer::new(Limits::default()));
+        let endpoint = Endpoint::new(Some(identity(1)), Swimmer::new(TailLimits::default()));
         let boat = Modboat::new(endpoint, rig.tail());
         Self::on(rig, boat)
     }
@@ -46,14 +48,14 @@ impl Bench {
 
 impl<E: Encoder> Bench<E> {
     fn on(rig: Rig, boat: Modboat<E, NoSense, RigPwm, RigPin, RigPin>) -> Self {
-        Self { rig, boat, host: BenchHost::new(1), now: Micros(0), battery: FULL, search_drive: 0.0 }
+        Self { rig, boat, host: BenchHost::new(1), now: LocalInstant(0), supply: FULL, search_drive: 0.0 }
     }
 
     fn run(&mut self, end: u64) -> Vec<Message> {
         let mut said = Vec::new();
         while self.now.0 < end {
             let may_drive = self.boat.endpoint().failsafe().may_drive();
-            self.boat.tick(self.now, self.battery).unwrap();
+            self.boat.tick(self.now, &self.supply).unwrap();
             assert!(may_drive || (0.0..=self.search_drive).contains(&self.rig.drive()), "at {:?}", self.now);
             said.extend(self.host.listen(self.now, &mut self.boat));
             self.rig.step_ms();
@@ -85,11 +87,11 @@ fn cycle(number: u32, start: u64, from: f64, amplitude: f32) -> Message {
         rotation: Radians(0.0),
         centerline: Radians(from as f32 - amplitude),
         amplitude: Radians(amplitude),
-        transition: MicrosSpan(0),
-        period: MicrosSpan(1_500_000),
+        transition: Duration(0),
+        period: Duration(1_500_000),
         law: protocol::TransitionLaw::ConstantSpeed,
     });
-    Message::Cycle(Cycle { number, start: Micros(start + AHEAD), motion, delivery: Delivery::Direct })
+    Message::Cycle(Cycle { number, start: FleetInstant(start + AHEAD), motion, delivery: Delivery::Direct })
 }
 
 #[test]
@@ -176,7 +178,7 @@ fn an_encoder_dead_from_the_start_is_said() {
 #[test]
 fn a_low_battery_finishes_the_cycle_and_refuses_the_next() {
     let mut bench = Bench::ready(0.0);
-    bench.battery = Volts(6.0);
+    bench.supply.battery = Volts(6.0);
     bench.run(2_900 * MS);
     assert_eq!(bench.ask(&cycle(1, 2_950 * MS, 0.0, 1.0)), Verdict::Accepted, "it may be the load");
     bench.run(3_100 * MS);
@@ -185,7 +187,7 @@ fn a_low_battery_finishes_the_cycle_and_refuses_the_next() {
     bench.run(4_600 * MS);
     assert_eq!(bench.state(), ModuleState::Holding);
     assert!((bench.rig.angle_rad()).abs() < 0.02 && bench.boat.endpoint().failsafe().may_drive());
-    bench.battery = FULL;
+    bench.supply = FULL;
     bench.run(7_000 * MS);
     assert_eq!((bench.faults(), bench.ask(&cycle(3, 7_500 * MS, 0.0, 1.0))), (Faults(0), Verdict::Accepted));
 }
@@ -210,12 +212,12 @@ fn stopped_by_the_host_it_holds_and_released_it_rests_where_it_was_turned() {
 #[test]
 fn unprovisioned_it_never_drives() {
     let rig = Rig::new(0.3);
-    let mut boat = Modboat::new(Endpoint::new(None, Swimmer::new(Limits::default())), rig.tail());
+    let mut boat = Modboat::new(Endpoint::new(None, Swimmer::new(TailLimits::default())), rig.tail());
     let mut host = Bench::ready(0.3);
     host.host.seal(&cycle(1, 2_000 * MS, 0.3, 1.0));
     for (k, datagram) in (0..).zip(host.host.recorded.iter().cycle().take(3_000)) {
-        assert_eq!(boat.handle_datagram(Micros(k * MS), datagram), Err(Class::Foreign));
-        boat.tick(Micros(k * MS), FULL).unwrap();
+        assert_eq!(boat.handle_datagram(LocalInstant(k * MS), datagram), Err(Class::Foreign));
+        boat.tick(LocalInstant(k * MS), &FULL).unwrap();
         rig.step_ms();
         rig.turn(0.001);
         assert_eq!(rig.drive(), 0.0);

@@ -1,12 +1,13 @@
 use super::*;
+use protocol::configuration::{BatteryLimits, EncoderMounting};
 use protocol::units::RadiansPerSecond;
 
 fn encoder(counts_per_turn: u32) -> EncoderConstants {
     EncoderConstants {
         counts_per_turn,
-        mounting: Mounting::default(),
+        mounting: EncoderMounting::default(),
         homing_speed: RadiansPerSecond(0.0),
-        homing_after: MicrosSpan(0),
+        homing_after: Duration(0),
     }
 }
 
@@ -23,24 +24,12 @@ fn a_board_that_counts_wants_counts() {
 
 #[test]
 fn the_servo_is_called_as_often_as_it_says() {
-    let usual = ServoParameters::default();
-    let constants = |micros| ServoConstants {
-        no_load_speed: usual.no_load_speed,
-        time_constant_s: usual.time_constant_s,
-        position_gain_per_s: usual.position_gain_per_s,
-        rate_gain: usual.rate_gain,
-        speed_max: usual.speed_max,
-        stall_current: usual.stall_current,
-        current_max: usual.current_max,
-        following_error_max: usual.following_error_max,
-        following_error_time: usual.following_error_time,
-        interval: MicrosSpan(micros),
-    };
+    let constants = |micros| ServoConstants { interval: Duration(micros), ..ServoConstants::default() };
     for micros in [500, 1_000, 10_000] {
-        assert_eq!(servo_interval(&constants(micros)), Ok(MicrosSpan(micros)));
+        assert_eq!(servo_interval(&constants(micros)), Ok(Duration(micros)));
     }
     for micros in [0, 499, 10_001, u32::MAX] {
-        let refused = NotProvisioned::Interval(MicrosSpan(micros));
+        let refused = NotProvisioned::Interval(Duration(micros));
         assert_eq!(servo_interval(&constants(micros)), Err(refused));
     }
 }
@@ -50,9 +39,7 @@ fn an_input_with_nothing_wired_to_it_says_nothing() {
     let supply = |volts_per_volt, amperes_per_volt| SupplyConstants {
         volts_per_volt,
         amperes_per_volt,
-        low: Volts(6.4),
-        recover: Volts(6.8),
-        hold_off: MicrosSpan(0),
+        battery: BatteryLimits::MODBOAT,
     };
     assert_eq!(battery(&supply(3.0, 0.0), Volts(2.5)), Volts(7.5));
     assert!(battery(&supply(0.0, 0.0), Volts(2.5)).0.is_nan());

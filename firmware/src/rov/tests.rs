@@ -6,15 +6,14 @@ use std::rc::Rc;
 use std::vec::Vec;
 
 use proptest::prelude::*;
-use protocol::units::{MicrosSpan, Newtons, PulseMicros};
+use protocol::configuration::{BankConstants, EscConstants, LeaseLimits, ThrusterMounting};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::{Amperes, Newtons, PulseMicros, Volts};
 use protocol::{Cycle, Delivery, Message, ModuleState, Motion, Refusal, RovCycle, Verdict};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, identity};
-use crate::lease::LeaseLimits;
-use crate::thruster::bank::{Mounting, Settings};
-use crate::thruster::esc::Demands;
-use crate::thruster::law;
+use crate::rov::thruster::law;
 
 const SUPPLY: Supply = Supply { battery: Volts(16.0), current: Amperes(3.0) };
 const TICK: u64 = 5_000;
@@ -42,17 +41,17 @@ impl SetDutyCycle for Pin {
 struct Bench {
     rov: Rov<Pin>,
     pins: [Pin; 2],
-    now: Micros,
+    now: LocalInstant,
     host: BenchHost,
 }
 
 impl Bench {
     fn boot(pins: &[Pin; 2], life: u8) -> Rov<Pin> {
-        let mountings = [0, 1].map(|output| Mounting { output, reversed: false });
-        let demands = Demands { slew_n_s: 400.0, reversal_delay: MicrosSpan(20_000) };
-        let settings = Settings { arming: MicrosSpan(500_000), demands, ..Settings::default() };
+        let mountings = [0, 1].map(|output| ThrusterMounting { output, reversed: false });
+        let esc = EscConstants { slew_n_s: 400.0, reversal_delay: Duration(20_000) };
+        let settings = BankConstants { arming: Duration(500_000), esc, ..BankConstants::default() };
         let bank = Bank::new(pins.iter().cloned(), &mountings, settings).unwrap();
-        let lease = ThrustLease::new(LeaseLimits::of(2));
+        let lease = ThrustLease::new(2, LeaseLimits::default());
         Rov::new(Endpoint::new(Some(identity(life)), lease), bank)
     }
 
@@ -60,7 +59,7 @@ impl Bench {
     fn new() -> Self {
         let pins = [Pin::default(), Pin::default()];
         let rov = Self::boot(&pins, 1);
-        let mut bench = Self { rov, pins, now: Micros(0), host: BenchHost::new(1) };
+        let mut bench = Self { rov, pins, now: LocalInstant(0), host: BenchHost::new(1) };
         bench.run(300_000);
         assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Arming);
         bench
@@ -88,8 +87,8 @@ impl Bench {
     /// A cycle that starts at `start` on the module's own clock.
     fn offer(&mut self, number: u32, start: u64, thrusts: [f32; 2], lease: u32) -> Verdict {
         let thrusts = thrusts.into_iter().map(Newtons).collect();
-        let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(lease) });
-        let cycle = Cycle { number, start: Micros(start + AHEAD), motion, delivery: Delivery::Direct };
+        let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(lease) });
+        let cycle = Cycle { number, start: FleetInstant(start + AHEAD), motion, delivery: Delivery::Direct };
         self.host.ask(self.now, &mut self.rov, &Message::Cycle(cycle))
     }
 
@@ -116,7 +115,7 @@ fn thrust_comes_when_armed_grows_and_ends_with_the_lease_to_the_tick() {
     }
     // The link is lost; the tick at 695 ms is the last of the lease.
     bench.run(700_000);
-    assert_eq!(bench.rov.endpoint().state(Micros(699_999)), ModuleState::Executing);
+    assert_eq!(bench.rov.endpoint().state(LocalInstant(699_999)), ModuleState::Executing);
     assert!(bench.pulses_us()[0] > 1528.0 && bench.pulses_us()[1] < 1472.0);
     bench.run(700_001);
     assert_eq!(bench.pulses_us(), [1500.0; 2]);
@@ -253,7 +252,7 @@ proptest! {
             });
             let lease = if usual { lease % 1_000_000 } else { lease };
             bench.offer(number, bench.now.0 + ahead, thrusts, lease);
-            let end = Micros(bench.now.0 + pause);
+            let end = LocalInstant(bench.now.0 + pause);
             let supply = Supply { battery: Volts(f32::from_bits(volt_bits)), ..SUPPLY };
             while bench.now < end {
                 bench.rov.tick(bench.now, &supply).unwrap();

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use firmware::failsafe::{Event, Failsafe, STATES, TRANSITIONS};
+use firmware::link::failsafe::{Event, Failsafe, STATES, TRANSITIONS};
 use protocol::ModuleState;
 
 use layout::{FRAME, NODES, ROUTES, Route, START};
@@ -60,7 +60,7 @@ fn come_to(state: ModuleState) -> Failsafe {
 fn markdown() -> String {
     let mut text = String::from(
         "# The failsafe\n\n\
-         Generated from `TRANSITIONS` in `firmware/src/failsafe/table.rs`, as is the picture; change that table and run\n\
+         Generated from `TRANSITIONS` in `firmware/src/link/failsafe/table.rs`, as is the picture; change that table and run\n\
          `FLOTILLA_WRITE_DOCS=1 cargo test -p firmware --test failsafe_picture`.\n\n\
          ![Every state of a module and what leads from one to the other](failsafe.svg)\n\n\
          ## Transitions\n\n\

@@ -168,7 +168,7 @@ fn draw_node(svg: &mut String, node: &Node) {
     text(svg, (*x, y + 11.0), Anchor::Middle, (SIZE_TEXT, MUTED), "", does);
 }
 
-/// The picture of [`TRANSITIONS`](firmware::failsafe::TRANSITIONS).
+/// The picture of [`TRANSITIONS`](firmware::link::failsafe::TRANSITIONS).
 pub fn picture() -> String {
     let Area { right: width, bottom: height, .. } = CANVAS;
     let mut svg = format!(
@@ -183,7 +183,7 @@ pub fn picture() -> String {
         fonts = FONTS
     );
     text(&mut svg, (28.0, 34.0), Anchor::Start, (SIZE_HEADING, INK), BOLD, "The failsafe of a module");
-    let below = "Every arrow is a line of TRANSITIONS in firmware/src/failsafe/table.rs; every other event changes nothing.";
+    let below = "Every arrow is a line of TRANSITIONS in firmware/src/link/failsafe/table.rs; every other event changes nothing.";
     text(&mut svg, (28.0, 62.0), Anchor::Start, (SIZE_TEXT, MUTED), "", below);
     let mut right = FRAME.right;
     for (colour, meaning) in LEGEND.into_iter().rev() {

@@ -4,20 +4,20 @@
 use std::hint::black_box;
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use link::dispatcher::{Dispatcher, Event};
 use link::identity::HostIdentity;
 use link::loopback::{Ether, Node};
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 use protocol::{
     Acknowledge, Announcer, Cycle, Delivery, FleetKey, Frame, Hello, MAX_DATAGRAM, Message, ModboatCycle,
     ModuleId, ModuleKey, ModuleKind, Motion, Nonce, Radio, Session, Side, Verdict,
 };
 
 const MODULES: u16 = 1_000;
-const LEAD: MicrosSpan = MicrosSpan(300_000);
+const LEAD: Duration = Duration(300_000);
 
 fn identity() -> HostIdentity {
     HostIdentity::simulated(1, 0)
@@ -44,14 +44,14 @@ fn fleet<A: Copy>(address: impl Fn(ModuleId) -> A) -> (Dispatcher<A>, Vec<Sessio
         let hello = Hello { kind: ModuleKind::Modboat, firmware: (0, 1, 0), session: 0 };
         let mut announcer = Announcer::new(fleet, id, &key, nonce);
         let datagram = announcer.seal(&Message::Hello(hello), &mut buffer).expect("room");
-        host.handle_datagram(Micros(1), address(id), datagram).expect("an announcement");
-        let (_, call) = host.poll_transmit(Micros(1), &mut buffer).expect("a call");
+        host.handle_datagram(FleetInstant(1), address(id), datagram).expect("an announcement");
+        let (_, call) = host.poll_transmit(FleetInstant(1), &mut buffer).expect("a call");
         let frame = Frame::parse(call).expect("a frame");
         let host_nonce = frame.header.nonce.expect("a call has the host's nonce");
         let mut session = Session::new(Side::Module, fleet, id, &key, &nonce, host_nonce);
         session.open(&frame).expect("the call of its host");
         let answer = session.seal(&Message::Health(protocol::Health::default()), &mut buffer).expect("room");
-        let joined = host.handle_datagram(Micros(1), address(id), answer).expect("a first word");
+        let joined = host.handle_datagram(FleetInstant(1), address(id), answer).expect("a first word");
         assert!(matches!(joined, Some(Event::Joined(_))));
         session
     });
@@ -65,8 +65,8 @@ fn motion(index: usize) -> Option<Motion> {
         rotation: Radians(0.1 - angle),
         centerline: Radians(1.5 + angle),
         amplitude: Radians(-0.9 - angle),
-        transition: MicrosSpan(500_000),
-        period: MicrosSpan(1_500_000),
+        transition: Duration(500_000),
+        period: Duration(1_500_000),
         law: protocol::TransitionLaw::ConstantSpeed,
     }))
 }
@@ -82,9 +82,9 @@ impl Cycles {
         Self { motions: (0..usize::from(MODULES)).map(motion).collect(), number: 0 }
     }
 
-    fn dispatch<A: Copy>(&mut self, host: &mut Dispatcher<A>) -> Micros {
+    fn dispatch<A: Copy>(&mut self, host: &mut Dispatcher<A>) -> FleetInstant {
         self.number += 1;
-        let now = Micros(u64::from(self.number) * 2_000_000);
+        let now = FleetInstant(u64::from(self.number) * 2_000_000);
         host.dispatch(now, self.number, now.after(LEAD), &self.motions, Delivery::Direct);
         now
     }
@@ -114,7 +114,7 @@ fn dispatch(criterion: &mut Criterion) {
             // What the cycle before left is taken away outside of the measurement.
             || {
                 for other in &mut others {
-                    while let Ok(Some(_)) = other.receive(Micros(0), &mut [0; 1]) {}
+                    while let Ok(Some(_)) = other.receive(FleetInstant(0), &mut [0; 1]) {}
                 }
             },
             |()| {
@@ -157,7 +157,7 @@ impl Sink {
         static END: AtomicBool = AtomicBool::new(false);
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).expect("a socket");
         let address = socket.local_addr().expect("an address");
-        socket.set_read_timeout(Some(Duration::from_millis(50))).expect("a timeout");
+        socket.set_read_timeout(Some(std::time::Duration::from_millis(50))).expect("a timeout");
         std::thread::spawn(move || {
             let mut buffer = [0; MAX_DATAGRAM];
             while !END.load(Ordering::Relaxed) {
@@ -191,7 +191,7 @@ fn acknowledge(criterion: &mut Criterion) {
                 let seal = |session: &mut Session| {
                     session.seal(&Message::Acknowledge(answer), &mut buffer).expect("room").to_vec()
                 };
-                (now.after(MicrosSpan(1_000)), modules.iter_mut().map(seal).collect::<Vec<_>>())
+                (now.after(Duration(1_000)), modules.iter_mut().map(seal).collect::<Vec<_>>())
             },
             |(now, answers)| {
                 let mut host = host.borrow_mut();
@@ -215,7 +215,8 @@ fn one(criterion: &mut Criterion) {
         [Side::Host, Side::Module].map(|side| Session::new(side, fleet, id, &key, &boot(id), Nonce([3; 16])))
     };
     let motion = motion(0).expect("a motion");
-    let message = Message::Cycle(Cycle { number: 1, start: Micros(1), motion, delivery: Delivery::Direct });
+    let message =
+        Message::Cycle(Cycle { number: 1, start: FleetInstant(1), motion, delivery: Delivery::Direct });
     let mut buffer = [0; MAX_DATAGRAM];
     let [mut host, module] = ends();
     let length = host.seal(&message, &mut buffer).expect("room").len();

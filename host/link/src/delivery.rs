@@ -17,17 +17,17 @@
 //! Y. Moses, JACM 37, 1990): the last message may always be the lost one. Plans that are loss tolerant need no promise,
 //! and the exact planner makes them wherever it can; `loss_tolerant = "require"` makes no others.
 
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::{Cycle, Delivery, Message, Motion, Verdict};
 
 /// First pause between two sends of one cycle. *Assumed.*
-pub const RESEND_FIRST: MicrosSpan = MicrosSpan(10_000);
+pub const RESEND_FIRST: Duration = Duration(10_000);
 /// Longest pause between two sends of one cycle. *Assumed.*
-pub const RESEND_MAX: MicrosSpan = MicrosSpan(20_000);
+pub const RESEND_MAX: Duration = Duration(20_000);
 /// Pause between two sends of one commit. *Assumed.*
-pub const COMMIT_EVERY: MicrosSpan = MicrosSpan(10_000);
+pub const COMMIT_EVERY: Duration = Duration(10_000);
 /// No commit is sent for the first time closer to the start: fifteen more fit in. *Assumed.*
-pub const COMMIT_LEAD: MicrosSpan = MicrosSpan(150_000);
+pub const COMMIT_LEAD: Duration = Duration(150_000);
 
 /// Whether a module has a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -135,23 +135,23 @@ pub struct Course {
     /// Its number.
     pub number: u32,
     /// When it starts, fleet time.
-    pub start: Micros,
+    pub start: FleetInstant,
     /// When it makes no difference any more whether it arrives, fleet time.
-    pub useful_until: Micros,
+    pub useful_until: FleetInstant,
     /// How far it has got.
     pub standing: Standing,
     /// Nothing more is sent, and the ledger has counted it.
     pub(super) closed: bool,
     /// First sent.
-    pub(super) sent: Micros,
+    pub(super) sent: FleetInstant,
     cycle: Cycle,
-    next_send: Micros,
-    pause: MicrosSpan,
+    next_send: FleetInstant,
+    pause: Duration,
 }
 
 impl Course {
     /// Of a cycle that is sent for the first time at `now`, or cannot be.
-    pub(super) fn new(now: Micros, cycle: Cycle, sent: bool) -> Self {
+    pub(super) fn new(now: FleetInstant, cycle: Cycle, sent: bool) -> Self {
         let useful_until = match &cycle.motion {
             Motion::Modboat(_) => cycle.start,
             Motion::Rov(thrusts) => cycle.start.after(thrusts.lease),
@@ -173,14 +173,14 @@ impl Course {
     }
 
     /// Goes over to committing at `now`; the commit to send.
-    pub(super) fn commit(&mut self, now: Micros) -> Message {
+    pub(super) fn commit(&mut self, now: FleetInstant) -> Message {
         self.standing = Standing::Committing;
         (self.pause, self.next_send) = (COMMIT_EVERY, now.after(COMMIT_EVERY));
         Message::Commit(self.number)
     }
 
     /// What is due to be sent again at `now`.
-    pub(super) fn due(&mut self, now: Micros) -> Option<Message> {
+    pub(super) fn due(&mut self, now: FleetInstant) -> Option<Message> {
         if self.standing == Standing::Prepared || now < self.next_send {
             return None;
         }
@@ -189,7 +189,7 @@ impl Course {
             return Some(Message::Commit(self.number));
         }
         // A fifth longer each time.
-        self.pause = MicrosSpan(self.pause.0 + self.pause.0 / 5).min(RESEND_MAX);
+        self.pause = Duration(self.pause.0 + self.pause.0 / 5).min(RESEND_MAX);
         self.next_send = now.after(self.pause);
         Some(Message::Cycle(self.cycle.clone()))
     }

@@ -10,7 +10,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use protocol::ledger::{Class, Incoming};
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::{
     Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, ModuleState, Motion, Nonce,
     Refusal, TimeReply, Verdict,
@@ -21,10 +21,10 @@ pub use super::member::ModuleLink;
 use super::member::{Heard, Joined};
 
 /// Pause between two sends of a stop or its release. *Assumed.*
-const ORDER_EVERY: MicrosSpan = MicrosSpan(20_000);
+const ORDER_EVERY: Duration = Duration(20_000);
 
 /// So long after a release a stop of before it, or a report of before that, may still arrive. *Assumed.*
-const RELEASE_SETTLES: MicrosSpan = MicrosSpan(300_000);
+const RELEASE_SETTLES: Duration = Duration(300_000);
 
 /// What a datagram meant to the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,9 +86,9 @@ enum Letter {
 #[derive(Clone, Debug)]
 enum Order {
     /// In force until a release, for whoever joins or goes on meanwhile too.
-    Stop { since: Micros, next_send: Micros },
+    Stop { since: FleetInstant, next_send: FleetInstant },
     /// Over for each module that has followed it: what stops that one afterwards is another stop.
-    Release { next_send: Micros, settled: Micros, followed: Vec<bool> },
+    Release { next_send: FleetInstant, settled: FleetInstant, followed: Vec<bool> },
 }
 
 /// See the module's documentation.
@@ -129,7 +129,12 @@ impl<A: Copy> Dispatcher<A> {
     ///
     /// # Errors
     /// What it is instead, for those who want to show it; nothing needs to be done about it.
-    pub fn handle_datagram(&mut self, now: Micros, from: A, datagram: &[u8]) -> Result<Option<Event>, Class> {
+    pub fn handle_datagram(
+        &mut self,
+        now: FleetInstant,
+        from: A,
+        datagram: &[u8],
+    ) -> Result<Option<Event>, Class> {
         let addressed = Frame::parse(datagram).map_err(|_| Class::Corrupt).and_then(|frame| {
             let index = self.places.get(&frame.header.module).copied();
             let ours = frame.header.fleet == self.fleet && frame.header.kind.is_for_host();
@@ -159,7 +164,7 @@ impl<A: Copy> Dispatcher<A> {
         }
     }
 
-    fn follow(&mut self, now: Micros, index: usize, sequence: u32, message: Message) -> Option<Event> {
+    fn follow(&mut self, now: FleetInstant, index: usize, sequence: u32, message: Message) -> Option<Event> {
         match message {
             Message::TimeRequest(request) => {
                 let reply = TimeReply { request_sent: request.sent, received: now, sent: now };
@@ -184,7 +189,7 @@ impl<A: Copy> Dispatcher<A> {
         }
     }
 
-    fn acknowledged(&mut self, now: Micros, index: usize, acknowledge: Acknowledge) -> Option<Event> {
+    fn acknowledged(&mut self, now: FleetInstant, index: usize, acknowledge: Acknowledge) -> Option<Event> {
         let Acknowledge { cycle, verdict } = acknowledge;
         let link = &mut self.modules[index];
         let course = link.course.as_mut().filter(|course| course.number == cycle)?;
@@ -211,7 +216,7 @@ impl<A: Copy> Dispatcher<A> {
 
     /// Queues what is due: cycles not answered yet are sent again for as long as they are of use, prepared ones are committed
     /// or given up, stops are repeated until followed.
-    pub fn handle_timer(&mut self, now: Micros) {
+    pub fn handle_timer(&mut self, now: FleetInstant) {
         for index in 0..self.modules.len() {
             let link = &mut self.modules[index];
             let in_session = link.is_known();
@@ -242,7 +247,7 @@ impl<A: Copy> Dispatcher<A> {
     }
 
     /// Commits a prepared cycle that everybody holds, or gives it up.
-    fn decide(&mut self, now: Micros) {
+    fn decide(&mut self, now: FleetInstant) {
         let prepared = |link: &ModuleLink<A>| {
             link.course.as_ref().filter(|course| course.needs_all() && course.is_open()).cloned()
         };
@@ -276,9 +281,9 @@ impl<A: Copy> Dispatcher<A> {
     /// none. One that was dispatched before and is still open is given up.
     pub fn dispatch(
         &mut self,
-        now: Micros,
+        now: FleetInstant,
         number: u32,
-        start: Micros,
+        start: FleetInstant,
         motions: &[Option<Motion>],
         delivery: Delivery,
     ) {
@@ -305,23 +310,23 @@ impl<A: Copy> Dispatcher<A> {
     }
 
     /// Tells everybody to freeze at once, until they have.
-    pub fn emergency_stop(&mut self, now: Micros) {
+    pub fn emergency_stop(&mut self, now: FleetInstant) {
         self.order(now, Order::Stop { since: now, next_send: now });
     }
 
     /// Ends an emergency stop.
-    pub fn release(&mut self, now: Micros) {
+    pub fn release(&mut self, now: FleetInstant) {
         let followed = vec![false; self.modules.len()];
         self.order(now, Order::Release { next_send: now, settled: now.after(RELEASE_SETTLES), followed });
     }
 
-    fn order(&mut self, now: Micros, order: Order) {
+    fn order(&mut self, now: FleetInstant, order: Order) {
         (0..self.modules.len()).for_each(|index| self.give_up(index));
         self.order = Some(order);
         self.repeat_order(now);
     }
 
-    fn repeat_order(&mut self, now: Micros) {
+    fn repeat_order(&mut self, now: FleetInstant) {
         let Self { modules, outbox, order, .. } = self;
         let mut tell = |index, message| outbox.push_back(Letter::Say(index, message));
         match order {
@@ -352,7 +357,7 @@ impl<A: Copy> Dispatcher<A> {
 
     /// Writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and returns that part, and where it goes
     /// to.
-    pub fn poll_transmit<'a>(&mut self, now: Micros, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+    pub fn poll_transmit<'a>(&mut self, now: FleetInstant, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
         // A loop over indices: a datagram that cannot be written leaves the buffer to the next.
         while let Some(letter) = self.outbox.pop_front() {
             let sealed = match letter {

@@ -26,7 +26,7 @@ mod stranger;
 mod tests;
 
 use protocol::Radio;
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -100,7 +100,7 @@ impl<R: Radio> Faulty<R> {
     }
 
     /// Puts one copy of what was handed over under way, with whatever befalls it.
-    fn launch(&mut self, now: Micros, to: R::Address, mut datagram: Vec<u8>) {
+    fn launch(&mut self, now: FleetInstant, to: R::Address, mut datagram: Vec<u8>) {
         if self.is_full() {
             return;
         }
@@ -128,7 +128,7 @@ impl<R: Radio> Faulty<R> {
     }
 
     /// What the stranger does on hearing that something is sent to `to`.
-    fn intrude(&mut self, now: Micros, to: R::Address, in_burst: bool) {
+    fn intrude(&mut self, now: FleetInstant, to: R::Address, in_burst: bool) {
         let p = self.parameters;
         if strikes(&mut self.stranger.rng, p.replay)
             && let Some(datagram) = self.stranger.replay(to)
@@ -145,7 +145,7 @@ impl<R: Radio> Faulty<R> {
 
     fn launch_strange(
         &mut self,
-        now: Micros,
+        now: FleetInstant,
         wait_s: f64,
         to: R::Address,
         datagram: Vec<u8>,
@@ -169,7 +169,7 @@ impl<R: Radio> Faulty<R> {
     }
 
     /// Hands over everything that has arrived by `now`.
-    fn deliver(&mut self, now: Micros) -> Result<(), R::Error> {
+    fn deliver(&mut self, now: FleetInstant) -> Result<(), R::Error> {
         while let Some(flight) = self.under_way.land(now) {
             if let Err(error) = self.radio.send(now, flight.to, &flight.datagram) {
                 self.count.lost += 1;
@@ -185,7 +185,7 @@ impl<R: Radio> Radio for Faulty<R> {
     type Address = R::Address;
     type Error = R::Error;
 
-    fn send(&mut self, now: Micros, to: R::Address, datagram: &[u8]) -> Result<(), R::Error> {
+    fn send(&mut self, now: FleetInstant, to: R::Address, datagram: &[u8]) -> Result<(), R::Error> {
         self.count.sent += 1;
         let lost = self.rng.random_bool(self.parameters.loss);
         let in_burst = self.burst.is_bad(now, &self.parameters);
@@ -208,7 +208,11 @@ impl<R: Radio> Radio for Faulty<R> {
         self.deliver(now)
     }
 
-    fn receive(&mut self, now: Micros, buffer: &mut [u8]) -> Result<Option<(usize, R::Address)>, R::Error> {
+    fn receive(
+        &mut self,
+        now: FleetInstant,
+        buffer: &mut [u8],
+    ) -> Result<Option<(usize, R::Address)>, R::Error> {
         self.deliver(now)?;
         let received = self.radio.receive(now, buffer)?;
         if let Some((length, from)) = received

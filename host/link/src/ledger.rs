@@ -3,7 +3,7 @@
 //! Datagrams are counted by [`protocol::ledger`], whose sums are exact. Here are the cycles that they carry, and how long
 //! an answer takes.
 
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use serde::Serialize;
 
 /// Cycles of one module, as the host sees them. `cycles = acknowledged + late + refused + unanswered`, plus one while
@@ -68,7 +68,7 @@ impl Durations {
     const GROWTH: f64 = 1.2;
 
     /// Adds one.
-    pub fn add(&mut self, duration: MicrosSpan) {
+    pub fn add(&mut self, duration: Duration) {
         let ratio = f64::from(duration.0) / Self::LEAST_US;
         let bucket = ratio.max(1.0).log(Self::GROWTH).ceil() as usize;
         self.buckets[bucket.min(Self::BUCKETS - 1)] += 1;
@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(Durations::default().quantiles(), Quantiles::default());
         let mut durations = Durations::default();
         for ms in 1..=1000 {
-            durations.add(MicrosSpan(ms * 1000));
+            durations.add(Duration(ms * 1000));
         }
         let quantiles = durations.quantiles();
         assert_eq!(quantiles.count, 1000);
@@ -116,8 +116,8 @@ mod tests {
         ] {
             assert!((exact..=1.2 * exact).contains(&got), "{got} for {exact}");
         }
-        durations.add(MicrosSpan(u32::MAX));
-        durations.add(MicrosSpan(0));
+        durations.add(Duration(u32::MAX));
+        durations.add(Duration(0));
         assert!((durations.quantiles().max_ms - 4_294_967.295).abs() < 1e-6);
     }
 }

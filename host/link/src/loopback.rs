@@ -8,7 +8,7 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use protocol::Radio;
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 
 /// A node's address on the loopback: 0 is the host, module ids follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -42,7 +42,7 @@ impl Radio for LoopbackRadio {
     type Address = Node;
     type Error = Infallible;
 
-    fn send(&mut self, _now: Micros, to: Node, datagram: &[u8]) -> Result<(), Infallible> {
+    fn send(&mut self, _now: FleetInstant, to: Node, datagram: &[u8]) -> Result<(), Infallible> {
         // To an address where nobody listens a datagram is lost, as on any radio.
         if let Some(inbox) = self.ether.inboxes.borrow_mut().get_mut(&to) {
             inbox.push_back((self.address, datagram.to_vec()));
@@ -50,7 +50,11 @@ impl Radio for LoopbackRadio {
         Ok(())
     }
 
-    fn receive(&mut self, _now: Micros, buffer: &mut [u8]) -> Result<Option<(usize, Node)>, Infallible> {
+    fn receive(
+        &mut self,
+        _now: FleetInstant,
+        buffer: &mut [u8],
+    ) -> Result<Option<(usize, Node)>, Infallible> {
         let mut inboxes = self.ether.inboxes.borrow_mut();
         Ok(inboxes.get_mut(&self.address).and_then(VecDeque::pop_front).map(|(from, datagram)| {
             let length = datagram.len().min(buffer.len());

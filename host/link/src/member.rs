@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 
 use protocol::ledger::{Class, Incoming, Outgoing};
 use protocol::session::{Opened, open_announcement};
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::window::{Arrival, Window};
 use protocol::{
     Faults, FleetId, Frame, Health, Kind, Message, ModuleId, ModuleKey, ModuleState, Nonce, RovTelemetry,
@@ -28,11 +28,11 @@ const CALLS: usize = 4;
 /// Boot nonces that are remembered as used up.
 const FORMER: usize = 16;
 /// Pause between two calls that answer announcements of one boot.
-const CALL_EVERY: MicrosSpan = MicrosSpan(50_000);
+const CALL_EVERY: Duration = Duration(50_000);
 /// A module that names another session and leaves so many calls unanswered serves another host. *Assumed.*
 const UNANSWERED: u64 = 10;
 /// A report of before a start may carry a time that much after it: the module's clock is that good.
-const CLOCK_GUARD: MicrosSpan = MicrosSpan(10_000);
+const CLOCK_GUARD: Duration = Duration(10_000);
 
 /// A session on offer.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ struct Calling<A> {
     session: Session,
     address: A,
     announced: Window,
-    next_call: Micros,
+    next_call: FleetInstant,
 }
 
 /// The session in force.
@@ -97,12 +97,12 @@ pub struct ModuleLink<A> {
     boots: u32,
     sessions: u32,
     elsewhere: bool,
-    heard: Micros,
+    heard: FleetInstant,
     pub(super) course: Option<Course>,
     telemetry: Option<Telemetry>,
     rov_telemetry: Option<RovTelemetry>,
     /// When the last report came, fleet time.
-    reported: Micros,
+    reported: FleetInstant,
     health: Option<Health>,
     pub(super) ledger: Ledger,
     pub(super) answers: Durations,
@@ -124,11 +124,11 @@ impl<A: Copy> ModuleLink<A> {
             boots: 0,
             sessions: 0,
             elsewhere: false,
-            heard: Micros(0),
+            heard: FleetInstant(0),
             course: None,
             telemetry: None,
             rov_telemetry: None,
-            reported: Micros(0),
+            reported: FleetInstant(0),
             health: None,
             ledger: Ledger::default(),
             answers: Durations::default(),
@@ -163,7 +163,7 @@ impl<A: Copy> ModuleLink<A> {
     }
 
     /// When it was last heard in a session, fleet time.
-    pub fn heard(&self) -> Micros {
+    pub fn heard(&self) -> FleetInstant {
         self.heard
     }
 
@@ -189,7 +189,7 @@ impl<A: Copy> ModuleLink<A> {
     }
 
     /// What it said it was doing in a report that came at `since` or later.
-    pub(super) fn state_since(&self, since: Micros) -> Option<ModuleState> {
+    pub(super) fn state_since(&self, since: FleetInstant) -> Option<ModuleState> {
         self.state().filter(|_| self.reported >= since)
     }
 
@@ -200,7 +200,7 @@ impl<A: Copy> ModuleLink<A> {
     }
 
     /// The cycle it last said it runs or ran, and when it said so, fleet time.
-    fn reported(&self) -> Option<(u32, Micros)> {
+    fn reported(&self) -> Option<(u32, FleetInstant)> {
         let boat = self.telemetry.as_ref().map(|report| (report.cycle, report.at));
         boat.or(self.rov_telemetry.as_ref().map(|report| (report.cycle, report.at)))
     }
@@ -229,7 +229,7 @@ impl<A: Copy> ModuleLink<A> {
     pub fn is_up_to_date(&self) -> bool {
         // Whoever planned that one had a report from after the start of all before it.
         let at = self.reported().map(|(_, at)| at);
-        let after = |until: Micros| at.is_some_and(|at| at >= until.after(CLOCK_GUARD));
+        let after = |until: FleetInstant| at.is_some_and(|at| at >= until.after(CLOCK_GUARD));
         self.course.as_ref().is_none_or(|course| course.standing.is_never_run() || after(course.useful_until))
     }
 
@@ -265,7 +265,7 @@ impl<A: Copy> ModuleLink<A> {
     /// Takes in a datagram that claims to be from it.
     pub(super) fn open(
         &mut self,
-        now: Micros,
+        now: FleetInstant,
         from: A,
         frame: &Frame<'_>,
         nonce: impl FnOnce() -> Nonce,
@@ -278,7 +278,7 @@ impl<A: Copy> ModuleLink<A> {
         heard
     }
 
-    fn said(&mut self, now: Micros, from: A, frame: &Frame<'_>) -> Result<Heard, Class> {
+    fn said(&mut self, now: FleetInstant, from: A, frame: &Frame<'_>) -> Result<Heard, Class> {
         let id = frame.header.session;
         if let Some(live) = self.live.as_mut().filter(|live| live.session.id() == id) {
             let opened = live.session.open(frame)?;
@@ -332,7 +332,7 @@ impl<A: Copy> ModuleLink<A> {
 
     fn announced(
         &mut self,
-        now: Micros,
+        now: FleetInstant,
         from: A,
         frame: &Frame<'_>,
         nonce: impl FnOnce() -> Nonce,
@@ -381,12 +381,12 @@ impl<A: Copy> ModuleLink<A> {
         }
         let session = Session::new(Side::Host, self.fleet, self.id, &self.key, &boot, nonce);
         let announced = Window::new();
-        self.calling.push_back(Calling { boot, session, address, announced, next_call: Micros(0) });
+        self.calling.push_back(Calling { boot, session, address, announced, next_call: FleetInstant(0) });
         self.calling.len() - 1
     }
 
     /// Notes a report, unless a newer one has been noted. Whether it was noted.
-    pub(super) fn note_report(&mut self, now: Micros, sequence: u32, report: Message) -> bool {
+    pub(super) fn note_report(&mut self, now: FleetInstant, sequence: u32, report: Message) -> bool {
         let Some(live) = &mut self.live else { return false };
         if live.newest_report > Some(sequence) {
             return false;

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 
 use protocol::Radio;
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 use thiserror::Error;
 
 /// Why there is no socket.
@@ -50,7 +50,7 @@ impl Radio for UdpRadio {
     type Address = SocketAddr;
     type Error = io::Error;
 
-    fn send(&mut self, _now: Micros, to: SocketAddr, datagram: &[u8]) -> io::Result<()> {
+    fn send(&mut self, _now: FleetInstant, to: SocketAddr, datagram: &[u8]) -> io::Result<()> {
         match self.socket.send_to(datagram, to) {
             Ok(_) => Ok(()),
             // A full queue or a peer that is not there (yet) is a lost datagram, not a broken radio.
@@ -59,7 +59,7 @@ impl Radio for UdpRadio {
         }
     }
 
-    fn receive(&mut self, _now: Micros, buffer: &mut [u8]) -> io::Result<Option<(usize, SocketAddr)>> {
+    fn receive(&mut self, _now: FleetInstant, buffer: &mut [u8]) -> io::Result<Option<(usize, SocketAddr)>> {
         loop {
             return match self.socket.recv_from(buffer) {
                 Ok(received) => Ok(Some(received)),
@@ -94,11 +94,11 @@ mod tests {
         let mut here = UdpRadio::bind("127.0.0.1:0").unwrap();
         let mut there = UdpRadio::bind("127.0.0.1:0").unwrap();
         let mut buffer = [0; 512];
-        assert_eq!(there.receive(Micros(0), &mut buffer).unwrap(), None);
-        here.send(Micros(0), there.local_address().unwrap(), b"swim").unwrap();
+        assert_eq!(there.receive(FleetInstant(0), &mut buffer).unwrap(), None);
+        here.send(FleetInstant(0), there.local_address().unwrap(), b"swim").unwrap();
         let received = std::iter::repeat_with(|| {
             std::thread::sleep(std::time::Duration::from_millis(1));
-            there.receive(Micros(0), &mut buffer).unwrap()
+            there.receive(FleetInstant(0), &mut buffer).unwrap()
         })
         .take(2_000)
         .find_map(|received| received);
@@ -120,8 +120,8 @@ mod tests {
         let gone = UdpRadio::bind("127.0.0.1:0").unwrap().local_address().unwrap();
         let mut buffer = [0; 512];
         for _ in 0..3 {
-            here.send(Micros(0), gone, b"anybody?").unwrap();
-            assert_eq!(here.receive(Micros(0), &mut buffer).unwrap(), None);
+            here.send(FleetInstant(0), gone, b"anybody?").unwrap();
+            assert_eq!(here.receive(FleetInstant(0), &mut buffer).unwrap(), None);
         }
     }
 }

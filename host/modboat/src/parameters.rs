@@ -46,7 +46,7 @@ pub struct Parameters {
     /// motor with 20 % of spread: 0.0165 (`sim::tracking`).
     pub tracking_error_rad: f64,
     /// Greatest error of a module's fleet time while it moves, s: one that is not sure within this starts no cycle
-    /// (`firmware::link::SURE_WITHIN`).
+    /// (`firmware::link::session::SURE_WITHIN`).
     pub clock_error_s: f64,
 }
 

@@ -24,6 +24,8 @@ use super::parameters::Parameters;
 pub const CLEARANCE_TOLERANCE_M: f64 = 1e-5;
 /// The longest turn that is looked at, rad; a longer one counts as colliding, with a clearance of −∞.
 pub const TURN_MAX_RAD: f64 = 1e3;
+/// Stretches between the poses of [`Tail::nearest_sample`].
+const SAMPLES: usize = 4;
 /// Halvings at most, and so intervals held at once: 40 take the longest turn down to 1e-9 rad.
 const STACK: usize = 40;
 
@@ -211,6 +213,25 @@ impl Tail {
     #[must_use]
     pub fn collides_along(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
         !self.clears_along(offset, from_rad, to_rad, 0.0)
+    }
+
+    /// The nearest of five poses evenly spread from `from` to `to`: clearance, m, and the angles (φᵢ, φⱼ), rad. Not below the
+    /// least clearance along the way.
+    #[must_use]
+    pub fn nearest_sample(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2]) -> (f64, [f64; 2]) {
+        let vector_m = self.vector_m(offset);
+        let step = [0, 1].map(|k| (to_rad[k] - from_rad[k]) / SAMPLES as f64);
+        let by = step.map(unit);
+        let mut along = from_rad.map(unit);
+        let mut nearest = (f64::INFINITY, from_rad);
+        for sample in 0..=SAMPLES {
+            let distance_m = self.pose(vector_m, along).distance_m;
+            if distance_m < nearest.0 {
+                nearest = (distance_m, [0, 1].map(|k| from_rad[k] + sample as f64 * step[k]));
+            }
+            along = [turned(along[0], by[0]), turned(along[1], by[1])];
+        }
+        (nearest.0 - self.width_m, nearest.1)
     }
 
     /// Least clearance over the tube about the motion from `from` to `to`: both tails anywhere within ±`error_rad` of where they

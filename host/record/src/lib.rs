@@ -101,7 +101,7 @@ pub struct ViaRecord {
 }
 
 /// s(t) of a transition's step that takes `duration_s` with ramps of `ramp_s`, 0 to 1: the share of every rotation that is done `t_s`
-/// after its start (`firmware::transition`).
+/// after its start (`firmware::modboat::transition`).
 #[must_use]
 pub fn share_turned(duration_s: f64, ramp_s: f64, t_s: f64) -> f64 {
     let left_s = duration_s - t_s;

@@ -5,17 +5,19 @@
 
 use std::convert::Infallible;
 
-use firmware::encoder::{Encoder, Mounting};
-use firmware::endpoint::Endpoint;
-use firmware::limits::Limits;
-use firmware::link::{Identity, Link, SURE_WITHIN};
+use firmware::link::endpoint::Endpoint;
+use firmware::link::session::{Identity, Link, SURE_WITHIN};
 use firmware::modboat::Modboat;
-use firmware::motor::Bridge;
-use firmware::servo::{CurrentSense, ServoError, ServoParameters};
-use firmware::swimmer::Swimmer;
-use firmware::tail::Tail;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::servo::{CurrentSense, ServoError};
+use firmware::modboat::swimmer::Swimmer;
+use firmware::modboat::tail::Tail;
+use firmware::module::Supply;
 use modboat::parameters::Parameters;
-use protocol::units::{Amperes, Micros, MicrosSpan, Radians, RadiansPerSecond, Volts};
+use protocol::configuration::{EncoderMounting, ServoConstants, TailLimits};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
@@ -26,10 +28,10 @@ use super::motor::{DirectionPin, ENCODER_COUNTS, MotorParameters, PwmPin, Sensor
 use super::node::Node;
 
 /// Servo period of a module: 1 kHz.
-pub const TICK: MicrosSpan = MicrosSpan(1_000);
+pub const TICK: Duration = Duration(1_000);
 
 /// What a full battery of two lithium cells shows. *Assumed*, and constant.
-const BATTERY: Volts = Volts(7.4);
+const SUPPLY: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
 
 /// Why there is no module.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -74,10 +76,10 @@ struct Build {
     id: ModuleId,
     fleet: FleetId,
     key: ModuleKey,
-    report_every: MicrosSpan,
-    limits: Limits,
-    servo: ServoParameters,
-    mounting: Mounting,
+    report_every: Duration,
+    limits: TailLimits,
+    servo: ServoConstants,
+    mounting: EncoderMounting,
     motor: MotorParameters,
 }
 
@@ -99,7 +101,7 @@ pub struct Setup<'a> {
     /// Where its tail points, rad.
     pub tail_rad: f64,
     /// Pause between two reports.
-    pub report_every: MicrosSpan,
+    pub report_every: Duration,
     /// Decides its clock, its boot time and its boot nonces.
     pub seed: u64,
 }
@@ -120,7 +122,7 @@ impl<R: Radio> SimModule<R> {
             report_every: setup.report_every,
             limits: limits_of(setup.modboat),
             servo: servo_for(motor),
-            mounting: Mounting { zero_counts, reversed: false },
+            mounting: EncoderMounting { zero_counts, reversed: false },
             motor: motor.drawn(setup.seed),
         };
         let (motor, _) = SimMotor::new(&build.motor, setup.tail_rad)?;
@@ -134,21 +136,18 @@ impl<R: Radio> SimModule<R> {
     ///
     /// # Errors
     /// The radio's own; [`ModuleError`] cannot occur after [`new`](Self::new) succeeded.
-    pub fn tick(&mut self, now: Micros) -> Result<(), R::Error> {
+    pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
         if self.node.boots(now) {
             let firmware = boot(&self.build, &self.motor, self.node.boot_nonce()).ok();
             self.node.power_on(firmware);
         }
-        // The simulated pins cannot fail.
-        self.node.tick(now, |firmware, local| {
-            let _ = firmware.tick(local, BATTERY);
-        })?;
+        self.node.tick(now, &SUPPLY)?;
         self.motor.step(f64::from(TICK.as_secs_f32()));
         Ok(())
     }
 
     /// Takes the power away at `now` and gives it back `off` later. What the firmware knew is gone; the tail coasts.
-    pub fn reboot(&mut self, now: Micros, off: MicrosSpan) {
+    pub fn reboot(&mut self, now: FleetInstant, off: Duration) {
         self.node.power_off(now, off);
         self.motor.release();
     }
@@ -168,19 +167,19 @@ impl<R: Radio> SimModule<R> {
         &mut self.motor
     }
 
-    /// The firmware, while the module has power.
-    pub fn firmware(&self) -> Option<&Firmware> {
-        self.node.firmware()
+    /// Whether it has power, and its firmware runs.
+    pub fn has_power(&self) -> bool {
+        self.node.has_power()
     }
 
     /// What the firmware is doing at `now`, true time; nothing without power.
-    pub fn state(&self, now: Micros) -> Option<ModuleState> {
-        self.node.state(now)
+    pub fn state(&self, now: FleetInstant) -> Option<ModuleState> {
+        Some(self.node.status(now)?.state)
     }
 
     /// Number of the cycle that it runs at `now`, true time, if any.
-    pub fn running(&self, now: Micros) -> Option<u32> {
-        self.node.running(now)
+    pub fn running(&self, now: FleetInstant) -> Option<u32> {
+        self.node.status(now)?.running
     }
 
     /// Its way in and out, while it has power.
@@ -189,7 +188,7 @@ impl<R: Radio> SimModule<R> {
     }
 
     /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
-    pub fn clock_error_us(&self, now: Micros) -> Option<i64> {
+    pub fn clock_error_us(&self, now: FleetInstant) -> Option<i64> {
         self.node.clock_error_us(now)
     }
 
@@ -210,15 +209,15 @@ impl<R: Radio> SimModule<R> {
 }
 
 /// What the firmware is told of a motor like this.
-pub(super) fn servo_for(motor: &MotorParameters) -> ServoParameters {
-    ServoParameters {
+pub(super) fn servo_for(motor: &MotorParameters) -> ServoConstants {
+    ServoConstants {
         no_load_speed: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
         time_constant_s: motor.time_constant_s as f32,
         speed_max: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
         // The current that the torque limit stands for.
         stall_current: Amperes(motor.stall_current_a() as f32),
         interval: TICK,
-        ..ServoParameters::default()
+        ..ServoConstants::default()
     }
 }
 
@@ -233,11 +232,11 @@ fn boot(build: &Build, motor: &SimMotor, boot: [u8; 12]) -> Result<Firmware, Mod
 }
 
 /// The limits a module is provisioned with: those of the kind of Modboat it is.
-fn limits_of(modboat: &Parameters) -> Limits {
-    Limits {
+fn limits_of(modboat: &Parameters) -> TailLimits {
+    TailLimits {
         amplitude_min: Radians(modboat.amplitude_min_rad as f32),
         amplitude_max: Radians(modboat.amplitude_max_rad as f32),
         speed_max: RadiansPerSecond(modboat.tail_speed_max_rad_s as f32),
-        ..Limits::default()
+        ..TailLimits::default()
     }
 }

@@ -1,89 +1,13 @@
 //! What every simulated module has whatever it drives: power, a clock of its own, and one end of a radio.
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::pwm::SetDutyCycle;
-use firmware::clock::FleetClock;
-use firmware::encoder::Encoder;
-use firmware::link::Link;
-use firmware::modboat::Modboat;
-use firmware::rov::Rov;
-use firmware::servo::CurrentSense;
-use protocol::units::{Micros, MicrosSpan};
-use protocol::{MAX_DATAGRAM, ModuleState, Radio};
+use firmware::link::session::Link;
+use firmware::module::{Module, Status, Supply};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
+use protocol::{MAX_DATAGRAM, Radio};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::clock::ClockParameters;
-
-/// The firmware of one kind of module, as its board calls it.
-pub(super) trait Firmware {
-    /// Follows a datagram; what it does not follow it counts itself.
-    fn hear(&mut self, local: Micros, datagram: &[u8]);
-    /// The next datagram to send.
-    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
-    /// What it is doing.
-    fn state(&self, local: Micros) -> ModuleState;
-    /// The fleet time as it knows it.
-    fn clock(&self) -> &FleetClock;
-    /// The cycle it runs.
-    fn running(&self, local: Micros) -> Option<u32>;
-    /// Its way in and out.
-    fn link(&self) -> Option<&Link>;
-}
-
-impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Firmware
-    for Modboat<E, S, P, A, B>
-{
-    fn hear(&mut self, local: Micros, datagram: &[u8]) {
-        let _ = self.handle_datagram(local, datagram);
-    }
-
-    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-        self.poll_transmit(buffer)
-    }
-
-    fn state(&self, local: Micros) -> ModuleState {
-        self.endpoint().state(local)
-    }
-
-    fn clock(&self) -> &FleetClock {
-        self.endpoint().clock()
-    }
-
-    fn running(&self, local: Micros) -> Option<u32> {
-        self.endpoint().running(local)
-    }
-
-    fn link(&self) -> Option<&Link> {
-        self.endpoint().link()
-    }
-}
-
-impl<P: SetDutyCycle> Firmware for Rov<P> {
-    fn hear(&mut self, local: Micros, datagram: &[u8]) {
-        let _ = self.handle_datagram(local, datagram);
-    }
-
-    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-        self.poll_transmit(buffer)
-    }
-
-    fn state(&self, local: Micros) -> ModuleState {
-        self.endpoint().state(local)
-    }
-
-    fn clock(&self) -> &FleetClock {
-        self.endpoint().clock()
-    }
-
-    fn running(&self, local: Micros) -> Option<u32> {
-        self.endpoint().running(local)
-    }
-
-    fn link(&self) -> Option<&Link> {
-        self.endpoint().link()
-    }
-}
 
 /// A module's own clock: local = offset + (1 + drift)·true.
 #[derive(Clone, Copy, Debug)]
@@ -93,23 +17,24 @@ struct LocalClock {
 }
 
 impl LocalClock {
-    fn read(&self, now: Micros) -> Micros {
-        Micros(((self.offset_s + self.rate * now.as_secs_f64()) * 1e6) as u64)
+    fn read(&self, now: FleetInstant) -> LocalInstant {
+        LocalInstant(((self.offset_s + self.rate * now.as_secs_f64()) * 1e6) as u64)
     }
 }
 
-/// See the module's documentation. Times are true time.
-pub(super) struct Node<F, R: Radio> {
-    firmware: Option<F>,
+/// See the module's documentation. Times are true time, which is the fleet's: the simulated host reads a clock without error.
+/// In `flotilla module` the clock of the process stands for it.
+pub(super) struct Node<M, R: Radio> {
+    firmware: Option<M>,
     clock: LocalClock,
     radio: R,
     host: R::Address,
     rng: ChaCha8Rng,
-    boots_at: Micros,
+    boots_at: FleetInstant,
     unheard: u64,
 }
 
-impl<F: Firmware, R: Radio> Node<F, R> {
+impl<M: Module, R: Radio> Node<M, R> {
     /// Without power; it is given within the first 50 ms. `seed` decides its clock, its boot time and its boot nonces.
     pub(super) fn new(seed: u64, clock: &ClockParameters, radio: R, host: R::Address) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -117,7 +42,7 @@ impl<F: Firmware, R: Radio> Node<F, R> {
             offset_s: clock.offset_s * rng.random::<f64>(),
             rate: 1.0 + clock.drift_ppm * 1e-6 * (2.0 * rng.random::<f64>() - 1.0),
         };
-        let boots_at = Micros(rng.random_range(0..50_000));
+        let boots_at = FleetInstant(rng.random_range(0..50_000));
         Self { firmware: None, clock, radio, host, rng, boots_at, unheard: 0 }
     }
 
@@ -127,44 +52,48 @@ impl<F: Firmware, R: Radio> Node<F, R> {
     }
 
     /// Whether power has come back by `now` and nothing runs yet.
-    pub(super) fn boots(&self, now: Micros) -> bool {
+    pub(super) fn boots(&self, now: FleetInstant) -> bool {
         self.firmware.is_none() && now >= self.boots_at
     }
 
     /// Gives it its firmware.
-    pub(super) fn power_on(&mut self, firmware: Option<F>) {
+    pub(super) fn power_on(&mut self, firmware: Option<M>) {
         self.firmware = firmware;
     }
 
     /// Takes its power at `now` and gives it back `off` later.
-    pub(super) fn power_off(&mut self, now: Micros, off: MicrosSpan) {
+    pub(super) fn power_off(&mut self, now: FleetInstant, off: Duration) {
         self.firmware = None;
         self.boots_at = now.after(off);
     }
 
     /// What came over the radio by `now`, one tick of the firmware, what it says.
-    pub(super) fn tick(&mut self, now: Micros, turn: impl FnOnce(&mut F, Micros)) -> Result<(), R::Error> {
+    pub(super) fn tick(&mut self, now: FleetInstant, supply: &Supply) -> Result<(), R::Error> {
         let mut buffer = [0; MAX_DATAGRAM];
         let local = self.clock.read(now);
         while let Some((length, _)) = self.radio.receive(now, &mut buffer)? {
             // Without power a datagram falls on deaf ears.
             match &mut self.firmware {
-                Some(firmware) => firmware.hear(local, &buffer[..length]),
+                Some(firmware) => {
+                    // What it does not follow it counts itself.
+                    let _ = firmware.handle_datagram(local, &buffer[..length]);
+                }
                 None => self.unheard += 1,
             }
         }
         if let Some(firmware) = &mut self.firmware {
-            turn(firmware, local);
-            while let Some(datagram) = firmware.speak(&mut buffer) {
+            // The simulated pins cannot fail.
+            let _ = firmware.tick(local, supply);
+            while let Some(datagram) = firmware.poll_transmit(&mut buffer) {
                 self.radio.send(now, self.host, datagram)?;
             }
         }
         Ok(())
     }
 
-    /// The firmware, while it has power.
-    pub(super) fn firmware(&self) -> Option<&F> {
-        self.firmware.as_ref()
+    /// Whether it has power, and its firmware runs.
+    pub(super) fn has_power(&self) -> bool {
+        self.firmware.is_some()
     }
 
     /// Lets its own clock jump ahead by so much, as if ticks had been lost, or back.
@@ -173,23 +102,18 @@ impl<F: Firmware, R: Radio> Node<F, R> {
     }
 
     /// What the firmware is doing at `now`; nothing without power.
-    pub(super) fn state(&self, now: Micros) -> Option<ModuleState> {
-        Some(self.firmware.as_ref()?.state(self.clock.read(now)))
-    }
-
-    /// The cycle that the firmware runs at `now`, true time.
-    pub(super) fn running(&self, now: Micros) -> Option<u32> {
-        self.firmware.as_ref()?.running(self.clock.read(now))
+    pub(super) fn status(&self, now: FleetInstant) -> Option<Status> {
+        Some(self.firmware.as_ref()?.status(self.clock.read(now)))
     }
 
     /// Its way in and out, while it has power.
     pub(super) fn link(&self) -> Option<&Link> {
-        self.firmware.as_ref()?.link()
+        self.firmware.as_ref()?.endpoint().link()
     }
 
     /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
-    pub(super) fn clock_error_us(&self, now: Micros) -> Option<i64> {
-        let clock = self.firmware.as_ref()?.clock();
+    pub(super) fn clock_error_us(&self, now: FleetInstant) -> Option<i64> {
+        let clock = self.firmware.as_ref()?.endpoint().clock();
         let fleet = clock.fleet(self.clock.read(now)).filter(|_| clock.is_synchronised())?;
         Some(fleet.0 as i64 - now.0 as i64)
     }

@@ -6,16 +6,16 @@
 use std::collections::VecDeque;
 
 use protocol::Telemetry;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 
 use super::TailState;
 
 /// How late the water feels a remote tail: three reports at 100 Hz.
-pub const DELAY: MicrosSpan = MicrosSpan(30_000);
+pub const DELAY: Duration = Duration(30_000);
 
 #[derive(Clone, Copy, Debug)]
 struct Report {
-    at: Micros,
+    at: FleetInstant,
     angle_rad: f64,
     rate_rad_s: f64,
 }
@@ -35,8 +35,8 @@ impl RemoteTail {
     }
 
     /// Takes in a report. Its own time counts; that of its arrival stands in while the module has no fleet time.
-    pub fn report(&mut self, telemetry: &Telemetry, arrival: Micros) {
-        let at = if telemetry.at == Micros(0) { arrival } else { telemetry.at };
+    pub fn report(&mut self, telemetry: &Telemetry, arrival: FleetInstant) {
+        let at = if telemetry.at == FleetInstant(0) { arrival } else { telemetry.at };
         if self.reports.back().is_some_and(|last| at <= last.at) {
             return;
         }
@@ -49,8 +49,8 @@ impl RemoteTail {
 
     /// The tail at `now` less [`DELAY`].
     #[must_use]
-    pub fn state(&mut self, now: Micros) -> TailState {
-        let at = Micros(now.0.saturating_sub(u64::from(DELAY.0)));
+    pub fn state(&mut self, now: FleetInstant) -> TailState {
+        let at = FleetInstant(now.0.saturating_sub(u64::from(DELAY.0)));
         while self.reports.get(1).is_some_and(|second| second.at <= at) {
             self.reports.pop_front();
         }
@@ -86,7 +86,7 @@ mod tests {
 
     fn report(at_us: u64, tail: f64, rate: f64) -> Telemetry {
         Telemetry {
-            at: Micros(at_us),
+            at: FleetInstant(at_us),
             state: ModuleState::Executing,
             cycle: 1,
             tail: Radians(tail as f32),
@@ -108,10 +108,10 @@ mod tests {
             if ms % 10 == 1 {
                 tail.report(
                     &report(ms * 1000, truth(t_s), -2.6 * omega * (omega * t_s).sin()),
-                    Micros(ms * 1000),
+                    FleetInstant(ms * 1000),
                 );
             }
-            let state = tail.state(Micros(ms * 1000));
+            let state = tail.state(FleetInstant(ms * 1000));
             if ms > 50 {
                 let then_s = t_s - 0.03;
                 worst_rad = worst_rad.max((state.angle_rad - truth(then_s)).abs());
@@ -125,10 +125,10 @@ mod tests {
     #[test]
     fn rests_where_it_was_last_seen() {
         let mut tail = RemoteTail::new(1e-4);
-        assert!(tail.state(Micros(5)).angle_rad.abs() < 1e-12);
-        tail.report(&report(1_000_000, 1.25, 9.0), Micros(1_000_000));
-        tail.report(&report(900_000, 7.0, 9.0), Micros(1_000_001));
-        let state = tail.state(Micros(9_000_000));
+        assert!(tail.state(FleetInstant(5)).angle_rad.abs() < 1e-12);
+        tail.report(&report(1_000_000, 1.25, 9.0), FleetInstant(1_000_000));
+        tail.report(&report(900_000, 7.0, 9.0), FleetInstant(1_000_001));
+        let state = tail.state(FleetInstant(9_000_000));
         assert!((state.angle_rad - 1.25).abs() < 1e-12 && state.rate_rad_s == 0.0);
     }
 }

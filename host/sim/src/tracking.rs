@@ -11,16 +11,17 @@
 //! | transition | turns of 0.02 to 2π rad, each at the planner's law of time |
 //! | rest | after each of them, from its end on |
 
-use firmware::cycle::{Phase, SwimCycle};
-use firmware::encoder::Mounting;
-use firmware::motor::Bridge;
-use firmware::reference::wrap;
-use firmware::servo::ServoError;
-use firmware::tail::Tail;
-use firmware::waveform::Waveform;
+use firmware::modboat::cycle::{Phase, SwimCycle};
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::reference::wrap;
+use firmware::modboat::servo::ServoError;
+use firmware::modboat::tail::Tail;
+use firmware::modboat::waveform::Waveform;
 use modboat::parameters::Parameters;
 use protocol::TransitionLaw;
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::configuration::EncoderMounting;
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 
 use super::module::{ModuleError, TICK, servo_for};
 #[cfg(test)]
@@ -131,7 +132,7 @@ impl Tracking {
         let mut from_rad = 0.3333;
         let (mut motor, pins) = SimMotor::new(real, from_rad)?;
         let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
-        let mounting = Mounting { zero_counts: real.encoder_offset_counts(), reversed: false };
+        let mounting = EncoderMounting { zero_counts: real.encoder_offset_counts(), reversed: false };
         let mut tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, &servo_for(nominal))
             .map_err(|error: ServoError| ModuleError::Servo(error))?;
         // A slower swing is the easier one to follow.
@@ -139,7 +140,7 @@ impl Tracking {
         let (least_rad, greatest_rad) = (modboat.amplitude_min_rad, modboat.amplitude_max_rad);
         let swings = [greatest_rad, -greatest_rad, least_rad, 0.0];
         // A tick does not fall on the start of a motion: the fleet's time and the module's are not in step.
-        let mut now = Micros(137);
+        let mut now = FleetInstant(137);
         for (k, &turn_rad) in TURNS_RAD.iter().chain(&[0.0]).enumerate() {
             let turn_rad = if k % 2 == 0 { turn_rad } else { -turn_rad };
             for amplitude_rad in swings {
@@ -169,15 +170,15 @@ impl Tracking {
                     off.add(f64::from(error_rad));
                 }
                 from_rad = f64::from(cycle.end_pose().0);
-                now = now.after(MicrosSpan(211));
+                now = now.after(Duration(211));
             }
         }
         Ok(())
     }
 }
 
-fn span(seconds: f64) -> MicrosSpan {
-    MicrosSpan((seconds * 1e6).round() as u32)
+fn span(seconds: f64) -> Duration {
+    Duration((seconds * 1e6).round() as u32)
 }
 
 #[cfg(test)]

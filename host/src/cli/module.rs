@@ -5,12 +5,12 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use link::key_file::ModuleCredentials;
 use link::udp::UdpRadio;
 use protocol::ModuleState;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use sim::clock::ClockParameters;
 use sim::module::{Setup, SimModule, TICK};
 use sim::rov::{RovSetup, SimRov};
@@ -95,7 +95,7 @@ fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
         motor: &scenario.motor,
         clock: &CLOCK,
         tail_rad,
-        report_every: MicrosSpan(10_000),
+        report_every: Duration(10_000),
         seed: seed(),
     };
     let mut module = SimModule::new(&setup, radio, host).map_err(|error| Failure::Bad(error.to_string()))?;
@@ -117,7 +117,7 @@ fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
         key,
         reversed: &reversed,
         battery_v: arguments.battery,
-        report_every: MicrosSpan(20_000),
+        report_every: Duration(20_000),
         clock: &CLOCK,
         seed: seed(),
     };
@@ -137,21 +137,23 @@ fn listen(arguments: &Arguments, host: SocketAddr) -> Result<(UdpRadio, SocketAd
 /// Ticks in real time until told to end, and tells every change of state.
 fn live(
     arguments: &Arguments,
-    mut tick: impl FnMut(Micros) -> io::Result<Option<ModuleState>>,
+    mut tick: impl FnMut(FleetInstant) -> io::Result<Option<ModuleState>>,
 ) -> Result<(), Failure> {
     signal::watch();
     let began = Instant::now();
     let mut state = None;
     for turn in 1.. {
         let due_us = turn * u64::from(TICK.0);
-        std::thread::sleep((began + Duration::from_micros(due_us)).saturating_duration_since(Instant::now()));
+        std::thread::sleep(
+            (began + std::time::Duration::from_micros(due_us)).saturating_duration_since(Instant::now()),
+        );
         if signal::STOP.load(Ordering::Relaxed) {
             break;
         }
         if arguments.duration.is_some_and(|seconds| due_us as f64 * 1e-6 >= seconds) {
             break;
         }
-        let now = Micros(began.elapsed().as_micros() as u64);
+        let now = FleetInstant(began.elapsed().as_micros() as u64);
         let present = tick(now).map_err(|error| Failure::Could(format!("radio: {error}")))?;
         if present != state {
             state = present;

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::{Failure, filter};
 use crate::run::vehicles;
-use firmware::thruster::{law, table};
+use firmware::rov::thruster::{law, table};
 use protocol::units::{PulseMicros, Volts};
 use reconfiguration::body::Body;
 use reconfiguration::vehicle::Vehicle;

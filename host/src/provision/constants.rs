@@ -3,26 +3,23 @@
 //! Defaults are the firmware's. Bounds that the firmware does not know, on times above all, are *assumed*: wide, and there to catch a
 //! slip of units.
 
-use firmware::failsafe::BatteryLimits;
-use firmware::lease::LeaseLimits;
-use firmware::limits::Limits;
-use firmware::quadrature::{COUNTS_MAX, READINGS};
-use firmware::servo::ServoParameters;
-use firmware::thruster::bank::{FRAME_RATE_HZ, Settings};
-use firmware::{lease, link};
+use firmware::modboat::quadrature::{COUNTS_MAX, READINGS};
+use firmware::rov::thruster::bank::FRAME_RATE_HZ;
+use firmware::{link::session, rov::lease};
 use protocol::configuration::{
-    EncoderConstants, Mounting, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants,
-    ThrusterMounting,
+    BankConstants, BatteryLimits, EncoderConstants, EncoderMounting, EscConstants, LeaseLimits, Robot,
+    RovConstants, ServoConstants, SupplyConstants, TailConstants, TailLimits, ThrusterMounting,
 };
 use protocol::message::MAX_THRUSTERS;
-use protocol::units::{Amperes, MicrosSpan, Newtons, Radians, RadiansPerSecond, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Newtons, Radians, RadiansPerSecond, Volts};
 use quantity::Range::{NonNegative, Positive};
 
 use super::file::{ModuleFile, ProvisionError};
 use super::tables::{EncoderTable, ModboatTable, RovTable, ServoTable};
 
 /// Pause between two reports where the file says none. *Assumed*: fifty a second of each module are little for any network.
-const REPORT_EVERY: MicrosSpan = MicrosSpan(20_000);
+const REPORT_EVERY: Duration = Duration(20_000);
 /// One second, µs.
 const S: u32 = 1_000_000;
 /// One millisecond, µs.
@@ -31,14 +28,14 @@ const MS: u32 = 1_000;
 const LONGEST: u32 = 4_294 * S;
 
 /// `[report] every_ms`.
-pub(super) fn report_every(file: &ModuleFile) -> Result<MicrosSpan, ProvisionError> {
+pub(super) fn report_every(file: &ModuleFile) -> Result<Duration, ProvisionError> {
     file.span(&["report"], "every_ms", file.tables.report.every_ms, REPORT_EVERY, MS..=60 * S)
 }
 
 /// `[report] sure_within_ms`.
-pub(super) fn sure_within(file: &ModuleFile, robot: &Robot) -> Result<MicrosSpan, ProvisionError> {
+pub(super) fn sure_within(file: &ModuleFile, robot: &Robot) -> Result<Duration, ProvisionError> {
     let default = match robot {
-        Robot::Modboat(_) => link::SURE_WITHIN,
+        Robot::Modboat(_) => session::SURE_WITHIN,
         Robot::Rov(_) => lease::SURE_WITHIN,
     };
     file.span(&["report"], "sure_within_ms", file.tables.report.sure_within_ms, default, MS / 10..=S)
@@ -57,23 +54,25 @@ pub(super) fn supply(file: &ModuleFile, robot: &Robot) -> Result<SupplyConstants
     let supply = SupplyConstants {
         volts_per_volt: ratio("volts_per_volt", "V/V", table.volts_per_volt)?,
         amperes_per_volt: ratio("amperes_per_volt", "A/V", table.amperes_per_volt)?,
-        low: volts("low_v", table.low_v, usual.low)?,
-        recover: volts("recover_v", table.recover_v, usual.recover)?,
-        hold_off: file.span(at, "hold_off_s", table.hold_off_s, usual.hold_off, 0..=3_600 * S)?,
+        battery: BatteryLimits {
+            low: volts("low_v", table.low_v, usual.low)?,
+            recover: volts("recover_v", table.recover_v, usual.recover)?,
+            hold_off: file.span(at, "hold_off_s", table.hold_off_s, usual.hold_off, 0..=3_600 * S)?,
+        },
     };
-    let (low, recover) = (supply.low.0, supply.recover.0);
+    let (low, recover) = (supply.battery.low.0, supply.battery.recover.0);
     ordered(file, at, ("low_v", low), ("recover_v", recover), "V")?;
     Ok(supply)
 }
 
 /// `[modboat]`.
 pub(super) fn modboat(file: &ModuleFile, table: &ModboatTable) -> Result<TailConstants, ProvisionError> {
-    let (limits, at, usual) = (&table.limits, &["modboat", "limits"], Limits::default());
+    let (limits, at, usual) = (&table.limits, &["modboat", "limits"], TailLimits::default());
     let angle =
         |key, given, default: Radians| file.number(at, (key, "rad"), given, default.0, Positive).map(Radians);
     let time = |key, given, default| file.span(at, key, given, default, MS..=LONGEST);
     let speed = ("speed_max_rad_s", "rad/s");
-    let tail = TailConstants {
+    let limits = TailLimits {
         amplitude_min: angle("amplitude_min_rad", limits.amplitude_min_rad, usual.amplitude_min)?,
         amplitude_max: angle("amplitude_max_rad", limits.amplitude_max_rad, usual.amplitude_max)?,
         centerline_max: angle("centerline_max_rad", limits.centerline_max_rad, usual.centerline_max)?,
@@ -84,18 +83,17 @@ pub(super) fn modboat(file: &ModuleFile, table: &ModboatTable) -> Result<TailCon
         period_min: time("period_min_s", limits.period_min_s, usual.period_min)?,
         period_max: time("period_max_s", limits.period_max_s, usual.period_max)?,
         transition_max: time("transition_max_s", limits.transition_max_s, usual.transition_max)?,
-        servo: servo(file, &table.servo)?,
-        encoder: encoder(file, &table.encoder)?,
     };
-    let (least, most) = (tail.amplitude_min.0, tail.amplitude_max.0);
+    let (servo, encoder) = (servo(file, &table.servo)?, encoder(file, &table.encoder)?);
+    let (least, most) = (limits.amplitude_min.0, limits.amplitude_max.0);
     ordered(file, at, ("amplitude_min_rad", least), ("amplitude_max_rad", most), "rad")?;
-    let (least, most) = (tail.period_min.as_secs_f32(), tail.period_max.as_secs_f32());
+    let (least, most) = (limits.period_min.as_secs_f32(), limits.period_max.as_secs_f32());
     ordered(file, at, ("period_min_s", least), ("period_max_s", most), "s")?;
-    Ok(tail)
+    Ok(TailConstants { limits, servo, encoder })
 }
 
 fn servo(file: &ModuleFile, table: &ServoTable) -> Result<ServoConstants, ProvisionError> {
-    let (at, usual) = (&["modboat", "servo"], ServoParameters::default());
+    let (at, usual) = (&["modboat", "servo"], ServoConstants::default());
     let positive = |key, unit, given, default| file.number(at, (key, unit), given, default, Positive);
     let speed = |key, given, default: RadiansPerSecond| {
         positive(key, "rad/s", given, default.0).map(RadiansPerSecond)
@@ -137,7 +135,7 @@ fn encoder(file: &ModuleFile, table: &EncoderTable) -> Result<EncoderConstants, 
     let counts_per_turn = file.count(at, "counts_per_turn", counts, 0..=COUNTS_MAX)?;
     // An absolute encoder has readings of its own.
     let readings = if counts_per_turn > 0 { READINGS - 1 } else { u32::MAX };
-    let mounting = Mounting {
+    let mounting = EncoderMounting {
         zero_counts: file.count(at, "zero_counts", table.zero_counts.unwrap_or(0), 0..=readings)?,
         reversed: table.reversed,
     };
@@ -148,7 +146,7 @@ fn encoder(file: &ModuleFile, table: &EncoderTable) -> Result<EncoderConstants, 
         homing_speed: file
             .number(at, homing, table.homing_speed_rad_s, 0.0, NonNegative)
             .map(RadiansPerSecond)?,
-        homing_after: file.span(at, "homing_after_s", table.homing_after_s, MicrosSpan(0), 0..=3_600 * S)?,
+        homing_after: file.span(at, "homing_after_s", table.homing_after_s, Duration(0), 0..=3_600 * S)?,
     })
 }
 
@@ -172,23 +170,36 @@ pub(super) fn rov(file: &ModuleFile, table: &RovTable) -> Result<RovConstants, P
         }
         thrusters.push(ThrusterMounting { output, reversed: thruster.reversed });
     }
-    let (settings, limits) = (Settings::default(), LeaseLimits::of(count));
+    let (bank, limits) = (BankConstants::default(), LeaseLimits::default());
     let positive = |key, unit, given, default| file.number(at, (key, unit), given, default, Positive);
-    let rate = positive("frame_rate_hz", "Hz", table.frame_rate_hz, settings.frame_rate_hz)?;
+    let rate = positive("frame_rate_hz", "Hz", table.frame_rate_hz, bank.frame_rate_hz)?;
     let (least, most) = FRAME_RATE_HZ;
     if !(least..=most).contains(&rate) {
         let message = format!("frame_rate_hz = {rate} Hz: must lie between {least} and {most} Hz");
         return Err(file.wrong(at, "frame_rate_hz", &message));
     }
-    let delay = settings.demands.reversal_delay;
+    let delay = bank.esc.reversal_delay;
     Ok(RovConstants {
         thrusters: thrusters.into_iter().collect(),
-        thrust_max: positive("thrust_max_n", "N", table.thrust_max_n, limits.thrust_max.0).map(Newtons)?,
-        lease_max: file.span(at, "lease_max_s", table.lease_max_s, limits.lease_max, MS..=60 * S)?,
-        frame_rate_hz: rate,
-        arming: file.span(at, "arming_s", table.arming_s, settings.arming, 0..=60 * S)?,
-        slew_n_s: positive("slew_n_s", "N/s", table.slew_n_s, settings.demands.slew_n_s)?,
-        reversal_delay: file.span(at, "reversal_delay_ms", table.reversal_delay_ms, delay, 0..=10 * S)?,
+        limits: LeaseLimits {
+            thrust_max: positive("thrust_max_n", "N", table.thrust_max_n, limits.thrust_max.0)
+                .map(Newtons)?,
+            lease_max: file.span(at, "lease_max_s", table.lease_max_s, limits.lease_max, MS..=60 * S)?,
+        },
+        bank: BankConstants {
+            frame_rate_hz: rate,
+            arming: file.span(at, "arming_s", table.arming_s, bank.arming, 0..=60 * S)?,
+            esc: EscConstants {
+                slew_n_s: positive("slew_n_s", "N/s", table.slew_n_s, bank.esc.slew_n_s)?,
+                reversal_delay: file.span(
+                    at,
+                    "reversal_delay_ms",
+                    table.reversal_delay_ms,
+                    delay,
+                    0..=10 * S,
+                )?,
+            },
+        },
     })
 }
 

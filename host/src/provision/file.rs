@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use link::private_file::PrivateFileError;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use quantity::{Range, check_ranges};
 use thiserror::Error;
 use toml::de::{DeTable, DeValue};
@@ -167,15 +167,15 @@ impl ModuleFile {
         table: &[&str],
         key: &'static str,
         given: Option<f64>,
-        default: MicrosSpan,
+        default: Duration,
         range: RangeInclusive<u32>,
-    ) -> Result<MicrosSpan, ProvisionError> {
+    ) -> Result<Duration, ProvisionError> {
         let Some(value) = given else { return Ok(default) };
         let (unit, us) = if key.ends_with("_ms") { ("ms", 1e3) } else { ("s", 1e6) };
         let (least, most) = (f64::from(*range.start()) / us, f64::from(*range.end()) / us);
         // Not so for NaN.
         if value >= least && value <= most {
-            return Ok(MicrosSpan((value * us).round() as u32));
+            return Ok(Duration((value * us).round() as u32));
         }
         let message = format!("{key} = {value} {unit}: must lie between {least} and {most} {unit}");
         Err(self.wrong(table, key, &message))

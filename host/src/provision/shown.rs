@@ -4,9 +4,10 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 
 use firmware::provision::NotProvisioned;
 use protocol::configuration::{
-    EncoderConstants, Network, Own, Robot, RovConstants, ServoConstants, SupplyConstants, TailConstants,
+    BatteryLimits, EncoderConstants, Network, Own, Robot, RovConstants, ServoConstants, SupplyConstants,
+    TailConstants,
 };
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use protocol::{Configuration, ModuleKind};
 
 use super::tables::{
@@ -82,7 +83,11 @@ fn tables(configuration: &Configuration) -> Tables {
 }
 
 fn supply(constants: &SupplyConstants) -> SupplyTable {
-    let &SupplyConstants { volts_per_volt, amperes_per_volt, low, recover, hold_off } = constants;
+    let &SupplyConstants {
+        volts_per_volt,
+        amperes_per_volt,
+        battery: BatteryLimits { low, recover, hold_off },
+    } = constants;
     SupplyTable {
         volts_per_volt: number(volts_per_volt),
         amperes_per_volt: number(amperes_per_volt),
@@ -93,6 +98,7 @@ fn supply(constants: &SupplyConstants) -> SupplyTable {
 }
 
 fn modboat(tail: &TailConstants) -> ModboatTable {
+    let limits = &tail.limits;
     let ServoConstants {
         no_load_speed,
         time_constant_s,
@@ -108,14 +114,14 @@ fn modboat(tail: &TailConstants) -> ModboatTable {
     let EncoderConstants { counts_per_turn, mounting, homing_speed, homing_after } = tail.encoder;
     ModboatTable {
         limits: LimitsTable {
-            amplitude_min_rad: number(tail.amplitude_min.0),
-            amplitude_max_rad: number(tail.amplitude_max.0),
-            centerline_max_rad: number(tail.centerline_max.0),
-            rotation_max_rad: number(tail.rotation_max.0),
-            speed_max_rad_s: number(tail.speed_max.0),
-            period_min_s: s(tail.period_min),
-            period_max_s: s(tail.period_max),
-            transition_max_s: s(tail.transition_max),
+            amplitude_min_rad: number(limits.amplitude_min.0),
+            amplitude_max_rad: number(limits.amplitude_max.0),
+            centerline_max_rad: number(limits.centerline_max.0),
+            rotation_max_rad: number(limits.rotation_max.0),
+            speed_max_rad_s: number(limits.speed_max.0),
+            period_min_s: s(limits.period_min),
+            period_max_s: s(limits.period_max),
+            transition_max_s: s(limits.transition_max),
         },
         servo: ServoTable {
             no_load_speed_rad_s: number(no_load_speed.0),
@@ -142,12 +148,12 @@ fn modboat(tail: &TailConstants) -> ModboatTable {
 fn rov(constants: &RovConstants) -> RovTable {
     let thrusters = constants.thrusters.iter();
     RovTable {
-        thrust_max_n: number(constants.thrust_max.0),
-        lease_max_s: s(constants.lease_max),
-        frame_rate_hz: number(constants.frame_rate_hz),
-        arming_s: s(constants.arming),
-        slew_n_s: number(constants.slew_n_s),
-        reversal_delay_ms: ms(constants.reversal_delay),
+        thrust_max_n: number(constants.limits.thrust_max.0),
+        lease_max_s: s(constants.limits.lease_max),
+        frame_rate_hz: number(constants.bank.frame_rate_hz),
+        arming_s: s(constants.bank.arming),
+        slew_n_s: number(constants.bank.esc.slew_n_s),
+        reversal_delay_ms: ms(constants.bank.esc.reversal_delay),
         thrusters: thrusters
             .map(|thruster| ThrusterTable { output: thruster.output.into(), reversed: thruster.reversed })
             .collect(),
@@ -159,10 +165,10 @@ fn number(value: f32) -> Option<f64> {
     Some(value.to_string().parse().unwrap_or_else(|_| value.into()))
 }
 
-fn s(span: MicrosSpan) -> Option<f64> {
+fn s(span: Duration) -> Option<f64> {
     Some(f64::from(span.0) / 1e6)
 }
 
-fn ms(span: MicrosSpan) -> Option<f64> {
+fn ms(span: Duration) -> Option<f64> {
     Some(f64::from(span.0) / 1e3)
 }

@@ -1,7 +1,6 @@
 //! The shape of a module's TOML file. A number that is left out is the firmware's own.
 //!
-//! What each key means is said where the firmware uses it: `firmware::limits`, `servo`, `encoder`, `homing`, `failsafe::battery`,
-//! `lease` and `thruster::bank`.
+//! What each key means is said where its constant stands: `protocol::configuration`.
 
 use serde::{Deserialize, Deserializer, Serialize};
 use zeroize::Zeroizing;

@@ -4,11 +4,11 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
-use firmware::encoder::Encoder;
-use firmware::motor::Bridge;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::quadrature::READINGS;
+use firmware::modboat::servo::NoSense;
 use firmware::provision::{self, NotProvisioned};
-use firmware::quadrature::READINGS;
-use firmware::servo::NoSense;
 use protocol::Configuration;
 use protocol::configuration::{IMAGE_MAX, Robot};
 use protocol::message::MAX_THRUSTERS;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use link::dispatcher::{Dispatcher, ModuleLink};
 use protocol::ledger::Outgoing;
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 use protocol::{Faults, MAX_DATAGRAM, ModuleState, Radio};
 use record::{PoseSample, RunRecord};
 use sim::TailState;
@@ -46,10 +46,11 @@ pub struct RunResult {
 }
 
 /// A fault that is planned into a run, for tests and drills.
-pub type Drill<'a, F> = &'a mut dyn FnMut(Micros, Option<Micros>, &mut F);
+pub type Drill<'a, F> = &'a mut dyn FnMut(FleetInstant, Option<FleetInstant>, &mut F);
 
 /// The same, and what watches a run: it sees the pilot too.
-pub type Watch<'a, F> = &'a mut dyn FnMut(Micros, &Pilot<<<F as Fleet>::Radio as Radio>::Address>, &mut F);
+pub type Watch<'a, F> =
+    &'a mut dyn FnMut(FleetInstant, &Pilot<<<F as Fleet>::Radio as Radio>::Address>, &mut F);
 
 /// Runs `scenario` with modules in this process, from `seed`, as fast as the machine can.
 ///
@@ -75,7 +76,7 @@ pub fn run<F: Fleet>(
     stop: &AtomicBool,
     drill: Drill<'_, F>,
 ) -> Result<RunResult, RunError> {
-    let mut watch = |tick: Micros, pilot: &Pilot<_>, fleet: &mut F| drill(tick, pilot.origin(), fleet);
+    let mut watch = |tick: FleetInstant, pilot: &Pilot<_>, fleet: &mut F| drill(tick, pilot.origin(), fleet);
     run_watched(scenario, seed, fleet, pace, progress, stop, &mut watch)
 }
 
@@ -104,7 +105,7 @@ pub fn run_watched<F: Fleet>(
     let mut recorder = Recorder::default();
     let mut tails: Vec<TailState> = Vec::new();
     let mut clock_error_us = None;
-    let mut idle_since = Micros(0);
+    let mut idle_since = FleetInstant(0);
     let mut clock = Clock::new(pace);
     let mut buffer = [0; MAX_DATAGRAM];
     let (mut heard, mut waiting, mut missed) = (0, true, false);
@@ -261,7 +262,7 @@ fn stopped<A: Copy>(links: &[ModuleLink<A>]) -> Option<String> {
 fn transmit<F: Fleet>(
     pilot: &mut Pilot<<F::Radio as Radio>::Address>,
     fleet: &mut F,
-    now: impl Fn() -> Micros,
+    now: impl Fn() -> FleetInstant,
 ) -> Result<(), RunError> {
     let mut buffer = [0; MAX_DATAGRAM];
     while let Some((to, datagram)) = pilot.poll_transmit(now(), &mut buffer) {
@@ -294,27 +295,27 @@ impl Clock {
     }
 
     /// The next tick; in real time it waits for it.
-    pub(super) fn next_tick(&mut self) -> Micros {
+    pub(super) fn next_tick(&mut self) -> FleetInstant {
         self.ticks += 1;
         let tick = self.ticks * u64::from(TICK.0);
         if self.pace != Pace::Simulated {
             let due = self.began + Duration::from_micros(tick);
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
         }
-        Micros(tick)
+        FleetInstant(tick)
     }
 
     /// The time now: of the tick in a simulation, of the wall clock otherwise.
-    pub(super) fn now(&self, tick: Micros) -> Micros {
+    pub(super) fn now(&self, tick: FleetInstant) -> FleetInstant {
         match self.pace {
             Pace::Simulated | Pace::Watched => tick,
-            Pace::Real => Micros(self.began.elapsed().as_micros() as u64),
+            Pace::Real => FleetInstant(self.began.elapsed().as_micros() as u64),
         }
     }
 }
 
 /// Any clock that only goes forward.
-fn stopwatch() -> Micros {
+fn stopwatch() -> FleetInstant {
     static BEGAN: OnceLock<Instant> = OnceLock::new();
-    Micros(BEGAN.get_or_init(Instant::now).elapsed().as_micros() as u64)
+    FleetInstant(BEGAN.get_or_init(Instant::now).elapsed().as_micros() as u64)
 }

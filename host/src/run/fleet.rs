@@ -8,7 +8,7 @@ use link::faults::{FaultCount, FaultParameters, Faulty};
 use link::identity::HostIdentity;
 use link::loopback::{Ether, LoopbackRadio, Node};
 use link::udp::UdpRadio;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::{ModuleId, Radio};
 use sim::TailState;
 use sim::module::{Setup, SimModule};
@@ -21,7 +21,7 @@ use super::scenario::Scenario;
 const HOST: Node = Node(0);
 
 /// Pause between two reports of a module in this process.
-const REPORT_EVERY: MicrosSpan = MicrosSpan(20_000);
+const REPORT_EVERY: Duration = Duration(20_000);
 
 /// The modules of one run, and the host's radio to them.
 pub trait Fleet {
@@ -41,12 +41,12 @@ pub trait Fleet {
     ///
     /// # Errors
     /// The radio's.
-    fn advance(&mut self, now: Micros) -> Result<(), RunError>;
+    fn advance(&mut self, now: FleetInstant) -> Result<(), RunError>;
 
     /// The tails as the water feels them at `now`.
     fn tails(
         &mut self,
-        now: Micros,
+        now: FleetInstant,
         dispatcher: &Dispatcher<<Self::Radio as Radio>::Address>,
         tails: &mut Vec<TailState>,
     );
@@ -55,7 +55,7 @@ pub trait Fleet {
     fn faults(&self) -> Option<FaultCount>;
 
     /// Greatest error of a module's fleet time at `now`, µs, where that is known.
-    fn clock_error_us(&self, now: Micros) -> Option<u64>;
+    fn clock_error_us(&self, now: FleetInstant) -> Option<u64>;
 }
 
 /// Modules in this process.
@@ -140,14 +140,14 @@ impl Fleet for InProcess {
         &mut self.radio
     }
 
-    fn advance(&mut self, now: Micros) -> Result<(), RunError> {
+    fn advance(&mut self, now: FleetInstant) -> Result<(), RunError> {
         for module in &mut self.modules {
             module.tick(now)?;
         }
         Ok(())
     }
 
-    fn tails(&mut self, _now: Micros, _dispatcher: &Dispatcher<Node>, tails: &mut Vec<TailState>) {
+    fn tails(&mut self, _now: FleetInstant, _dispatcher: &Dispatcher<Node>, tails: &mut Vec<TailState>) {
         tails.clear();
         tails.extend(self.modules.iter().map(SimModule::tail));
     }
@@ -157,7 +157,7 @@ impl Fleet for InProcess {
         Some(counts.fold(self.radio.count(), |sum, count| sum + count))
     }
 
-    fn clock_error_us(&self, now: Micros) -> Option<u64> {
+    fn clock_error_us(&self, now: FleetInstant) -> Option<u64> {
         self.modules.iter().filter_map(|module| module.clock_error_us(now)).map(i64::unsigned_abs).max()
     }
 }
@@ -201,11 +201,11 @@ impl Fleet for OverUdp {
         &mut self.radio
     }
 
-    fn advance(&mut self, _now: Micros) -> Result<(), RunError> {
+    fn advance(&mut self, _now: FleetInstant) -> Result<(), RunError> {
         Ok(())
     }
 
-    fn tails(&mut self, now: Micros, dispatcher: &Dispatcher<SocketAddr>, tails: &mut Vec<TailState>) {
+    fn tails(&mut self, now: FleetInstant, dispatcher: &Dispatcher<SocketAddr>, tails: &mut Vec<TailState>) {
         tails.clear();
         for (tail, link) in self.tails.iter_mut().zip(dispatcher.modules()) {
             if let Some(report) = link.telemetry() {
@@ -219,7 +219,7 @@ impl Fleet for OverUdp {
         None
     }
 
-    fn clock_error_us(&self, _now: Micros) -> Option<u64> {
+    fn clock_error_us(&self, _now: FleetInstant) -> Option<u64> {
         None
     }
 }

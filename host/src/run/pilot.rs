@@ -22,9 +22,9 @@
 //! rests there, the second, sent when everybody certainly has the first, does the rest. If somebody has not, the second
 //! is never sent: the fleet holds, at the poses between or where it was.
 
-use firmware::link::SURE_WITHIN;
+use firmware::link::session::SURE_WITHIN;
 use protocol::ledger::Class;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::{Delivery, ModuleId, ModuleState, Motion};
 use std::sync::Arc;
 
@@ -49,10 +49,10 @@ use decision::{cycles, first_cycles, give_up, give_up_second, steps};
 mod decision;
 
 /// So long before the running cycle ends a decision waits no longer for reports: what it sends must get through. *Assumed.*
-pub const DECIDE_BY: MicrosSpan = MicrosSpan(200_000);
+pub const DECIDE_BY: Duration = Duration(200_000);
 
 /// A fleet at rest begins when every module is that sure of the fleet time: with something in hand for the time until the start.
-const SURE_TO_BEGIN: MicrosSpan = MicrosSpan(SURE_WITHIN.0 / 4 * 3);
+const SURE_TO_BEGIN: Duration = Duration(SURE_WITHIN.0 / 4 * 3);
 
 /// See the module's documentation. `A` is the radio's address.
 pub struct Pilot<A> {
@@ -64,8 +64,8 @@ pub struct Pilot<A> {
     distance: Arc<DistanceToCollision>,
     /// The planner without those who are missing.
     partial: Option<(Vec<Participation>, Planner)>,
-    stopwatch: fn() -> Micros,
-    lead: MicrosSpan,
+    stopwatch: fn() -> FleetInstant,
+    lead: Duration,
     /// What the observer takes to act now.
     wrench: Wrench,
     /// All decisions so far; the last one may still run.
@@ -75,8 +75,8 @@ pub struct Pilot<A> {
     /// Whether its second step is still to be sent.
     second: bool,
     /// After an attempt that found no plan, when to try again.
-    retry: Micros,
-    origin: Option<Micros>,
+    retry: FleetInstant,
+    origin: Option<FleetInstant>,
     finished: bool,
     reboots: u32,
     refusals: u32,
@@ -94,7 +94,7 @@ impl<A: Copy> Pilot<A> {
         host: &HostIdentity,
         roster: &[ModuleId],
         table: Option<Arc<DistanceTable>>,
-        stopwatch: fn() -> Micros,
+        stopwatch: fn() -> FleetInstant,
     ) -> Result<Self, ParameterError> {
         let Scenario { structure, modboat, .. } = scenario;
         let distance = Arc::new(DistanceToCollision::new(modboat));
@@ -117,7 +117,7 @@ impl<A: Copy> Pilot<A> {
             decisions: Vec::new(),
             swimming: false,
             second: false,
-            retry: Micros(0),
+            retry: FleetInstant(0),
             origin: None,
             finished: false,
             reboots: 0,
@@ -130,7 +130,7 @@ impl<A: Copy> Pilot<A> {
     ///
     /// # Errors
     /// What it is, if it is not to be followed; it is counted and nothing happens.
-    pub fn handle_datagram(&mut self, now: Micros, from: A, datagram: &[u8]) -> Result<(), Class> {
+    pub fn handle_datagram(&mut self, now: FleetInstant, from: A, datagram: &[u8]) -> Result<(), Class> {
         match self.dispatcher.handle_datagram(now, from, datagram)? {
             Some(Event::Rebooted(_)) => self.reboots += 1,
             Some(Event::Refused { .. }) => self.refusals += 1,
@@ -150,7 +150,7 @@ impl<A: Copy> Pilot<A> {
     }
 
     /// Does what is due at `now`.
-    pub fn handle_timer(&mut self, now: Micros) {
+    pub fn handle_timer(&mut self, now: FleetInstant) {
         let wrench = self.wrench_at(now);
         if wrench != self.wrench {
             self.observer.predict(now.as_secs_f64());
@@ -190,12 +190,12 @@ impl<A: Copy> Pilot<A> {
     }
 
     /// Writes the next datagram to send, if any, to the start of `buffer`, and says where to.
-    pub fn poll_transmit<'a>(&mut self, now: Micros, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+    pub fn poll_transmit<'a>(&mut self, now: FleetInstant, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
         self.dispatcher.poll_transmit(now, buffer)
     }
 
     /// Start of the first cycle, fleet time: time zero of the run.
-    pub fn origin(&self) -> Option<Micros> {
+    pub fn origin(&self) -> Option<FleetInstant> {
         self.origin
     }
 
@@ -242,7 +242,7 @@ impl<A: Copy> Pilot<A> {
 
     /// Mean wrench that the fleet is meant to give at `now`, over the whole cycle with its transition: the observer
     /// averages over that anyway, and a step between the two would only pass for a motion.
-    fn wrench_at(&self, now: Micros) -> Wrench {
+    fn wrench_at(&self, now: FleetInstant) -> Wrench {
         // While the last decision waits for its start, the one before it runs.
         let running = self.decisions.iter().rev().take(2).find(|decision| decision.start <= now);
         running.filter(|decision| now < decision.end()).map_or(Wrench::default(), |decision| {
@@ -268,7 +268,7 @@ impl<A: Copy> Pilot<A> {
     }
 
     /// Whether a report that would tell who runs the cycle that ends at `end` may still come in time.
-    fn waits_for_reports(&self, now: Micros, end: Micros) -> bool {
+    fn waits_for_reports(&self, now: FleetInstant, end: FleetInstant) -> bool {
         let Some(decision) = self.decisions.last() else { return false };
         let number = decision.last_number();
         let unknown = |(link, &missing): (&ModuleLink<A>, &bool)| {
@@ -278,7 +278,7 @@ impl<A: Copy> Pilot<A> {
     }
 
     /// Plans the cycle that starts at `start` and sends it; holds the fleet if that cannot be done.
-    fn decide(&mut self, now: Micros, start: Micros) {
+    fn decide(&mut self, now: FleetInstant, start: FleetInstant) {
         self.swimming_over_if_unknown();
         let known: Vec<Option<f64>> =
             (0..self.dispatcher.modules().len()).map(|index| self.pose_of(index)).collect();
@@ -337,7 +337,7 @@ impl<A: Copy> Pilot<A> {
     }
 
     /// Whether the tails of enough modules are known: of all, or of those that are required while the others are missing.
-    fn is_enough(&self, now: Micros, known: &[Option<f64>]) -> bool {
+    fn is_enough(&self, now: FleetInstant, known: &[Option<f64>]) -> bool {
         let Timing { require, missing_after_s, .. } = self.scenario.timing;
         let count = known.iter().flatten().count();
         let silent = |index: usize| {
@@ -352,8 +352,8 @@ impl<A: Copy> Pilot<A> {
     /// Sends what was planned for `start`, with the tails at `poses`.
     fn carry_out(
         &mut self,
-        now: Micros,
-        start: Micros,
+        now: FleetInstant,
+        start: FleetInstant,
         demand: Wrench,
         (poses, missing): (&[f64], Vec<bool>),
         plan: Plan,
@@ -381,7 +381,7 @@ impl<A: Copy> Pilot<A> {
     }
 
     /// Sends the second step of the last decision when it is due, or gives it up.
-    fn send_second(&mut self, now: Micros) {
+    fn send_second(&mut self, now: FleetInstant) {
         let Some(decision) = self.decisions.last_mut() else { return };
         let start = decision.last_start();
         // A module keeps one cycle beside the one it runs: the first must have begun.
@@ -401,7 +401,7 @@ impl<A: Copy> Pilot<A> {
 
     /// A cycle that not everybody could be sure to get in time is run by nobody: another is planned when its start has
     /// passed.
-    fn forget_if_dropped(&mut self, now: Micros) {
+    fn forget_if_dropped(&mut self, now: FleetInstant) {
         let Some(decision) = self.decisions.last_mut().filter(|_| self.swimming) else { return };
         let (number, start) = if self.second {
             (decision.number, decision.start)
@@ -473,8 +473,8 @@ fn planner_for<'a>(
     partial.as_mut().map(|(_, planner)| planner)
 }
 
-fn span(seconds: f64) -> MicrosSpan {
-    MicrosSpan((seconds * 1e6).round() as u32)
+fn span(seconds: f64) -> Duration {
+    Duration((seconds * 1e6).round() as u32)
 }
 
 #[cfg(test)]

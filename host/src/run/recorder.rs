@@ -1,7 +1,7 @@
 //! Collects what a run leaves behind.
 
 use modboat::motion::Wrench;
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 use record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample, ViaRecord};
 use sim::TailState;
 
@@ -33,8 +33,8 @@ impl Recorder {
     /// before it nothing is recorded.
     pub fn step(
         &mut self,
-        now: Micros,
-        origin: Option<Micros>,
+        now: FleetInstant,
+        origin: Option<FleetInstant>,
         dt_s: f64,
         sample: (&PoseSample, &[TailState], Wrench),
         decisions: &[Decision],
@@ -62,7 +62,12 @@ impl Recorder {
 
     /// Everything, at the end of the run. A cycle that was not over is left out.
     #[must_use]
-    pub fn finish(self, scenario: &Scenario, origin: Option<Micros>, decisions: &[Decision]) -> RunRecord {
+    pub fn finish(
+        self,
+        scenario: &Scenario,
+        origin: Option<FleetInstant>,
+        decisions: &[Decision],
+    ) -> RunRecord {
         let zero_s = origin.unwrap_or_default().as_secs_f64();
         let end_s = self.poses.last().map_or(0.0, |pose| pose.t_s);
         let cycles = decisions

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use link::faults::{FaultCount, FaultParameters, Faulty};
 use link::udp::UdpRadio;
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 use protocol::{MAX_DATAGRAM, Radio};
 
 use crate::common::Process;
@@ -73,7 +73,7 @@ pub fn main() {
     let mut buffer = [0; MAX_DATAGRAM];
     let began = Instant::now();
     while !END.load(Ordering::Relaxed) {
-        let now = Micros(began.elapsed().as_micros() as u64);
+        let now = FleetInstant(began.elapsed().as_micros() as u64);
         while let Some((length, module)) = front.receive(now, &mut buffer).expect("a socket") {
             let seed = backs.len() as u64 + 1;
             let back = backs.entry(module).or_insert_with(|| bad(&format!("{MODULES}:0"), seed));

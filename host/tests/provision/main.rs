@@ -126,7 +126,7 @@ fn a_modboats_file_holds_its_configuration_where_memory_x_says() {
     assert_eq!((&network.ssid[..], network.passphrase.bytes()), (&b"tank"[..], PASSPHRASE.as_bytes()));
     assert_eq!((network.host, network.own), (Host { address: [192, 168, 4, 1], port: 4870 }, Own::Dhcp));
     let Robot::Modboat(tail) = &configuration.robot else { panic!("{configuration:?}") };
-    assert_eq!((tail.amplitude_max, tail.servo.speed_max), (Radians(2.6), RadiansPerSecond(15.0)));
+    assert_eq!((tail.limits.amplitude_max, tail.servo.speed_max), (Radians(2.6), RadiansPerSecond(15.0)));
     assert_eq!(tail.encoder.counts_per_turn, 4800);
     assert_silent(&output, &configuration);
 }

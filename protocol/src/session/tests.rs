@@ -2,7 +2,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::message::{Acknowledge, Verdict};
-use crate::units::Micros;
+use crate::time::LocalInstant;
 use crate::{FleetKey, TimeRequest};
 
 const BOOT: Nonce = Nonce([1; 16]);
@@ -91,7 +91,7 @@ fn receipts_that_cannot_be_do_not_spoil_the_sums() {
 fn is_short_with_the_longest_receipt() {
     let (_, mut module) = pair();
     module.came = Receipt { seen: u32::MAX, accepted: u32::MAX, late: u32::MAX };
-    let message = Message::TimeRequest(TimeRequest { sent: Micros(u64::MAX) });
+    let message = Message::TimeRequest(TimeRequest { sent: LocalInstant(u64::MAX) });
     let mut buffer = [0; MAX_DATAGRAM];
     let plain: Vec<u8> = postcard::to_slice(&message, &mut buffer).expect("fits").to_vec();
     assert!(module.seal(&message, &mut buffer).expect("fits").len() <= plain.len() + 64);

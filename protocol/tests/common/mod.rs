@@ -1,7 +1,8 @@
 //! What several tests of this crate share: one fleet, one module, one session, and every message.
 
 use protocol::ledger::Incoming;
-use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
+use protocol::units::{Amperes, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 use protocol::*;
 
 /// Key of the fleet: 00 01 … 1f.
@@ -60,7 +61,7 @@ pub fn remade(datagram: &[u8]) -> Vec<u8> {
 
 /// Every message that is said within a session, with its name and who says it.
 pub fn messages() -> Vec<(&'static str, Side, Message)> {
-    let at = Micros(12_345_678);
+    let at = FleetInstant(12_345_678);
     let to_module = [
         ("time-reply", time_reply()),
         ("cycle-modboat", cycle(42, Motion::Modboat(modboat()), Delivery::Direct)),
@@ -73,7 +74,7 @@ pub fn messages() -> Vec<(&'static str, Side, Message)> {
         ("release", Message::Release),
     ];
     let to_host = [
-        ("time-request", Message::TimeRequest(TimeRequest { sent: Micros(1_000_001) })),
+        ("time-request", Message::TimeRequest(TimeRequest { sent: LocalInstant(1_000_001) })),
         ("acknowledge-accepted", acknowledge(Verdict::Accepted)),
         ("acknowledge-duplicate", acknowledge(Verdict::Duplicate)),
         ("acknowledge-refused", acknowledge(Verdict::Refused(Refusal::PoseMismatch))),
@@ -87,7 +88,7 @@ pub fn messages() -> Vec<(&'static str, Side, Message)> {
 }
 
 fn cycle(number: u32, motion: Motion, delivery: Delivery) -> Message {
-    Message::Cycle(Cycle { number, start: Micros(12_345_678), motion, delivery })
+    Message::Cycle(Cycle { number, start: FleetInstant(12_345_678), motion, delivery })
 }
 
 fn modboat() -> ModboatCycle {
@@ -95,19 +96,19 @@ fn modboat() -> ModboatCycle {
         rotation: Radians(-1.25),
         centerline: Radians(0.5),
         amplitude: Radians(-2.6),
-        transition: MicrosSpan(500_000),
-        period: MicrosSpan(1_500_000),
+        transition: Duration(500_000),
+        period: Duration(1_500_000),
         law: TransitionLaw::ConstantSpeed,
     }
 }
 
 fn rest_to_rest() -> ModboatCycle {
-    ModboatCycle { law: TransitionLaw::RestToRest { ramp: MicrosSpan(52_000) }, ..modboat() }
+    ModboatCycle { law: TransitionLaw::RestToRest { ramp: Duration(52_000) }, ..modboat() }
 }
 
 fn rov() -> RovCycle {
     let thrusts = [1.5, -2.25, 0.0, 40.0, -39.9, 0.125, 7.0, -0.5];
-    RovCycle { thrusts: thrusts.into_iter().map(Newtons).collect(), lease: MicrosSpan(200_000) }
+    RovCycle { thrusts: thrusts.into_iter().map(Newtons).collect(), lease: Duration(200_000) }
 }
 
 fn acknowledge(verdict: Verdict) -> Message {
@@ -116,13 +117,13 @@ fn acknowledge(verdict: Verdict) -> Message {
 
 fn time_reply() -> Message {
     Message::TimeReply(TimeReply {
-        request_sent: Micros(1_000_001),
-        received: Micros(77_000_000_123),
-        sent: Micros(77_000_000_456),
+        request_sent: LocalInstant(1_000_001),
+        received: FleetInstant(77_000_000_123),
+        sent: FleetInstant(77_000_000_456),
     })
 }
 
-fn telemetry(at: Micros) -> Message {
+fn telemetry(at: FleetInstant) -> Message {
     Message::Telemetry(Telemetry {
         at,
         state: ModuleState::Executing,
@@ -135,7 +136,7 @@ fn telemetry(at: Micros) -> Message {
     })
 }
 
-fn rov_telemetry(at: Micros) -> Message {
+fn rov_telemetry(at: FleetInstant) -> Message {
     let pulses = [1545.5, 1440.25, 1500.0, 1830.0, 1100.0, 1528.125, 1612.75, 1471.5];
     let all = Faults::NAMES.iter().fold(Faults(0), |faults, (fault, _)| faults.with(*fault));
     Message::RovTelemetry(RovTelemetry {
@@ -159,5 +160,5 @@ fn health() -> Message {
         forged: 0,
         foreign: 1,
     };
-    Message::Health(Health { incoming, uncertainty: MicrosSpan(340), drift_ppb: -31_250 })
+    Message::Health(Health { incoming, uncertainty: Duration(340), drift_ppb: -31_250 })
 }

@@ -10,7 +10,7 @@
 //! | [`Module::slot_begins`] | `endpoint.rs` `gate`; `schedule.rs` `settle` is the real one |
 //! | [`Module::report`] | `endpoint.rs` `handle_timer`, `swimmer.rs` `report` |
 
-use firmware::failsafe::{Conditions, Event, Failsafe};
+use firmware::link::failsafe::{Conditions, Event, Failsafe};
 use protocol::window::{Arrival, Window};
 use protocol::{Delivery, ModuleState};
 

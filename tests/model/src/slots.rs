@@ -2,26 +2,27 @@
 //!
 //! A slot of the model is `SLOT` long; a cycle fills its slot. What comes, comes in the middle of a slot.
 
-use firmware::cycle::SwimCycle;
-use firmware::limits::Limits;
-use firmware::schedule::{Schedule, Verdict};
-use firmware::waveform::Waveform;
+use firmware::modboat::cycle::SwimCycle;
+use firmware::modboat::schedule::{Schedule, Verdict};
+use firmware::modboat::waveform::Waveform;
 use protocol::Delivery;
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::configuration::TailLimits;
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 
 use crate::said::{Answer, Held, Pose};
 
 /// Transition and period of every cycle.
-const SLOT: (MicrosSpan, MicrosSpan) = (MicrosSpan(500_000), MicrosSpan(1_500_000));
+const SLOT: (Duration, Duration) = (Duration(500_000), Duration(1_500_000));
 const SLOT_US: u64 = 2_000_000;
 const AMPLITUDE_RAD: f32 = 1.0;
 
-fn start_of(slot: u8) -> Micros {
-    Micros(u64::from(slot) * SLOT_US)
+fn start_of(slot: u8) -> FleetInstant {
+    FleetInstant(u64::from(slot) * SLOT_US)
 }
 
-fn within(slot: u8) -> Micros {
-    start_of(slot).after(MicrosSpan(1_000_000))
+fn within(slot: u8) -> FleetInstant {
+    start_of(slot).after(Duration(1_000_000))
 }
 
 fn cycle(held: &Held) -> SwimCycle {
@@ -160,8 +161,8 @@ impl Slots {
 
     /// The real schedule that this stands for, in the slot of what began last or before `now`.
     fn real(&self, now: u8) -> Schedule {
-        let limits = Limits::default();
-        let before = |held: &Held| Micros(start_of(held.start).0 - 1);
+        let limits = TailLimits::default();
+        let before = |held: &Held| FleetInstant(start_of(held.start).0 - 1);
         let Some(current) = self.current else {
             let mut real = Schedule::new(limits, Radians(self.rest.angle_rad()));
             if self.latest > 0 {
@@ -169,8 +170,8 @@ impl Slots {
                 let (from, beside, id, boot) = (self.rest, Pose(0), 0, 0);
                 let (number, delivery) = (self.latest, Delivery::Direct);
                 let former = Held { number, id, start: 0, delivery, from, beside, boot };
-                real.offer(Micros(0), cycle(&former), delivery);
-                real.emergency_stop(Micros(1));
+                real.offer(FleetInstant(0), cycle(&former), delivery);
+                real.emergency_stop(FleetInstant(1));
                 real.resume(Radians(self.rest.angle_rad()));
             }
             if self.stopped {
@@ -185,7 +186,12 @@ impl Slots {
     }
 
     /// Does something to the real schedule, and reads back what that made of it. `offered`: what it may hold then.
-    fn with<R>(&mut self, now: u8, offered: Option<Held>, act: impl FnOnce(&mut Schedule, Micros) -> R) -> R {
+    fn with<R>(
+        &mut self,
+        now: u8,
+        offered: Option<Held>,
+        act: impl FnOnce(&mut Schedule, FleetInstant) -> R,
+    ) -> R {
         let mut real = self.real(now);
         if let Some(Waiting { held, committed }) = self.next {
             // It was taken in the slot before its start.
@@ -197,7 +203,7 @@ impl Slots {
         let now_us = within(now);
         let result = act(&mut real, now_us);
         let known = [offered, self.next.map(|next| next.held), self.current];
-        let find = |cycle_number: u32, start: Option<Micros>| {
+        let find = |cycle_number: u32, start: Option<FleetInstant>| {
             let fits = |held: &&Held| {
                 u32::from(held.number) == cycle_number
                     && start.is_none_or(|start| start_of(held.start) == start)

@@ -5,22 +5,22 @@ use std::net::SocketAddr;
 use link::dispatcher::{Dispatcher, Event};
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Telemetry};
 
 use crate::modules::{Modules, STEP};
 
 /// How long the bench waits for what must come, by the modules' clock.
-const PATIENCE: MicrosSpan = MicrosSpan(60_000_000);
+const PATIENCE: Duration = Duration(60_000_000);
 
 /// Fleet time must be known so well before the first cycle, as for `flotilla run`.
-const SURE: MicrosSpan = MicrosSpan(1_500);
+const SURE: Duration = Duration(1_500);
 
 /// One report of a module.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// When it came, by the host's clock.
-    pub arrival: Micros,
+    pub arrival: FleetInstant,
     /// What it says.
     pub telemetry: Telemetry,
 }
@@ -34,7 +34,7 @@ pub struct Bench {
     /// The reports of each that it sent with a known fleet time, in the order in which they came.
     pub seen: Vec<Vec<Seen>>,
     radio: UdpRadio,
-    now: Micros,
+    now: FleetInstant,
 }
 
 impl Bench {
@@ -51,12 +51,12 @@ impl Bench {
         let dispatcher = Dispatcher::new(&roster, &host.key, host.boot);
         let modules = Modules::start(&host, port, roster.len(), seed);
         let seen = roster.iter().map(|_| Vec::new()).collect();
-        Self { dispatcher, modules, seen, radio, now: Micros(0) }
+        Self { dispatcher, modules, seen, radio, now: FleetInstant(0) }
     }
 
     /// The host's clock, which is the fleet's: steps of the modules.
     #[must_use]
-    pub fn now(&self) -> Micros {
+    pub fn now(&self) -> FleetInstant {
         self.now
     }
 
@@ -123,7 +123,7 @@ impl Bench {
     }
 
     /// Dispatches one cycle to all of them.
-    pub fn dispatch(&mut self, number: u32, start: Micros, motions: &[Motion]) {
+    pub fn dispatch(&mut self, number: u32, start: FleetInstant, motions: &[Motion]) {
         let motions: Vec<Option<Motion>> = motions.iter().cloned().map(Some).collect();
         self.dispatcher.dispatch(self.now, number, start, &motions, Delivery::Direct);
     }

@@ -11,7 +11,7 @@ use link::dispatcher::Dispatcher;
 use link::faults::FaultCount;
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 use protocol::{ModuleId, ModuleState, Radio};
 use sim::TailState;
 
@@ -48,11 +48,15 @@ impl Radio for Emulated {
     type Address = SocketAddr;
     type Error = std::io::Error;
 
-    fn send(&mut self, now: Micros, to: SocketAddr, datagram: &[u8]) -> std::io::Result<()> {
+    fn send(&mut self, now: FleetInstant, to: SocketAddr, datagram: &[u8]) -> std::io::Result<()> {
         self.modules.send(self.inner.radio(), now, to, datagram)
     }
 
-    fn receive(&mut self, now: Micros, buffer: &mut [u8]) -> std::io::Result<Option<(usize, SocketAddr)>> {
+    fn receive(
+        &mut self,
+        now: FleetInstant,
+        buffer: &mut [u8],
+    ) -> std::io::Result<Option<(usize, SocketAddr)>> {
         self.modules.receive(self.inner.radio(), now, buffer)
     }
 }
@@ -72,12 +76,12 @@ impl Fleet for Emulated {
         self
     }
 
-    fn advance(&mut self, now: Micros) -> Result<(), RunError> {
+    fn advance(&mut self, now: FleetInstant) -> Result<(), RunError> {
         self.modules.step();
         self.inner.advance(now)
     }
 
-    fn tails(&mut self, now: Micros, dispatcher: &Dispatcher<SocketAddr>, tails: &mut Vec<TailState>) {
+    fn tails(&mut self, now: FleetInstant, dispatcher: &Dispatcher<SocketAddr>, tails: &mut Vec<TailState>) {
         for (seen, link) in self.seen.iter_mut().zip(dispatcher.modules()) {
             let Some(&telemetry) = link.telemetry() else { continue };
             if telemetry.state == ModuleState::Unsynchronised {
@@ -94,7 +98,7 @@ impl Fleet for Emulated {
         self.inner.faults()
     }
 
-    fn clock_error_us(&self, now: Micros) -> Option<u64> {
+    fn clock_error_us(&self, now: FleetInstant) -> Option<u64> {
         self.inner.clock_error_us(now)
     }
 }

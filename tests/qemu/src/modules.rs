@@ -9,10 +9,10 @@
 //! datagram waits for.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use link::identity::HostIdentity;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::{ModuleId, Radio};
 
 use crate::emulator::PATIENCE;
@@ -20,7 +20,7 @@ use crate::provisioned;
 use crate::stepped::{Stepped, Steps};
 
 /// One step, which is the tick of a run as well.
-pub const STEP: MicrosSpan = MicrosSpan(1_000);
+pub const STEP: Duration = Duration(1_000);
 
 /// 8 ns an instruction: 125 million a second, about a board's.
 const SHIFT: u8 = 3;
@@ -113,7 +113,7 @@ impl Modules {
     pub fn send<R: Radio<Address = SocketAddr>>(
         &mut self,
         radio: &mut R,
-        now: Micros,
+        now: FleetInstant,
         to: SocketAddr,
         datagram: &[u8],
     ) -> Result<(), R::Error> {
@@ -133,7 +133,7 @@ impl Modules {
     pub fn receive<R: Radio<Address = SocketAddr>>(
         &mut self,
         radio: &mut R,
-        now: Micros,
+        now: FleetInstant,
         buffer: &mut [u8],
     ) -> Result<Option<(usize, SocketAddr)>, R::Error> {
         let deadline = Instant::now() + PATIENCE;
@@ -150,7 +150,7 @@ impl Modules {
                 return Ok(None);
             }
             assert!(Instant::now() < deadline, "a datagram was lost on the loopback: {:?} came", self.came);
-            std::thread::sleep(Duration::from_micros(20));
+            std::thread::sleep(std::time::Duration::from_micros(20));
         }
     }
 

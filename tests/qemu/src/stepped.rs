@@ -7,7 +7,7 @@
 
 use std::net::SocketAddr;
 
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -19,7 +19,7 @@ use crate::report::Report;
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
     /// How long one is.
-    pub length: MicrosSpan,
+    pub length: Duration,
     /// An instruction takes 2^this ns.
     pub shift: u8,
     /// Where its random bytes come from.

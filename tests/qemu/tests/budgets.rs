@@ -4,7 +4,7 @@
 use std::net::UdpSocket;
 
 use link::identity::HostIdentity;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use protocol::{Configuration, ModuleId};
 use qemu::emulator::{Emulator, Setup};
 use qemu::stepped::{Stepped, Steps};
@@ -34,7 +34,7 @@ const COSTS: [(&str, &str); 8] = [
 fn configuration() -> Configuration {
     let host = HostIdentity::simulated(SEED, 0);
     // Reports as often as `flotilla provision` has them.
-    Configuration { report_every: MicrosSpan(20_000), ..provisioned::modboat(&host, ModuleId(1), 4870) }
+    Configuration { report_every: Duration(20_000), ..provisioned::modboat(&host, ModuleId(1), 4870) }
 }
 
 /// One count: how often, and instructions at least, on average and at most.
@@ -77,7 +77,7 @@ fn a_slow_processor_ticks_on_time_in_a_storm() {
     const EACH_STEP: usize = 2;
     let host = HostIdentity::simulated(SEED, 0);
     let image = provisioned::image(&configuration());
-    let steps = Steps { length: MicrosSpan(970), shift: 5, seed: SEED };
+    let steps = Steps { length: Duration(970), shift: 5, seed: SEED };
     let mut module = Stepped::start(&image, 4870, steps);
     // Of the first second it is not asked: the network comes up.
     let (_, before) = (module.next_report(), module.next_report());

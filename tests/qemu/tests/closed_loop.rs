@@ -8,7 +8,7 @@ use host::run::fleet::Fleet;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use protocol::ModuleId;
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 use qemu::fleet::Emulated;
 use qemu::storm::Storm;
 
@@ -31,7 +31,7 @@ fn scenario(size: &str, duration_s: u32) -> Scenario {
 /// Runs it; `drill` gets the seconds since the first cycle began.
 fn swim(scenario: &Scenario, fleet: &mut Emulated, mut drill: impl FnMut(f64, &mut Emulated)) -> RunResult {
     let stop = AtomicBool::new(false);
-    let mut with_time = |now: Micros, origin: Option<Micros>, fleet: &mut Emulated| {
+    let mut with_time = |now: FleetInstant, origin: Option<FleetInstant>, fleet: &mut Emulated| {
         if let Some(origin) = origin.filter(|origin| *origin <= now) {
             drill((now.0 - origin.0) as f64 * 1e-6, fleet);
         }

@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use link::dispatcher::Dispatcher;
 use link::identity::HostIdentity;
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 use protocol::{Delivery, MAX_DATAGRAM, ModboatCycle, ModuleId, ModuleState, Motion, Radio};
 use qemu::emulator::{Emulator, PATIENCE, Setup, free_tcp_port, image};
 use qemu::{kept, provisioned};
@@ -31,12 +32,12 @@ impl Radio for Line {
     type Address = ();
     type Error = std::io::Error;
 
-    fn send(&mut self, _now: Micros, (): (), datagram: &[u8]) -> std::io::Result<()> {
+    fn send(&mut self, _now: FleetInstant, (): (), datagram: &[u8]) -> std::io::Result<()> {
         let length = u16::try_from(datagram.len()).expect("short").to_le_bytes();
         self.stream.write_all(&[&length[..], datagram].concat())
     }
 
-    fn receive(&mut self, _now: Micros, buffer: &mut [u8]) -> std::io::Result<Option<(usize, ())>> {
+    fn receive(&mut self, _now: FleetInstant, buffer: &mut [u8]) -> std::io::Result<Option<(usize, ())>> {
         let mut bytes = [0; 4096];
         match self.stream.read(&mut bytes) {
             Ok(count) => self.came.extend(&bytes[..count]),
@@ -65,7 +66,7 @@ fn connect(port: u16) -> TcpStream {
             }
             Err(error) => assert!(Instant::now() < deadline, "no line to the emulator: {error}"),
         }
-        std::thread::sleep(Duration::from_millis(20));
+        std::thread::sleep(std::time::Duration::from_millis(20));
     }
 }
 
@@ -82,7 +83,7 @@ fn memory(monitor: &mut TcpStream) -> Vec<u8> {
             return bytes;
         }
         assert!(Instant::now() < deadline, "{} of {length} bytes of memory", bytes.len());
-        std::thread::sleep(Duration::from_millis(20));
+        std::thread::sleep(std::time::Duration::from_millis(20));
     }
 }
 
@@ -108,11 +109,11 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
 
     let mut dispatcher: Dispatcher<()> = Dispatcher::new(&[id], &host.key, host.boot);
     let began = Instant::now();
-    let now = || Micros(began.elapsed().as_micros() as u64);
-    let (mut number, mut next, mut swam) = (0, Micros(0), Vec::new());
+    let now = || FleetInstant(began.elapsed().as_micros() as u64);
+    let (mut number, mut next, mut swam) = (0, FleetInstant(0), Vec::new());
     while swam.len() < 3 {
         assert!(began.elapsed() < PATIENCE, "it ran {swam:?} only");
-        std::thread::sleep(Duration::from_millis(1));
+        std::thread::sleep(std::time::Duration::from_millis(1));
         let mut buffer = [0; MAX_DATAGRAM];
         while let Some((length, ())) = line.receive(now(), &mut buffer).expect("a line") {
             // What is not to be followed is counted there.
@@ -124,7 +125,7 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
         if let Some(report) = executing.filter(|report| swam.last() != Some(&report.cycle)) {
             swam.push(report.cycle);
         }
-        let sure = link.health().is_some_and(|health| health.uncertainty <= MicrosSpan(1_500));
+        let sure = link.health().is_some_and(|health| health.uncertainty <= Duration(1_500));
         let ready =
             matches!(link.state(), Some(ModuleState::Ready | ModuleState::Executing | ModuleState::Holding));
         if ready && sure && now() > next {
@@ -135,13 +136,13 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
                 rotation: Radians(0.0),
                 centerline: Radians(rest),
                 amplitude: Radians(0.0),
-                transition: MicrosSpan(0),
-                period: MicrosSpan(500_000),
+                transition: Duration(0),
+                period: Duration(500_000),
                 law: protocol::TransitionLaw::ConstantSpeed,
             });
             // In this machine's time, which may be short: one that comes too late is followed by another.
-            let start = now().after(MicrosSpan(1_000_000));
-            next = start.after(MicrosSpan(700_000));
+            let start = now().after(Duration(1_000_000));
+            next = start.after(Duration(700_000));
             dispatcher.dispatch(now(), number, start, &[Some(motion)], Delivery::Direct);
         }
         while let Some(((), datagram)) = dispatcher.poll_transmit(now(), &mut buffer) {

@@ -3,7 +3,8 @@
 use link::dispatcher::Event;
 use link::identity::HostIdentity;
 use protocol::configuration::{FORMAT, IMAGE_MAX, MAGIC};
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 use protocol::{ModboatCycle, ModuleId, Motion, Refusal};
 use qemu::bench::Bench;
 use qemu::emulator::{Emulator, PATIENCE, Setup, free_port};
@@ -90,8 +91,8 @@ fn swing(amplitude: f32, period_s: f32) -> ModboatCycle {
         rotation: Radians(0.0),
         centerline: Radians(-amplitude),
         amplitude: Radians(amplitude),
-        transition: MicrosSpan(0),
-        period: MicrosSpan((period_s * 1e6) as u32),
+        transition: Duration(0),
+        period: Duration((period_s * 1e6) as u32),
         law: protocol::TransitionLaw::ConstantSpeed,
     }
 }
@@ -103,7 +104,7 @@ fn cycles_beyond_its_time_or_its_limits_are_refused_reported_and_not_executed() 
     // Two that it runs, so that there is one that was run and one that ran last.
     let good = swing(1.0, 1.5);
     for number in 1..=2 {
-        let start = bench.now().after(MicrosSpan(300_000));
+        let start = bench.now().after(Duration(300_000));
         bench.dispatch(number, start, &[Motion::Modboat(good)]);
         bench.until("end of a good one", |bench, _| bench.now().0 > start.0 + 2 * SECOND);
     }
@@ -113,7 +114,7 @@ fn cycles_beyond_its_time_or_its_limits_are_refused_reported_and_not_executed() 
 
     let soon = 400_000_i64;
     let far = ModboatCycle { centerline: Radians(1500.0), ..good };
-    let fast_turn = ModboatCycle { rotation: Radians(6.0), transition: MicrosSpan(200_000), ..good };
+    let fast_turn = ModboatCycle { rotation: Radians(6.0), transition: Duration(200_000), ..good };
     let not_a_number = ModboatCycle { amplitude: Radians(f32::NAN), ..good };
     for (what, cycle, starts_in_us, of_number, reason) in [
         ("a cycle that was run", good, soon, 1, Refusal::AlreadyRun),
@@ -126,7 +127,7 @@ fn cycles_beyond_its_time_or_its_limits_are_refused_reported_and_not_executed() 
         ("a swing at 20 rad/s", swing(1.6, 0.5), soon, 14, Refusal::BeyondLimits),
         ("a turn at 30 rad/s", fast_turn, soon, 15, Refusal::BeyondLimits),
     ] {
-        let start = Micros(bench.now().0.saturating_add_signed(starts_in_us));
+        let start = FleetInstant(bench.now().0.saturating_add_signed(starts_in_us));
         bench.dispatch(of_number, start, &[Motion::Modboat(cycle)]);
         let refused = |event: &Event| match event {
             Event::Refused { cycle, reason, .. } if *cycle == of_number => Some(*reason),

@@ -11,16 +11,16 @@ use host::run::fleet::InProcess;
 use host::run::pilot::Order;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use qemu::bench::{Bench, Seen};
 
 const SEED: u64 = 1;
 
 /// How long a cycle is sent before it starts, as in `flotilla run`.
-const LEAD: MicrosSpan = MicrosSpan(300_000);
+const LEAD: Duration = Duration(300_000);
 
 /// From the first order to the first cycle.
-const NOTICE: MicrosSpan = MicrosSpan(500_000);
+const NOTICE: Duration = Duration(500_000);
 
 /// What is allowed: a tick, and two milliseconds between two reports; for the host a step more, in which the report is on its way.
 const START_MAX_US: i64 = 3_000;
@@ -48,12 +48,12 @@ fn in_process(scenario: &Scenario) -> (RunResult, Vec<Vec<f64>>) {
 }
 
 /// Signed, µs.
-fn less(a: Micros, b: Micros) -> i64 {
+fn less(a: FleetInstant, b: FleetInstant) -> i64 {
     a.0 as i64 - b.0 as i64
 }
 
 /// When a module began `cycle`: by its own fleet time between these two, and by the host's clock no later than the third.
-fn began(seen: &[Seen], cycle: u32) -> Option<(Micros, Micros, Micros)> {
+fn began(seen: &[Seen], cycle: u32) -> Option<(FleetInstant, FleetInstant, FleetInstant)> {
     let first = seen.iter().position(|seen| seen.telemetry.cycle >= cycle)?;
     let before = seen.get(first.checked_sub(1)?)?;
     Some((before.telemetry.at, seen[first].telemetry.at, seen[first].arrival))
@@ -64,9 +64,9 @@ struct Plan {
     /// Starts are those of the run in this process.
     orders: Vec<Order>,
     /// When the first one starts there.
-    origin: Micros,
+    origin: FleetInstant,
     /// When the last one ends there.
-    end: Micros,
+    end: FleetInstant,
     /// Every tail of that run at every millisecond since.
     courses: Vec<Vec<f64>>,
 }
@@ -105,7 +105,7 @@ struct Made {
 
 impl Made {
     /// Of the plan that began at `origin`, by what the module with this index reported.
-    fn of(plan: &Plan, index: usize, origin: Micros, seen: &[Seen]) -> Self {
+    fn of(plan: &Plan, index: usize, origin: FleetInstant, seen: &[Seen]) -> Self {
         let errors_rad: Vec<f64> = seen
             .iter()
             .filter_map(|seen| {
@@ -115,7 +115,7 @@ impl Made {
             .collect();
         let squares: f64 = errors_rad.iter().map(|error| error * error).sum();
         let starts_us = plan.orders.iter().map(|order| {
-            let start = Micros(order.start.0 - plan.origin.0 + origin.0);
+            let start = FleetInstant(order.start.0 - plan.origin.0 + origin.0);
             let (before, after, arrival) = began(seen, order.number)
                 .unwrap_or_else(|| panic!("module {} never began cycle {}", index + 1, order.number));
             [before, after, arrival].map(|at| less(at, start))
@@ -160,7 +160,7 @@ fn execute(plan: &Plan, modules: usize) -> Vec<Made> {
     let mut bench = Bench::start(modules as u16, SEED);
     bench.until_ready();
     let origin = bench.now().after(NOTICE);
-    let shifted = |start: Micros| Micros(start.0 - plan.origin.0 + origin.0);
+    let shifted = |start: FleetInstant| FleetInstant(start.0 - plan.origin.0 + origin.0);
     for order in &plan.orders {
         let start = shifted(order.start);
         bench.until("time to send", |bench, _| bench.now().after(LEAD) >= start);

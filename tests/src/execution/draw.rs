@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 use host::run::scenario::Scenario;
 use modboat::parameters::Parameters;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sim::motor::SPREAD_MAX;
@@ -105,7 +105,7 @@ impl Drawn {
             .map(|_| Reboot {
                 module: rng.random_range(0..cells.len()),
                 at_s: rng.random_range(0.0..length_s),
-                off: MicrosSpan(rng.random_range(50_000..1_000_000)),
+                off: Duration(rng.random_range(50_000..1_000_000)),
             })
             .collect();
         Self { scenario: parsed(&text), text, reboots }

@@ -9,7 +9,7 @@ use host::run::pilot::Decision;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use modboat::parameters::Parameters;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 
 use super::{Judge, Limits, Report, Seen};
 use crate::convert::{of_decision, of_parameters};
@@ -22,7 +22,7 @@ pub struct Reboot {
     /// When, s after the start of the first cycle.
     pub at_s: f64,
     /// For how long.
-    pub off: MicrosSpan,
+    pub off: Duration,
 }
 
 /// What modules with these parameters are taken to keep.
@@ -69,14 +69,14 @@ pub fn judged(scenario: &Scenario, seed: u64, reboots: &[Reboot]) -> Result<(Run
             seen.clear();
             seen.extend(fleet.modules().iter().map(|module| Seen {
                 angle_rad: module.tail().angle_rad,
-                powered: module.firmware().is_some(),
+                powered: module.has_power(),
                 runs: module.running(now),
                 clock_error_s: module.clock_error_us(now).unwrap_or(0) as f64 * 1e-6,
             }));
             judge.observe(now.as_secs_f64(), &seen);
             let due = |reboot: &Reboot| {
                 let at_us = (reboot.at_s * 1e6) as u64;
-                pilot.origin().is_some_and(|origin| now >= Micros(origin.0 + at_us))
+                pilot.origin().is_some_and(|origin| now >= FleetInstant(origin.0 + at_us))
             };
             for reboot in reboots.extract_if(.., |reboot| due(reboot)) {
                 fleet.modules_mut()[reboot.module].reboot(now, reboot.off);

@@ -4,7 +4,7 @@ use host::run::scenario::{Demand, Leg, Scenario};
 use link::faults::FaultParameters;
 use modboat::planner_config::LossTolerance;
 use modboat::structure::Structure;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -22,7 +22,7 @@ pub struct Storm {
     /// Whether what is under way when the medium heals is lost.
     pub drop_under_way: bool,
     /// Reboots of modules: when, which module, for how long.
-    pub(super) reboots: Vec<(u64, usize, MicrosSpan)>,
+    pub(super) reboots: Vec<(u64, usize, Duration)>,
     /// Clock steps: when, which module, by how much, s.
     pub(super) steps: Vec<(u64, usize, f64)>,
     /// Deaths of the host: when, for how long, µs.
@@ -62,7 +62,7 @@ impl Storm {
         let storm_us = (CALM_S * 1e6) as u64..((CALM_S + STORM_S) * 1e6) as u64;
         let at = |rng: &mut ChaCha8Rng| rng.random_range(storm_us.clone()) / TICK_US * TICK_US;
         let reboots = (0..rng.random_range(0..4)).map(|_| {
-            let off = MicrosSpan(rng.random_range(50_000..1_000_000));
+            let off = Duration(rng.random_range(50_000..1_000_000));
             (at(&mut rng), rng.random_range(0..modules), off)
         });
         let reboots = reboots.collect();

@@ -8,7 +8,7 @@ use calculation::{DelayUs, any, least_lead_us, miss, sends, two_phase};
 use host::run::scenario::Timing;
 use link::faults::FaultParameters;
 use protocol::Delivery;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use rig::Rig;
 
 const MODULES: u16 = 25;
@@ -37,7 +37,7 @@ fn compare(what: &str, count: usize, trials: usize, share: f64) {
 /// Counts the modules that missed a cycle.
 fn direct(loss: f64, delay: &DelayUs, cycles: usize, seed: u64) {
     let mut rig = Rig::new(MODULES, seed);
-    let lead = MicrosSpan(lead_us() as u32);
+    let lead = Duration(lead_us() as u32);
     let cycle = |_| N - rig.cycle(weather(loss, delay), lead, Delivery::Direct).modules;
     let missed: usize = (0..cycles).map(cycle).sum();
     let what = format!("direct, {:.0} % loss, {delay:?} µs: modules that missed it", 100.0 * loss);
@@ -47,7 +47,7 @@ fn direct(loss: f64, delay: &DelayUs, cycles: usize, seed: u64) {
 /// Counts prepared cycles that were dropped, or split.
 fn prepared(loss: f64, delay_us: u64, lead_us: u64, cycles: usize, seed: u64) {
     let mut rig = Rig::new(MODULES, seed);
-    let (weather, lead) = (weather(loss, &(delay_us..=delay_us)), MicrosSpan(lead_us as u32));
+    let (weather, lead) = (weather(loss, &(delay_us..=delay_us)), Duration(lead_us as u32));
     let reached: Vec<_> = (0..cycles).map(|_| rig.cycle(weather, lead, Delivery::Prepare)).collect();
     assert!(
         reached.iter().all(|reached| !reached.dropped || reached.modules == 0),

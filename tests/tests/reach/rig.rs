@@ -1,11 +1,12 @@
 //! The dispatcher, and the firmware's links of 25 modules, over radios that lose.
 
-use firmware::link::{Identity, Link, SURE_WITHIN};
+use firmware::link::session::{Identity, Link, SURE_WITHIN};
 use link::dispatcher::Dispatcher;
 use link::faults::{FaultParameters, Faulty};
 use link::identity::HostIdentity;
 use link::loopback::{Ether, LoopbackRadio, Node};
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
+use protocol::units::Radians;
 use protocol::{
     Acknowledge, Cycle, Delivery, Hello, MAX_DATAGRAM, Message, ModboatCycle, ModuleId, ModuleKind, Motion,
     Radio, Verdict,
@@ -24,10 +25,10 @@ struct Module {
 }
 
 impl Module {
-    fn follow(&mut self, now: Micros) {
+    fn follow(&mut self, now: FleetInstant) {
         let mut buffer = [0; MAX_DATAGRAM];
         while let Ok(Some((length, _))) = self.radio.receive(now, &mut buffer) {
-            let Ok(heard) = self.link.open(now, &buffer[..length], false) else { continue };
+            let Ok(heard) = self.link.open(LocalInstant(now.0), &buffer[..length], false) else { continue };
             let answer = match heard.opened.message {
                 Message::Cycle(Cycle { number, .. }) if self.taken == Some(number) => {
                     Some((number, Verdict::Duplicate))
@@ -70,7 +71,7 @@ pub struct Rig {
     host: Dispatcher<Node>,
     radio: Faulty<LoopbackRadio>,
     modules: Vec<Module>,
-    now: Micros,
+    now: FleetInstant,
     number: u32,
 }
 
@@ -90,14 +91,14 @@ impl Rig {
                 fleet: key.fleet(),
                 key: key.module(*id),
                 boot: [id.0 as u8; 12],
-                report_every: MicrosSpan(10_000),
+                report_every: Duration(10_000),
                 sure_within: SURE_WITHIN,
             });
             Module { link, radio: radio(Node(id.0)), prepared: None, taken: None }
         };
         let modules = ids.iter().map(module).collect();
         let host = Dispatcher::new(&ids, &key, boot);
-        let mut rig = Self { host, radio: radio(HOST), modules, now: Micros(0), number: 0 };
+        let mut rig = Self { host, radio: radio(HOST), modules, now: FleetInstant(0), number: 0 };
         let hello = Hello { kind: ModuleKind::Modboat, firmware: (0, 1, 0), session: 0 };
         for module in &mut rig.modules {
             let mut buffer = [0; MAX_DATAGRAM];
@@ -119,11 +120,11 @@ impl Rig {
             let Ok(()) = self.radio.send(self.now, to, datagram);
         }
         self.modules.iter_mut().for_each(|module| module.follow(self.now));
-        self.now = Micros(self.now.0 + TICK_US);
+        self.now = FleetInstant(self.now.0 + TICK_US);
     }
 
     /// One cycle in this weather, sent `lead` ahead, until its start.
-    pub fn cycle(&mut self, weather: FaultParameters, lead: MicrosSpan, delivery: Delivery) -> Reached {
+    pub fn cycle(&mut self, weather: FaultParameters, lead: Duration, delivery: Delivery) -> Reached {
         self.radio.set_parameters(weather);
         self.modules.iter_mut().for_each(|module| module.radio.set_parameters(weather));
         self.number += 1;
@@ -132,8 +133,8 @@ impl Rig {
             rotation: Radians(0.0),
             centerline: Radians(1.5),
             amplitude: Radians(1.0),
-            transition: MicrosSpan(0),
-            period: MicrosSpan(1_500_000),
+            transition: Duration(0),
+            period: Duration(1_500_000),
             law: protocol::TransitionLaw::ConstantSpeed,
         });
         let motions = vec![Some(motion); self.modules.len()];

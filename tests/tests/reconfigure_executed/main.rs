@@ -7,7 +7,7 @@ use host::run::reconfigure::execution::{Executed, Options, execute, run};
 use host::run::reconfigure::fleet::InProcess;
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use link::faults::FaultParameters;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reconfiguration::plan::{Action, ActionKind, Criterion, Manner, Move, Placed, Plan};
@@ -45,11 +45,11 @@ fn with_drill(
     problem: &Problem,
     plan: &Plan,
     options: &Options,
-    drill: &mut dyn FnMut(Micros, f64, &mut InProcess),
+    drill: &mut dyn FnMut(FleetInstant, f64, &mut InProcess),
 ) -> Executed {
     let mut fleet = InProcess::new(problem, options.radio, options.seed).expect("a fleet");
     let stop = AtomicBool::new(false);
-    let mut at = |now: Micros, origin: Option<Micros>, fleet: &mut InProcess| {
+    let mut at = |now: FleetInstant, origin: Option<FleetInstant>, fleet: &mut InProcess| {
         drill(now, origin.map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64()), fleet);
     };
     let pace = Pace::Simulated;
@@ -352,7 +352,7 @@ fn a_mover_that_loses_its_power_comes_back_and_finishes() {
     let mut cut = false;
     let executed = with_drill(&problem, &plan, &options(4), &mut |now, t_s, fleet| {
         if t_s > 7.0 && !std::mem::replace(&mut cut, true) {
-            fleet.rovs_mut()[1].reboot(now, MicrosSpan(500_000));
+            fleet.rovs_mut()[1].reboot(now, Duration(500_000));
         }
     });
     show("power lost for half a second", &executed);
@@ -373,7 +373,7 @@ fn a_mover_that_stays_away_ends_the_run_by_name() {
     let mut cut = false;
     let executed = with_drill(&problem, &plan, &options(5), &mut |now, t_s, fleet| {
         if t_s > 3.0 && !std::mem::replace(&mut cut, true) {
-            fleet.rovs_mut()[1].reboot(now, MicrosSpan(600_000_000));
+            fleet.rovs_mut()[1].reboot(now, Duration(600_000_000));
         }
     });
     show("power lost for good", &executed);
@@ -392,7 +392,7 @@ fn the_others_balance_for_one_that_is_silent() {
     let mut cut = false;
     let executed = with_drill(&problem, &plan, &options(6), &mut |now, t_s, fleet| {
         if t_s > 4.0 && !std::mem::replace(&mut cut, true) {
-            fleet.rovs_mut()[waits].reboot(now, MicrosSpan(2_000_000));
+            fleet.rovs_mut()[waits].reboot(now, Duration(2_000_000));
         }
     });
     show("one silent", &executed);

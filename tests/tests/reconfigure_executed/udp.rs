@@ -10,7 +10,7 @@ use link::faults::{FaultCount, FaultParameters};
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
 use protocol::ModuleId;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use reconfiguration::plan::ActionKind;
 use sim::clock::ClockParameters;
 use sim::rov::{RovSetup, SimRov};
@@ -36,7 +36,11 @@ impl Fleet for OnSockets {
         self.host.host()
     }
 
-    fn advance(&mut self, now: Micros, dispatcher: &Dispatcher<SocketAddr>) -> Result<(), ExecutionError> {
+    fn advance(
+        &mut self,
+        now: FleetInstant,
+        dispatcher: &Dispatcher<SocketAddr>,
+    ) -> Result<(), ExecutionError> {
         for rov in &mut self.rovs {
             rov.tick(now)?;
         }
@@ -74,7 +78,7 @@ fn robots_on_udp_follow_the_plan() {
             key: identity.key.module(ModuleId(id)),
             reversed: &[false; 6],
             battery_v: 16.0,
-            report_every: MicrosSpan(20_000),
+            report_every: Duration(20_000),
             clock: &clock,
             seed: u64::from(id),
         };

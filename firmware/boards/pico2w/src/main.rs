@@ -35,11 +35,11 @@ use embassy_rp::gpio::{Level, Output};
 use embassy_rp::peripherals::{PIN_10, PIN_11, PIN_12, PIN_13, PIN_14, PIN_15, PIO1, PWM_SLICE5};
 use embassy_rp::pwm::Pwm;
 use firmware::modboat::Modboat;
-use firmware::motor::Bridge;
+use firmware::modboat::motor::Bridge;
 use firmware::provision::{self, NotProvisioned};
 use protocol::Configuration;
 use protocol::configuration::Robot;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use rp2350::encoder::IndexedEncoder;
 use rp2350::lamp::{Lamp, Light, Switch};
 use rp2350::link::Link;
@@ -112,7 +112,7 @@ fn boat(
     configuration: &Configuration,
     boot: [u8; 12],
     parts: TailParts,
-) -> Result<(Boat, MicrosSpan), NotProvisioned> {
+) -> Result<(Boat, Duration), NotProvisioned> {
     let Robot::Modboat(constants) = &configuration.robot else {
         return Err(NotProvisioned::Kind(configuration.kind()));
     };
@@ -128,6 +128,6 @@ fn boat(
 }
 
 #[embassy_executor::task]
-async fn swim(boat: Boat, power: PowerSensor, lamp: Lamp, watchdog: Watchdog, interval: MicrosSpan) -> ! {
+async fn swim(boat: Boat, power: PowerSensor, lamp: Lamp, watchdog: Watchdog, interval: Duration) -> ! {
     control::run(boat, power, lamp, watchdog, &LINK, interval).await
 }

@@ -1,6 +1,6 @@
 //! The PWM of the motor bridge, whose zero is at the pin at once.
 //!
-//! `firmware::motor::Bridge` changes the direction while the duty is zero. The timer takes a new duty with its next period, 50 µs
+//! `firmware::modboat::motor::Bridge` changes the direction while the duty is zero. The timer takes a new duty with its next period, 50 µs
 //! later at most, and until then the old one would drive the new direction. So with a duty of zero the timer is set to the end of
 //! its period: the next count begins another.
 //!

@@ -7,7 +7,7 @@ use core::cell::RefCell;
 
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, LocalInstant};
 
 use crate::registers::Registers;
 
@@ -94,10 +94,10 @@ pub fn counts() -> u64 {
 
 /// Time since the start, own clock.
 #[must_use]
-pub fn now() -> Micros {
+pub fn now() -> LocalInstant {
     with(|free| {
         free.update();
-        Micros(free.micros)
+        LocalInstant(free.micros)
     })
 }
 
@@ -111,7 +111,7 @@ pub struct Tick {
 impl Tick {
     /// Interrupts every `interval` from now on.
     #[must_use]
-    pub fn start(interval: MicrosSpan) -> Self {
+    pub fn start(interval: Duration) -> Self {
         let counts = interval.0.saturating_mul(PER_MICROSECOND).max(PER_MICROSECOND);
         // SAFETY: CMSDK timer 1, used here alone.
         let timer = unsafe { Registers::at(0x4000_1000) };
@@ -139,8 +139,8 @@ impl Tick {
 
     /// How long ago the last tick was due.
     #[must_use]
-    pub fn late(&self) -> MicrosSpan {
-        MicrosSpan((self.counts - 1).saturating_sub(self.timer.read(VALUE)) / PER_MICROSECOND)
+    pub fn late(&self) -> Duration {
+        Duration((self.counts - 1).saturating_sub(self.timer.read(VALUE)) / PER_MICROSECOND)
     }
 }
 

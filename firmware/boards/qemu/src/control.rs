@@ -11,11 +11,13 @@ use core::cell::RefCell;
 
 use critical_section::Mutex;
 use firmware::modboat::Modboat;
+use firmware::module::{Module, Status, Supply};
 use heapless::Vec;
 use heapless::spsc::{Consumer, Producer, Queue};
 use protocol::configuration::SupplyConstants;
 use protocol::ledger::Incoming;
-use protocol::units::{Micros, MicrosSpan, Volts};
+use protocol::time::{Duration, LocalInstant};
+use protocol::units::Volts;
 use protocol::{Faults, MAX_DATAGRAM, ModuleState};
 
 use crate::clock::{self, Tick};
@@ -46,11 +48,11 @@ pub struct Statistics {
     /// Ticks that never came while the loop waited for them: the emulator had no processor to run on.
     pub stalled: u64,
     /// Longest wait of a tick for its turn.
-    pub latest: MicrosSpan,
+    pub latest: Duration,
     /// Longest tick.
-    pub longest_tick: MicrosSpan,
+    pub longest_tick: Duration,
     /// Longest stay in the interrupt.
-    pub longest_turn: MicrosSpan,
+    pub longest_turn: Duration,
     /// What came over the link.
     pub incoming: Incoming,
     /// Datagrams that found the outbox full.
@@ -68,13 +70,13 @@ pub struct Control {
     firmware: Firmware,
     supply: SupplyConstants,
     tick: Tick,
-    interval: MicrosSpan,
+    interval: Duration,
     /// When the last tick was due.
-    due: Option<Micros>,
+    due: Option<LocalInstant>,
     /// When the loop was done last.
-    done: Micros,
+    done: LocalInstant,
     /// The motor stands as of then.
-    stepped: Micros,
+    stepped: LocalInstant,
     inbox: Consumer<'static, Datagram>,
     outbox: Producer<'static, Datagram>,
     statistics: Statistics,
@@ -87,7 +89,7 @@ impl Control {
     pub fn start(
         firmware: Firmware,
         supply: SupplyConstants,
-        interval: MicrosSpan,
+        interval: Duration,
         inbox: Consumer<'static, Datagram>,
         outbox: Producer<'static, Datagram>,
     ) {
@@ -98,7 +100,7 @@ impl Control {
             tick,
             interval,
             due: None,
-            done: Micros(0),
+            done: LocalInstant(0),
             stepped: clock::now(),
             inbox,
             outbox,
@@ -118,7 +120,8 @@ impl Control {
             self.let_motor_run(now);
             let battery = firmware::provision::battery(&self.supply, self.divided());
             // The pins of this board cannot fail.
-            let _ = self.firmware.tick(now, battery);
+            let supply = Supply { battery, ..Supply::default() };
+            let _ = self.firmware.tick(now, &supply);
             let took = clock::now().since(now);
             self.statistics.longest_tick = self.statistics.longest_tick.max(took);
         }
@@ -139,13 +142,13 @@ impl Control {
     }
 
     /// The motor went on since the last tick, however long ago that was.
-    fn let_motor_run(&mut self, now: Micros) {
+    fn let_motor_run(&mut self, now: LocalInstant) {
         let mut left = now.since(self.stepped);
         self.stepped = now;
         while left.0 > 0 {
             let step = left.min(self.interval);
             motor::step(f64::from(step.as_secs_f32()));
-            left = MicrosSpan(left.0 - step.0);
+            left = Duration(left.0 - step.0);
         }
     }
 
@@ -154,9 +157,9 @@ impl Control {
         Volts(BATTERY.0 / self.supply.volts_per_volt)
     }
 
-    fn count_tick(&mut self, now: Micros) {
+    fn count_tick(&mut self, now: LocalInstant) {
         let late = self.tick.late();
-        let due = Micros(now.0.saturating_sub(u64::from(late.0)));
+        let due = LocalInstant(now.0.saturating_sub(u64::from(late.0)));
         let statistics = &mut self.statistics;
         statistics.ticks += 1;
         statistics.latest = statistics.latest.max(late);
@@ -172,16 +175,17 @@ impl Control {
     fn statistics(&mut self) -> Statistics {
         let endpoint = self.firmware.endpoint();
         let now = clock::now();
+        let Status { state, faults, running } = self.firmware.status(now);
         let present = Statistics {
             incoming: endpoint.link().map_or(Incoming::default(), |link| *link.incoming()),
-            state: Some(endpoint.state(now)),
-            faults: endpoint.failsafe().faults(),
-            running: endpoint.running(now).unwrap_or(0),
+            state: Some(state),
+            faults,
+            running: running.unwrap_or(0),
             ..self.statistics
         };
         let statistics = &mut self.statistics;
         (statistics.latest, statistics.longest_tick, statistics.longest_turn) =
-            (MicrosSpan(0), MicrosSpan(0), MicrosSpan(0));
+            (Duration(0), Duration(0), Duration(0));
         present
     }
 }
@@ -201,8 +205,8 @@ pub fn statistics() -> Statistics {
 #[must_use]
 pub fn state() -> (ModuleState, Faults) {
     let state = |control: &mut Control| {
-        let endpoint = control.firmware.endpoint();
-        (endpoint.state(clock::now()), endpoint.failsafe().faults())
+        let Status { state, faults, .. } = control.firmware.status(clock::now());
+        (state, faults)
     };
     with(state).unwrap_or((ModuleState::Boot, Faults::default()))
 }

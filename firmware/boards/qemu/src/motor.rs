@@ -6,9 +6,9 @@ use core::convert::Infallible;
 use critical_section::Mutex;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
-use firmware::encoder::Encoder;
-use firmware::motor::Bridge;
-use firmware::servo::CurrentSense;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::servo::CurrentSense;
 use plant::{Constants, Motor};
 use protocol::units::Amperes;
 

@@ -1,7 +1,7 @@
 //! The module's place in the network: an address, given or fixed, and one UDP socket. The stack is smoltcp.
 
 use protocol::configuration::{Network as Settings, Own};
-use protocol::units::Micros;
+use protocol::time::LocalInstant;
 use protocol::{FleetId, MAX_DATAGRAM, ModuleId};
 use smoltcp::iface::{
     Config, Interface, PollIngressSingleResult, PollResult, SocketHandle, SocketSet, SocketStorage,
@@ -112,7 +112,7 @@ impl Network {
 
     /// Moves frames both ways, and hands every datagram that came to `hear`: one frame after the other, as the controller has room for
     /// more of them than the stack.
-    pub fn poll(&mut self, now: Micros, mut hear: impl FnMut(&[u8])) {
+    pub fn poll(&mut self, now: LocalInstant, mut hear: impl FnMut(&[u8])) {
         #[expect(clippy::cast_possible_wrap, reason = "292 000 years of microseconds")]
         let at = Instant::from_micros(now.0 as i64);
         self.interface.poll_maintenance(at);

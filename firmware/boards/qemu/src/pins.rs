@@ -7,8 +7,8 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
-use firmware::encoder::Encoder;
-use firmware::motor::Bridge;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::motor::Bridge;
 
 use crate::registers::Registers;
 

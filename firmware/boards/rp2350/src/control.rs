@@ -12,14 +12,9 @@
 //! takes as long as an interval.
 
 use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Instant, Ticker};
-use embedded_hal::digital::OutputPin;
-use embedded_hal::pwm::SetDutyCycle;
-use firmware::encoder::Encoder;
-use firmware::modboat::Modboat;
-use firmware::rov::{Rov, Supply};
-use firmware::servo::CurrentSense;
-use protocol::units::{Micros, MicrosSpan};
+use embassy_time::{Instant, Ticker};
+use firmware::module::{Module, Status};
+use protocol::time::{Duration, LocalInstant};
 use protocol::{Faults, MAX_DATAGRAM, ModuleState};
 
 use crate::lamp::Lamp;
@@ -28,66 +23,12 @@ use crate::supply::PowerSensor;
 use crate::watchdog::Watchdog;
 
 /// How often the lamp of a board is looked after that does nothing else: its shortest flash is twice as long.
-const BLINK_EVERY: Duration = Duration::from_millis(50);
-
-/// A module of either kind.
-pub trait Module {
-    /// One turn of the loop at `now`, own clock.
-    fn tick(&mut self, now: Micros, supply: &Supply);
-
-    /// Follows a datagram that arrived at `now`, own clock.
-    fn handle_datagram(&mut self, now: Micros, datagram: &[u8]);
-
-    /// The next datagram to send.
-    fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
-
-    /// What it is doing at `now`, own clock, and what is wrong with it.
-    fn state(&self, now: Micros) -> (ModuleState, Faults);
-}
-
-// Outputs of this chip do not fail, and a module watches its own; what is not let in is counted by the link.
-impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Module
-    for Modboat<E, S, P, A, B>
-{
-    fn tick(&mut self, now: Micros, supply: &Supply) {
-        let _ = self.tick(now, supply.battery);
-    }
-
-    fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) {
-        let _ = self.handle_datagram(now, datagram);
-    }
-
-    fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-        self.poll_transmit(buffer)
-    }
-
-    fn state(&self, now: Micros) -> (ModuleState, Faults) {
-        (self.endpoint().state(now), self.endpoint().failsafe().faults())
-    }
-}
-
-impl<P: SetDutyCycle> Module for Rov<P> {
-    fn tick(&mut self, now: Micros, supply: &Supply) {
-        let _ = self.tick(now, supply);
-    }
-
-    fn handle_datagram(&mut self, now: Micros, datagram: &[u8]) {
-        let _ = self.handle_datagram(now, datagram);
-    }
-
-    fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-        self.poll_transmit(buffer)
-    }
-
-    fn state(&self, now: Micros) -> (ModuleState, Faults) {
-        (self.endpoint().state(now), self.endpoint().failsafe().faults())
-    }
-}
+const BLINK_EVERY: embassy_time::Duration = embassy_time::Duration::from_millis(50);
 
 /// The module's own clock: since boot.
 #[must_use]
-pub fn now() -> Micros {
-    Micros(Instant::now().as_micros())
+pub fn now() -> LocalInstant {
+    LocalInstant(Instant::now().as_micros())
 }
 
 /// Runs a module for ever.
@@ -97,20 +38,24 @@ pub async fn run<M: Module>(
     mut lamp: Lamp,
     mut watchdog: Watchdog,
     link: &Link,
-    interval: MicrosSpan,
+    interval: Duration,
 ) -> ! {
-    let mut ticks = Ticker::every(Duration::from_micros(interval.0.into()));
+    let mut ticks = Ticker::every(embassy_time::Duration::from_micros(interval.0.into()));
     let mut buffer = [0; MAX_DATAGRAM];
     loop {
         match select(ticks.next(), link.receive()).await {
             Either::First(()) => {
                 let now = now();
-                module.tick(now, &power.measure());
-                let (state, faults) = module.state(now);
+                // Outputs of this chip do not fail, and a module watches its own.
+                let _ = module.tick(now, &power.measure());
+                let Status { state, faults, .. } = module.status(now);
                 lamp.show(now, state, faults);
                 watchdog.feed();
             }
-            Either::Second(datagram) => module.handle_datagram(now(), &datagram),
+            Either::Second(datagram) => {
+                // What is not let in is counted by the link.
+                let _ = module.handle_datagram(now(), &datagram);
+            }
         }
         while let Some(datagram) = module.poll_transmit(&mut buffer) {
             link.send(datagram);

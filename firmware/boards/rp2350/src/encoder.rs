@@ -1,7 +1,7 @@
 //! An incremental encoder and the switch of its index, as the encoder of a tail.
 //!
 //! The edges are counted by a state machine of PIO block 1, the program [`counter`]; the count and the switch go through
-//! `firmware::quadrature`, once a tick.
+//! `firmware::modboat::quadrature`, once a tick.
 //!
 //! Assumptions and limits: A and B are two pins in a row, A the lower. All three inputs have the chip's pull-up, some tens of kΩ, for
 //! open-collector outputs; the switch pulls low over its magnet. Lines swapped: say `reversed` in the configuration, or swap them.
@@ -13,8 +13,8 @@ use embassy_rp::peripherals::PIO1;
 use embassy_rp::pio::{
     Config, Direction, FifoJoin, InterruptHandler, Pio, PioPin, ShiftConfig, ShiftDirection, StateMachine,
 };
-use firmware::encoder::Encoder;
-use firmware::quadrature::{Quadrature, READINGS};
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::quadrature::{Quadrature, READINGS};
 
 use crate::counter;
 

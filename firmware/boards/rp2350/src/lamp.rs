@@ -7,7 +7,7 @@ use embassy_rp::gpio::Output;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use firmware::indicator;
-use protocol::units::Micros;
+use protocol::time::LocalInstant;
 use protocol::{Faults, ModuleState};
 
 /// A lamp that somebody else switches: true is lit.
@@ -35,7 +35,7 @@ impl Lamp {
     }
 
     /// Shows a state and faults at `now`, own clock.
-    pub fn show(&mut self, now: Micros, state: ModuleState, faults: Faults) {
+    pub fn show(&mut self, now: LocalInstant, state: ModuleState, faults: Faults) {
         let lit = indicator::is_lit(now, state, faults);
         if self.lit.replace(lit) == Some(lit) {
             return;

@@ -3,7 +3,7 @@
 //! Two queues of fixed length. What finds its queue full is dropped: it is UDP, and whoever sent it counts on that. What waits while
 //! there is no network is dropped too, as it would be old by the time there is one.
 //!
-//! Everybody may send to the socket: what is let in decides `firmware::link`. What the module says goes to the one host
+//! Everybody may send to the socket: what is let in decides `firmware::link::session`. What the module says goes to the one host
 //! of the configuration, from the port of the same number.
 
 use embassy_futures::join::join;

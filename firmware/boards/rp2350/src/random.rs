@@ -19,7 +19,7 @@ bind_interrupts!(struct Interrupts {
 /// See the module's documentation.
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn {
-    /// What tells this life of the module from every other: `firmware::link::Identity::boot`.
+    /// What tells this life of the module from every other: `firmware::link::session::Identity::boot`.
     pub boot: [u8; 12],
     /// What the network's ports and numbers begin with.
     pub seed: u64,

@@ -20,11 +20,12 @@ use embassy_rp::Peri;
 use embassy_rp::adc::{Adc, AdcPin, Blocking, Channel, Config};
 use embassy_rp::gpio::Pull;
 use embassy_rp::peripherals::ADC;
+use firmware::modboat::servo::CurrentSense;
+use firmware::module::Supply;
 use firmware::provision;
-use firmware::rov::Supply;
-use firmware::servo::CurrentSense;
 use protocol::configuration::SupplyConstants;
-use protocol::units::{Amperes, MicrosSpan, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Volts};
 
 use crate::low_pass::LowPass;
 
@@ -70,7 +71,7 @@ impl PowerSensor {
         battery: Peri<'static, impl AdcPin + 'static>,
         current: Peri<'static, impl AdcPin + 'static>,
         constants: SupplyConstants,
-        interval: MicrosSpan,
+        interval: Duration,
     ) -> Self {
         let filter = |time_constant_us| LowPass::new(time_constant_us, interval.0);
         let battery = (constants.volts_per_volt > 0.0)

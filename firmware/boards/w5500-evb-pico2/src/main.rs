@@ -30,10 +30,10 @@ use embassy_rp::peripherals::{
 use embassy_rp::pwm::{Pwm, PwmOutput};
 use firmware::provision::{self, NotProvisioned};
 use firmware::rov::Rov;
-use firmware::thruster::bank::BankError;
+use firmware::rov::thruster::bank::BankError;
 use protocol::Configuration;
 use protocol::configuration::Robot;
-use protocol::units::MicrosSpan;
+use protocol::time::Duration;
 use rp2350::lamp::{Lamp, Light};
 use rp2350::link::Link;
 use rp2350::supply::PowerSensor;
@@ -44,7 +44,7 @@ use static_cell::StaticCell;
 mod tether;
 
 /// How often the thrusts are worked out: every second frame of 400 a second. *Assumed*: a controller of a thruster takes longer.
-const INTERVAL: MicrosSpan = MicrosSpan(5_000);
+const INTERVAL: Duration = Duration(5_000);
 
 static LINK: Link = Link::new();
 
@@ -102,7 +102,7 @@ fn rov(
     let Robot::Rov(constants) = &configuration.robot else {
         return Err(NotProvisioned::Kind(configuration.kind()));
     };
-    let rate_hz = constants.frame_rate_hz;
+    let rate_hz = constants.bank.frame_rate_hz;
     let settings = timer::settings(rate_hz).ok_or(BankError::FrameRate(rate_hz))?;
     let Timers { first, second, third, fourth } = timers;
     let slices = SLICES.init([

@@ -7,10 +7,11 @@ use std::rc::Rc;
 
 use embedded_hal::digital::{ErrorType as DigitalError, OutputPin};
 use embedded_hal::pwm::{ErrorType as PwmError, SetDutyCycle};
-use firmware::encoder::{Encoder, Mounting};
-use firmware::motor::Bridge;
-use firmware::servo::{NoSense, ServoParameters};
-use firmware::tail::Tail;
+use firmware::modboat::encoder::Encoder;
+use firmware::modboat::motor::Bridge;
+use firmware::modboat::servo::NoSense;
+use firmware::modboat::tail::Tail;
+use protocol::configuration::{EncoderMounting, ServoConstants};
 
 const DUTY_MAX: u16 = 1000;
 const NO_LOAD_RAD_S: f64 = 18.0;
@@ -34,8 +35,9 @@ pub type BoardTail = Tail<Eye, NoSense, Pwm, Pin, Pin>;
 impl Board {
     pub fn tail(&self) -> BoardTail {
         let bridge = Bridge::new(Pwm(self.clone()), Pin(self.clone(), 0), Pin(self.clone(), 1));
-        let parameters = ServoParameters::default();
-        Tail::new(Eye(self.clone()), Mounting::default(), NoSense, bridge, &parameters).expect("the defaults")
+        let parameters = ServoConstants::default();
+        Tail::new(Eye(self.clone()), EncoderMounting::default(), NoSense, bridge, &parameters)
+            .expect("the defaults")
     }
 
     pub fn drive(&self) -> f64 {

@@ -2,17 +2,19 @@
 
 use std::collections::HashSet;
 
-use firmware::endpoint::{Endpoint, Robot};
-use firmware::limits::Limits;
-use firmware::link::{Identity, SURE_WITHIN};
+use firmware::link::endpoint::{Endpoint, Robot};
+use firmware::link::session::{Identity, SURE_WITHIN};
 use firmware::modboat::Modboat;
-use firmware::reference::{Reference, wrap};
-use firmware::schedule::POSE_TOLERANCE;
-use firmware::servo::NoSense;
-use firmware::swimmer::Swimmer;
+use firmware::modboat::reference::{Reference, wrap};
+use firmware::modboat::schedule::POSE_TOLERANCE;
+use firmware::modboat::servo::NoSense;
+use firmware::modboat::swimmer::Swimmer;
+use firmware::module::{Module, Supply};
+use protocol::configuration::TailLimits;
 use protocol::ledger::Class;
 use protocol::session::open_announcement;
-use protocol::units::{Micros, MicrosSpan, Radians, Volts};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
+use protocol::units::{Radians, Volts};
 use protocol::{
     Cycle, Delivery, FleetKey, Frame, Kind, MAX_DATAGRAM, Message, ModboatCycle, ModuleId, ModuleState,
     Motion, Nonce, Session, Side, TimeReply, TransitionLaw,
@@ -65,11 +67,11 @@ fn boat(board: &Board, life: u32) -> Modboat<Eye, NoSense, Pwm, Pin, Pin> {
         fleet: key.fleet(),
         key: key.module(MODULE),
         boot: std::array::from_fn(|k| if k < 4 { life.to_le_bytes()[k] } else { 0xB0 }),
-        report_every: MicrosSpan(20_000),
+        report_every: Duration(20_000),
         sure_within: SURE_WITHIN,
     };
     let tail: BoardTail = board.tail();
-    Modboat::new(Endpoint::new(Some(identity), Swimmer::new(Limits::default())), tail)
+    Modboat::new(Endpoint::new(Some(identity), Swimmer::new(TailLimits::default())), tail)
 }
 
 impl World {
@@ -98,12 +100,12 @@ impl World {
     }
 
     pub fn state(&self) -> ModuleState {
-        self.boat.endpoint().state(Micros(self.now))
+        self.boat.endpoint().state(LocalInstant(self.now))
     }
 
     /// Brings a datagram. Nothing is let in twice, and the ledger stays exact.
     pub fn bring(&mut self, datagram: &[u8]) -> Result<(), Class> {
-        let heard = self.boat.handle_datagram(Micros(self.now), datagram);
+        let heard = self.boat.handle_datagram(LocalInstant(self.now), datagram);
         let link = self.boat.endpoint().link().expect("it is provisioned");
         assert!(link.incoming().is_exact(), "{:?}", link.incoming());
         if heard.is_ok() {
@@ -143,10 +145,10 @@ impl World {
         let law = match delivery >> 1 {
             0 => TransitionLaw::ConstantSpeed,
             // Up to somewhat more than half of the transition.
-            ramp => TransitionLaw::RestToRest { ramp: MicrosSpan(u32::from(ramp) * 2_500) },
+            ramp => TransitionLaw::RestToRest { ramp: Duration(u32::from(ramp) * 2_500) },
         };
         self.number += 1;
-        let angle = self.boat.endpoint().reference(Micros(self.now)).map_or(0.0, |at| at.angle_rad);
+        let angle = self.boat.endpoint().reference(LocalInstant(self.now)).map_or(0.0, |at| at.angle_rad);
         let size = 0.9 + f32::from(amplitude >> 1) / 70.0;
         let amplitude = if amplitude.is_multiple_of(2) { size } else { -size };
         let rotation = (f32::from(rotation) - 128.0) / 40.0;
@@ -154,12 +156,12 @@ impl World {
             rotation: Radians(rotation),
             centerline: Radians(angle + rotation - amplitude),
             amplitude: Radians(amplitude),
-            transition: MicrosSpan(500_000),
-            period: MicrosSpan(1_500_000),
+            transition: Duration(500_000),
+            period: Duration(1_500_000),
             law,
         });
         let delivery = if delivery.is_multiple_of(2) { Delivery::Direct } else { Delivery::Prepare };
-        let start = Micros(self.now + AHEAD + u64::from(start) * 2_000);
+        let start = FleetInstant(self.now + AHEAD + u64::from(start) * 2_000);
         Message::Cycle(Cycle { number: self.number, start, motion, delivery })
     }
 
@@ -170,9 +172,10 @@ impl World {
     }
 
     fn tick(&mut self) {
-        let (now, may_drive) = (Micros(self.now), self.boat.endpoint().failsafe().may_drive());
+        let (now, may_drive) = (LocalInstant(self.now), self.boat.endpoint().failsafe().may_drive());
         let was_stopped = self.boat.endpoint().failsafe().state() == ModuleState::Stopped;
-        self.boat.tick(now, self.battery).expect("these pins cannot fail");
+        let supply = Supply { battery: self.battery, ..Supply::default() };
+        self.boat.tick(now, &supply).expect("these pins cannot fail");
         assert!(may_drive || self.board.drive() == 0.0, "drives though it may not");
         let endpoint = self.boat.endpoint();
         let state = endpoint.failsafe().state();
@@ -203,7 +206,7 @@ impl World {
         let step_rad = wrap(reference.angle_rad - last.angle_rad).abs();
         let seconds = (now - then) as f32 * 1e-6;
         let joint_rad = if ran == running { 0.0 } else { POSE_TOLERANCE.0 };
-        let allowed_rad = Limits::default().speed_max.0 * seconds * 1.001 + 1e-3 + joint_rad;
+        let allowed_rad = TailLimits::default().speed_max.0 * seconds * 1.001 + 1e-3 + joint_rad;
         assert!(step_rad <= allowed_rad, "{step_rad} rad in {seconds} s at {now} µs, {state:?}");
     }
 
@@ -227,7 +230,7 @@ impl World {
             if let Message::TimeRequest(request) = opened.message
                 && self.answers
             {
-                let fleet = Micros(self.now + AHEAD);
+                let fleet = FleetInstant(self.now + AHEAD);
                 let reply = TimeReply { request_sent: request.sent, received: fleet, sent: fleet };
                 let honest = self.honest;
                 if let Some(reply) = self.seal(&Message::TimeReply(reply)) {
@@ -250,7 +253,7 @@ impl World {
         let mut session = Session::new(Side::Host, key.fleet(), MODULE, &module, &boot, Nonce(nonce));
         let call = session.seal_call(&mut [0; MAX_DATAGRAM]).expect("the first of its session").to_vec();
         self.recorded.push(call.clone());
-        let hears = self.boat.endpoint().link().is_some_and(|link| link.hears_host(Micros(self.now)));
+        let hears = self.boat.endpoint().link().is_some_and(|link| link.hears_host(LocalInstant(self.now)));
         let taken = self.bring(&call);
         assert!(taken.is_err() || !hears, "a host is heard, and another one was let in");
         // A host that is not let in keeps its words for itself; they are sealed all the same.

@@ -2,12 +2,13 @@
 
 use core::f64::consts::TAU;
 
-use protocol::units::{MicrosSpan, RadiansPerSecond};
+use protocol::configuration::ServoConstants;
+use protocol::time::Duration;
+use protocol::units::RadiansPerSecond;
 
 use super::*;
-use crate::homing::TURNS;
+use crate::modboat::homing::TURNS;
 use crate::plant::RigIndexed;
-use crate::servo::ServoParameters;
 
 /// Where the magnet begins, counter-clockwise.
 const MAGNET_RAD: f64 = -0.7;
@@ -24,10 +25,10 @@ impl Bench<RigIndexed> {
         Self::indexed_as(Some(identity(1)), angle_rad, homing)
     }
 
-    fn indexed_as(identity: Option<crate::link::Identity>, angle_rad: f64, homing: Homing) -> Self {
+    fn indexed_as(identity: Option<crate::link::session::Identity>, angle_rad: f64, homing: Homing) -> Self {
         let rig = Rig::new(angle_rad);
         rig.put_magnet(Some(MAGNET_RAD));
-        let endpoint = Endpoint::new(identity, Swimmer::new(Limits::default()));
+        let endpoint = Endpoint::new(identity, Swimmer::new(TailLimits::default()));
         let boat = Modboat::new(endpoint, rig.indexed_tail(MAGNET_RAD)).with_homing(homing);
         Self::on(rig, boat)
     }
@@ -76,8 +77,8 @@ impl Bench<RigIndexed> {
 }
 
 fn by_itself(after: u64) -> Homing {
-    let after = MicrosSpan(u32::try_from(after).unwrap());
-    Homing::new(RadiansPerSecond(SPEED_RAD_S as f32), after, ServoParameters::default().no_load_speed)
+    let after = Duration(u32::try_from(after).unwrap());
+    Homing::new(RadiansPerSecond(SPEED_RAD_S as f32), after, ServoConstants::default().no_load_speed)
 }
 
 /// From the magnet's edge to `angle_rad`, within half a turn.
@@ -202,7 +203,7 @@ fn unconfigured_it_never_searches() {
     // No waiting: it would turn in its first tick.
     let mut bench = Bench::indexed_as(None, 0.4, by_itself(0));
     let step = |bench: &mut Bench<RigIndexed>| {
-        bench.boat.tick(bench.now, FULL).unwrap();
+        bench.boat.tick(bench.now, &FULL).unwrap();
         assert_eq!(bench.rig.drive(), 0.0, "at {:?}", bench.now);
         assert_eq!(bench.boat.poll_transmit(&mut [0; protocol::MAX_DATAGRAM]), None);
         bench.rig.step_ms();

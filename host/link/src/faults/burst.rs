@@ -15,7 +15,7 @@
 //!
 //! Every radio has bursts of its own.
 
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -25,7 +25,7 @@ use super::FaultParameters;
 #[derive(Debug)]
 pub(super) struct Burst {
     rng: ChaCha8Rng,
-    last: Option<(Micros, bool)>,
+    last: Option<(FleetInstant, bool)>,
 }
 
 impl Burst {
@@ -34,7 +34,7 @@ impl Burst {
     }
 
     /// Whether the medium is bad at `now`. Draws nothing while bursts are off.
-    pub(super) fn is_bad(&mut self, now: Micros, parameters: &FaultParameters) -> bool {
+    pub(super) fn is_bad(&mut self, now: FleetInstant, parameters: &FaultParameters) -> bool {
         let share = parameters.burst;
         if share <= 0.0 {
             self.last = None;
@@ -66,7 +66,7 @@ mod tests {
         let mut burst = Burst::new(ChaCha8Rng::seed_from_u64(seed));
         let steps = 3_600_000_000 / step_us;
         let states: Vec<bool> =
-            (0..steps).map(|step| burst.is_bad(Micros(step * step_us), parameters)).collect();
+            (0..steps).map(|step| burst.is_bad(FleetInstant(step * step_us), parameters)).collect();
         let bad = states.iter().filter(|&&bad| bad).count() as f64;
         let ends = states.windows(2).filter(|pair| pair[0] && !pair[1]).count() as f64;
         (bad / steps as f64, bad * step_us as f64 * 1e-6 / ends)
@@ -91,9 +91,9 @@ mod tests {
     fn the_ends_of_the_range_hold() {
         let always = FaultParameters { burst: 1.0, burst_s: 0.1, ..Default::default() };
         let mut burst = Burst::new(ChaCha8Rng::seed_from_u64(1));
-        assert!((0..1000).all(|ms| burst.is_bad(Micros(ms * 1000), &always)));
+        assert!((0..1000).all(|ms| burst.is_bad(FleetInstant(ms * 1000), &always)));
         // The clock may stand still or go back; the state stays.
-        assert!(burst.is_bad(Micros(0), &always));
-        assert!(!burst.is_bad(Micros(2_000_000), &FaultParameters::default()), "off is good at once");
+        assert!(burst.is_bad(FleetInstant(0), &always));
+        assert!(!burst.is_bad(FleetInstant(2_000_000), &FaultParameters::default()), "off is good at once");
     }
 }

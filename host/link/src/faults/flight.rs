@@ -3,7 +3,7 @@
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
-use protocol::units::Micros;
+use protocol::time::FleetInstant;
 
 /// No more than this are under way at a time; what comes on top is lost. 32 MiB of the longest datagrams.
 pub(super) const UNDER_WAY_MAX: usize = 1 << 16;
@@ -11,7 +11,7 @@ pub(super) const UNDER_WAY_MAX: usize = 1 << 16;
 /// One datagram under way. Ordered by arrival, then by the order of sending.
 #[derive(Debug)]
 pub(super) struct Flight<Address> {
-    due: Micros,
+    due: FleetInstant,
     order: u64,
     pub(super) to: Address,
     pub(super) datagram: Vec<u8>,
@@ -58,14 +58,14 @@ impl<Address> UnderWay<Address> {
     }
 
     /// Sends `datagram` on its way; it arrives `delay_s` after `now`.
-    pub(super) fn launch(&mut self, now: Micros, delay_s: f64, to: Address, datagram: Vec<u8>) {
-        let due = Micros(now.0.saturating_add((delay_s * 1e6) as u64));
+    pub(super) fn launch(&mut self, now: FleetInstant, delay_s: f64, to: Address, datagram: Vec<u8>) {
+        let due = FleetInstant(now.0.saturating_add((delay_s * 1e6) as u64));
         self.order += 1;
         self.flights.push(Reverse(Flight { due, order: self.order, to, datagram }));
     }
 
     /// The next that has arrived by `now`.
-    pub(super) fn land(&mut self, now: Micros) -> Option<Flight<Address>> {
+    pub(super) fn land(&mut self, now: FleetInstant) -> Option<Flight<Address>> {
         if self.flights.peek().is_none_or(|Reverse(flight)| flight.due > now) {
             return None;
         }

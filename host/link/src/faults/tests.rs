@@ -40,7 +40,7 @@ fn flood(parameters: FaultParameters, seed: u64, datagrams: u32) -> (Vec<(u64, u
     let mut module = ether.radio(MODULE);
     let mut arrivals = Vec::new();
     for ms in 0..u64::from(datagrams) + TAIL_MS {
-        let now = Micros(ms * 1000);
+        let now = FleetInstant(ms * 1000);
         if let Ok(number) = u32::try_from(ms)
             && number < datagrams
         {
@@ -95,7 +95,7 @@ impl Bench {
     }
 
     fn step(&mut self, sends: bool) {
-        let (ms, now) = (self.now_ms, Micros(self.now_ms * 1000));
+        let (ms, now) = (self.now_ms, FleetInstant(self.now_ms * 1000));
         let mut buffer = [0; 600];
         if sends {
             self.host.send(now, Self::addressee(ms), &sealed(ms, 0)).unwrap();
@@ -253,8 +253,8 @@ fn damaged_ones_are_changed_and_cut_ones_shorter() {
     // Nothing can be cut off, or flipped in, a datagram without bytes.
     let mut host =
         Bench::new(FaultParameters { truncation: 1.0, corruption: 1.0, ..Default::default() }, 1).host;
-    host.send(Micros(0), MODULE, &[]).unwrap();
-    host.send(Micros(0), MODULE, &[7]).unwrap();
+    host.send(FleetInstant(0), MODULE, &[]).unwrap();
+    host.send(FleetInstant(0), MODULE, &[7]).unwrap();
     assert_eq!((host.count().truncated, host.count().corrupted), (1, 0));
 }
 
@@ -331,7 +331,7 @@ fn a_forgery_is_what_it_is_counted_as() {
 #[test]
 fn one_without_a_record_forges_noise() {
     let mut host = Bench::new(FaultParameters { forgery: 1.0, loss: 1.0, ..Default::default() }, 1).host;
-    (0..50).for_each(|ms| host.send(Micros(ms * 1000), MODULE, &sealed(ms, 0)).unwrap());
+    (0..50).for_each(|ms| host.send(FleetInstant(ms * 1000), MODULE, &sealed(ms, 0)).unwrap());
     let count = host.count();
     assert_eq!(count.forged, ForgeryCount { noise: 50, ..Default::default() });
     assert_eq!((count.lost, count.delivered), (50, 50));
@@ -365,7 +365,7 @@ fn the_weather_changes() {
 #[test]
 fn no_more_are_under_way_than_there_is_room_for() {
     let mut host = Bench::new(FaultParameters { delay_s: 1e6, ..Default::default() }, 1).host;
-    (0..UNDER_WAY_MAX as u64 + 10).for_each(|us| host.send(Micros(us), MODULE, &[1]).unwrap());
+    (0..UNDER_WAY_MAX as u64 + 10).for_each(|us| host.send(FleetInstant(us), MODULE, &[1]).unwrap());
     let count = host.count();
     assert_eq!((count.under_way, count.dropped, count.lost), (UNDER_WAY_MAX as u64, 10, 10));
     assert!(count.is_balanced());

@@ -198,7 +198,7 @@ impl Allocation {
         }
     }
 
-    /// Sweeps of coordinate descent over the modules, in `order` from the place `first` on and round.
+    /// A few sweeps of coordinate descent over the modules, in `order` from the place `first` on and round.
     #[expect(clippy::too_many_arguments, reason = "the parts of a search, which it borrows one by one")]
     pub fn descend(
         &mut self,

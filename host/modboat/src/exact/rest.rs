@@ -147,7 +147,7 @@ impl RestPoses {
     }
 
     /// How far a pose may turn, clockwise (≤ 0) and counter-clockwise (≥ 0), without leaving its arc, rad; not at all
-    /// outside. It stays `INSIDE_RAD` off the ends, so that it is still in the arc after many turns.
+    /// outside. It stays a little off the ends, so that it is still in the arc after many turns.
     #[must_use]
     pub fn room_rad(&self, module: usize, pose_rad: f64) -> [f64; 2] {
         let Some(arc) = self.arcs(module).iter().find(|arc| arc.holds(pose_rad)) else { return [0.0; 2] };

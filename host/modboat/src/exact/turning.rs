@@ -39,7 +39,7 @@ struct Effort {
 const FIRST: Effort = Effort { choices: 120, tried: 120, compared: 120 };
 /// Of fewer than [`SMALL`] modules, of as many, of up to [`FEW`].
 const FEWER: Effort = Effort { choices: 64, tried: 24, compared: 10 };
-const AS_SMALL: Effort = Effort { choices: 48, tried: 16, compared: 6 };
+const AS_SMALL: Effort = Effort { choices: 36, tried: 14, compared: 6 };
 const MORE: Effort = Effort { choices: 10, tried: 10, compared: 1 };
 
 impl Effort {

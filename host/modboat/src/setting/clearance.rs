@@ -7,6 +7,7 @@ use super::{Setting, swim_ends, turn_ends};
 use crate::motion::Swing;
 use crate::pairs::Pair;
 use crate::planner_config::LawOfTime;
+use crate::tail::CLEARANCE_TOLERANCE_M;
 use crate::transition::STILL_RAD;
 use crate::tube::Tube;
 use crate::way::Steps;
@@ -22,11 +23,26 @@ pub(super) struct Clearance {
 
 impl Setting {
     /// Over these steps of a transition and this cycle.
+    ///
+    /// A few poses of every motion are looked at first: the nearest of them bounds both distances, so that most motions need no
+    /// closer look.
     pub(super) fn clearance(&self, steps: Steps<'_>, slow: bool, cycle: &[Swing]) -> Clearance {
         let guaranteed = self.config.law() == LawOfTime::RestToRest;
         let (tail, offsets, errors) = (self.distance.tail(), self.distance.offsets(), self.distance.errors());
-        let (mut planned_m, mut kept_m) = (f64::INFINITY, f64::INFINITY);
-        let mut look = |pair: &Pair, tube: Tube, [from, to]: [[f64; 2]; 2]| {
+        let mut nearest = (f64::INFINITY, None);
+        self.motions(steps, slow, cycle, |pair, tube, [from, to]| {
+            let offset = offsets[pair.offset];
+            let (sampled_m, pose) = tail.nearest_sample(offset, from, to);
+            if sampled_m < nearest.0 {
+                nearest = (sampled_m, Some((offset, pose, errors.of(tube))));
+            }
+        });
+        let mut planned_m = nearest.0;
+        let mut kept_m = nearest.1.map_or(f64::INFINITY, |(offset, [i, j], e)| {
+            let corners = [[e, e], [e, -e], [-e, e], [-e, -e]].into_iter();
+            corners.fold(planned_m, |least, [a, b]| least.min(tail.clearance_m(offset, i + a, j + b)))
+        });
+        self.motions(steps, slow, cycle, |pair, tube, [from, to]| {
             let offset = offsets[pair.offset];
             if !guaranteed {
                 planned_m = tail.least_along_m(offset, from, to, planned_m);
@@ -36,10 +52,21 @@ impl Setting {
             let near_m = kept_m + 2.0 * tail.length_m * error_rad;
             let own_m = tail.least_along_m(offset, from, to, planned_m.max(near_m));
             planned_m = planned_m.min(own_m);
-            if own_m < near_m || kept_m == f64::INFINITY {
+            if own_m < near_m {
                 kept_m = tail.tube_clearance_m(offset, from, to, error_rad, kept_m.min(own_m));
             }
-        };
+        });
+        Clearance { planned_m, kept_m: guaranteed.then_some(kept_m) }
+    }
+
+    /// Calls `look` with every pair whose angles are known, in the swim cycle and in each step, with the tube to keep about its motion.
+    fn motions(
+        &self,
+        steps: Steps<'_>,
+        slow: bool,
+        cycle: &[Swing],
+        mut look: impl FnMut(&Pair, Tube, [[f64; 2]; 2]),
+    ) {
         let known = || self.pairs.all().iter().filter(|pair| !self.is_unknown(pair));
         for pair in known() {
             let moves = [pair.i, pair.j].map(|module| cycle[module].amplitude_rad != 0.0);
@@ -56,7 +83,6 @@ impl Setting {
                 look(pair, tube, turn_ends(step, pair));
             }
         }
-        Clearance { planned_m, kept_m: guaranteed.then_some(kept_m) }
     }
 
     /// Whether each pair stays clear with only i moving, and with only j; both moving is known to be. Of two steps a module
@@ -69,7 +95,10 @@ impl Setting {
         self.pairs.all().iter().filter(|pair| !self.is_unknown(pair)).all(|pair| {
             let offset = offsets[pair.offset];
             let free = |from: [f64; 2], to: [f64; 2]| match error_rad {
-                Some(error_rad) => tail.tube_clearance_m(offset, from, to, error_rad, f64::INFINITY) > 0.0,
+                Some(error_rad) => {
+                    // Only its sign is asked for: what is certainly above twice the tolerance needs no closer look.
+                    tail.tube_clearance_m(offset, from, to, error_rad, 2.0 * CLEARANCE_TOLERANCE_M) > 0.0
+                }
                 None => !tail.collides_along(offset, from, to),
             };
             let clear = |rest: [f64; 2], [from, to]: [[f64; 2]; 2]| {

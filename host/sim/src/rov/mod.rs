@@ -18,13 +18,16 @@ use std::convert::Infallible;
 use std::rc::Rc;
 
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
-use firmware::endpoint::Endpoint;
-use firmware::lease::{LeaseLimits, SURE_WITHIN, ThrustLease};
-use firmware::link::Identity;
-use firmware::rov::{Rov, Supply};
-use firmware::thruster::bank::{Bank, BankError, Mounting, Settings};
-use firmware::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
-use protocol::units::{Amperes, Micros, MicrosSpan, PulseMicros, Volts};
+use firmware::link::endpoint::Endpoint;
+use firmware::link::session::Identity;
+use firmware::module::Supply;
+use firmware::rov::Rov;
+use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
+use firmware::rov::thruster::bank::{Bank, BankError};
+use firmware::rov::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
+use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::{Amperes, PulseMicros, Volts};
 use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
@@ -80,7 +83,7 @@ pub struct RovSetup<'a> {
     /// Battery voltage, V, within the measured table.
     pub battery_v: f64,
     /// Pause between two reports.
-    pub report_every: MicrosSpan,
+    pub report_every: Duration,
     /// How wrong its clock is.
     pub clock: &'a ClockParameters,
     /// Decides its clock, its boot time and its boot nonces.
@@ -92,13 +95,13 @@ pub struct SimRov<R: Radio> {
     id: ModuleId,
     fleet: FleetId,
     key: ModuleKey,
-    report_every: MicrosSpan,
+    report_every: Duration,
     reversed: Vec<bool>,
     battery: Volts,
     pins: Vec<EscPin>,
     propellers: Propellers,
     node: Node<Rov<EscPin>, R>,
-    ticked: Option<Micros>,
+    ticked: Option<FleetInstant>,
 }
 
 impl<R: Radio> SimRov<R> {
@@ -133,10 +136,11 @@ impl<R: Radio> SimRov<R> {
     fn boot(&mut self) -> Result<Rov<EscPin>, BankError> {
         let wired = self.reversed.iter().enumerate();
         // A number that does not fit is too many thrusters anyway.
-        let mounted = |(k, &reversed)| Mounting { output: u8::try_from(k).unwrap_or(u8::MAX), reversed };
-        let mountings: Vec<Mounting> = wired.map(mounted).collect();
-        let bank = Bank::new(self.pins.iter().cloned(), &mountings, Settings::default())?;
-        let lease = ThrustLease::new(LeaseLimits::of(mountings.len()));
+        let mounted =
+            |(k, &reversed)| ThrusterMounting { output: u8::try_from(k).unwrap_or(u8::MAX), reversed };
+        let mountings: Vec<ThrusterMounting> = wired.map(mounted).collect();
+        let bank = Bank::new(self.pins.iter().cloned(), &mountings, BankConstants::default())?;
+        let lease = ThrustLease::new(mountings.len(), LeaseLimits::default());
         let identity = Identity {
             module: self.id,
             fleet: self.fleet,
@@ -153,7 +157,7 @@ impl<R: Radio> SimRov<R> {
     ///
     /// # Errors
     /// The radio's own.
-    pub fn tick(&mut self, now: Micros) -> Result<(), R::Error> {
+    pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
         self.propellers.set_pulses(self.pins.iter().map(EscPin::pulse));
         let elapsed = now.since(self.ticked.replace(now).unwrap_or(now));
         self.propellers.step(f64::from(elapsed.0) * 1e-6, self.battery);
@@ -163,10 +167,7 @@ impl<R: Radio> SimRov<R> {
         }
         let current = Amperes(self.propellers.current_a(self.battery) as f32);
         let supply = Supply { battery: self.battery, current };
-        self.node.tick(now, |firmware, local| {
-            // The simulated pins cannot fail.
-            let _ = firmware.tick(local, &supply);
-        })
+        self.node.tick(now, &supply)
     }
 
     /// Thrusts along each thruster's axis as the water feels them, N.
@@ -191,7 +192,7 @@ impl<R: Radio> SimRov<R> {
 
     /// Takes the power of the electronics at `now` and gives it back `off` later. What the firmware knew is gone; the
     /// controllers hear nothing and stop.
-    pub fn reboot(&mut self, now: Micros, off: MicrosSpan) {
+    pub fn reboot(&mut self, now: FleetInstant, off: Duration) {
         self.node.power_off(now, off);
         for pin in &self.pins {
             pin.0.set(0);
@@ -199,8 +200,8 @@ impl<R: Radio> SimRov<R> {
     }
 
     /// What the firmware is doing at `now`, true time; nothing without power.
-    pub fn state(&self, now: Micros) -> Option<ModuleState> {
-        self.node.state(now)
+    pub fn state(&self, now: FleetInstant) -> Option<ModuleState> {
+        Some(self.node.status(now)?.state)
     }
 
     /// Its end of the radio.
@@ -213,11 +214,11 @@ impl EscPin {
     /// What its controller reads.
     fn pulse(&self) -> PulseMicros {
         match self.0.get() {
-            0 => firmware::thruster::law::NEUTRAL,
+            0 => firmware::rov::thruster::law::NEUTRAL,
             // p = d/(f·D)
-            duty => {
-                PulseMicros(f32::from(duty) * 1e6 / (Settings::default().frame_rate_hz * f32::from(MAX_DUTY)))
-            }
+            duty => PulseMicros(
+                f32::from(duty) * 1e6 / (BankConstants::default().frame_rate_hz * f32::from(MAX_DUTY)),
+            ),
         }
     }
 }

@@ -7,7 +7,7 @@
 //! Assumptions and limits: one lag τ for spinning up and down; a pulse that never comes (no power) stops the
 //! propeller, as the controller does by itself. A failed thruster gives nothing and draws nothing.
 
-use firmware::thruster::law;
+use firmware::rov::thruster::law;
 use protocol::units::{PulseMicros, Volts};
 
 /// Time constant τ of thrust after a change of the pulse, s. *Assumed.*

@@ -4,21 +4,22 @@
 //! stand: a module that lives reports, and one that does not puts out no pulse.
 
 use protocol::RovTelemetry;
-use protocol::units::{Micros, MicrosSpan, Volts};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Volts;
 
 use super::propellers::Propellers;
 
 /// After so long without a report nothing turns any more. *Assumed.*
-pub const SILENCE: MicrosSpan = MicrosSpan(500_000);
+pub const SILENCE: Duration = Duration(500_000);
 
 /// One remote ROV.
 #[derive(Clone, Debug)]
 pub struct RemoteRov {
     propellers: Propellers,
     battery: Volts,
-    stepped: Micros,
+    stepped: FleetInstant,
     /// Arrival of the newest report, and the time it was measured.
-    newest: Option<(Micros, Micros)>,
+    newest: Option<(FleetInstant, FleetInstant)>,
 }
 
 impl RemoteRov {
@@ -26,13 +27,13 @@ impl RemoteRov {
     #[must_use]
     pub fn new(reversed: &[bool]) -> Self {
         let propellers = Propellers::new(reversed);
-        Self { propellers, battery: Volts(0.0), stepped: Micros(0), newest: None }
+        Self { propellers, battery: Volts(0.0), stepped: FleetInstant(0), newest: None }
     }
 
     /// Takes in a report. An older one, or the same again, changes nothing.
-    pub fn report(&mut self, telemetry: &RovTelemetry, arrival: Micros) {
+    pub fn report(&mut self, telemetry: &RovTelemetry, arrival: FleetInstant) {
         // A module that does not know the fleet time yet reports zero.
-        let unknown = telemetry.at == Micros(0);
+        let unknown = telemetry.at == FleetInstant(0);
         if !unknown && self.newest.is_some_and(|(_, measured)| telemetry.at <= measured) {
             return;
         }
@@ -43,7 +44,7 @@ impl RemoteRov {
     }
 
     /// Lets time pass until `now`; times before the last are ignored.
-    pub fn step(&mut self, now: Micros) {
+    pub fn step(&mut self, now: FleetInstant) {
         if self.newest.is_none_or(|(arrival, _)| now.since(arrival) > SILENCE) {
             self.propellers.set_pulses([]);
         }
@@ -60,7 +61,7 @@ impl RemoteRov {
 
 #[cfg(test)]
 mod tests {
-    use firmware::thruster::law;
+    use firmware::rov::thruster::law;
     use protocol::units::{Amperes, Newtons, PulseMicros};
     use protocol::{Faults, ModuleState};
 
@@ -68,7 +69,7 @@ mod tests {
 
     fn report(at: u64, newtons: f32) -> RovTelemetry {
         RovTelemetry {
-            at: Micros(at),
+            at: FleetInstant(at),
             state: ModuleState::Executing,
             cycle: 1,
             pulses: [law::pulse(Newtons(newtons), Volts(15.0)), PulseMicros(1500.0)].into_iter().collect(),
@@ -81,17 +82,17 @@ mod tests {
     #[test]
     fn thrust_is_what_the_reports_say_and_ends_with_them() {
         let mut rov = RemoteRov::new(&[false, false]);
-        rov.step(Micros(1_000_000));
+        rov.step(FleetInstant(1_000_000));
         assert_eq!(rov.thrusts_n().len(), 2);
         for ms in (1_000..2_000).step_by(20) {
-            rov.report(&report(ms * 1_000, 8.0), Micros(ms * 1_000 + 500));
-            rov.report(&report(ms * 1_000 - 20_000, -8.0), Micros(ms * 1_000 + 600));
-            rov.step(Micros(ms * 1_000 + 10_000));
+            rov.report(&report(ms * 1_000, 8.0), FleetInstant(ms * 1_000 + 500));
+            rov.report(&report(ms * 1_000 - 20_000, -8.0), FleetInstant(ms * 1_000 + 600));
+            rov.step(FleetInstant(ms * 1_000 + 10_000));
         }
         assert!((rov.thrusts_n()[0] - 8.0).abs() < 0.01, "{:?} N", rov.thrusts_n());
         assert!(rov.thrusts_n()[1].abs() < 1e-12);
         for ms in 2_000..3_500 {
-            rov.step(Micros(ms * 1_000));
+            rov.step(FleetInstant(ms * 1_000));
             let silent = ms > 1_980 + 500;
             assert!(silent || (rov.thrusts_n()[0] - 8.0).abs() < 0.01, "{ms} ms: {:?} N", rov.thrusts_n());
         }

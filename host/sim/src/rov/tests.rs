@@ -1,8 +1,8 @@
 use super::remote::RemoteRov;
-use firmware::thruster::esc::Demands;
 use link::dispatcher::{Dispatcher, Event};
 use link::faults::{FaultParameters, Faulty};
 use link::loopback::{Ether, LoopbackRadio, Node as Address};
+use protocol::configuration::EscConstants;
 use protocol::ledger::Class;
 use protocol::units::Newtons;
 use protocol::{Delivery, FleetKey, Motion, RovCycle};
@@ -24,7 +24,7 @@ fn setup(seed: u64, clock: &ClockParameters) -> RovSetup<'_> {
         key: KEY.module(ModuleId(1)),
         reversed: &REVERSED,
         battery_v: 15.5,
-        report_every: MicrosSpan(20_000),
+        report_every: Duration(20_000),
         clock,
         seed,
     }
@@ -36,7 +36,7 @@ struct Bench {
     host: Medium,
     dispatcher: Dispatcher<Address>,
     remote: RemoteRov,
-    now: Micros,
+    now: FleetInstant,
     number: u32,
     reboots: u32,
 }
@@ -49,7 +49,7 @@ impl Bench {
         let rov = SimRov::new(&setup(seed, &ClockParameters::default()), radio, HOST).unwrap();
         let (dispatcher, remote) =
             (Dispatcher::new(&[ModuleId(1)], &KEY, [7; 12]), RemoteRov::new(&REVERSED));
-        Self { rov, host, dispatcher, remote, now: Micros(0), number: 0, reboots: 0 }
+        Self { rov, host, dispatcher, remote, now: FleetInstant(0), number: 0, reboots: 0 }
     }
 
     /// Goes on until `end`; with `thrusts` the host says so every 50 ms, 20 ms ahead.
@@ -72,9 +72,9 @@ impl Bench {
             }
             if let Some(thrusts) = thrusts.filter(|_| now.0.is_multiple_of(PERIOD_US)) {
                 self.number += 1;
-                let start = now.after(MicrosSpan(20_000));
+                let start = now.after(Duration(20_000));
                 let thrusts = thrusts(start.0).into_iter().map(Newtons).collect();
-                let motion = Motion::Rov(RovCycle { thrusts, lease: MicrosSpan(300_000) });
+                let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(300_000) });
                 self.dispatcher.dispatch(now, self.number, start, &[Some(motion)], Delivery::Direct);
             }
             self.dispatcher.handle_timer(now);
@@ -146,16 +146,16 @@ fn a_reboot_stops_it_until_it_has_armed_again() {
     bench.rov.set_failed(2);
     bench.run(5_100_000, Some(&demand), |_| ());
     assert!(bench.rov.thrusts_n()[2].abs() < 1e-12 && bench.rov.thrusts_n()[0] > 9.9);
-    bench.rov.reboot(bench.now, MicrosSpan(100_000));
+    bench.rov.reboot(bench.now, Duration(100_000));
     assert_eq!(bench.rov.state(bench.now), None);
-    let armed_at = 5_200_000 + u64::from(Settings::default().arming.0);
+    let armed_at = 5_200_000 + u64::from(BankConstants::default().arming.0);
     bench.run(armed_at, Some(&demand), |bench| {
         assert!(bench.rov.pulses_us().iter().all(|us| (us - 1500.0).abs() < 1e-3), "{:?}", bench.now);
     });
     bench.run(armed_at + 1_000_000, Some(&demand), |_| ());
     assert!(bench.rov.thrusts_n()[0] > 9.9, "{:?}", bench.rov.thrusts_n());
     assert_eq!((bench.reboots, bench.dispatcher.modules()[0].boots()), (1, 2));
-    assert!(Demands::default().slew_n_s > 100.0, "or it would not be there within a second");
+    assert!(EscConstants::default().slew_n_s > 100.0, "or it would not be there within a second");
 }
 
 #[test]

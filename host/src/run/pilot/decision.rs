@@ -1,10 +1,11 @@
 //! One decision, and what goes over the wire for it.
 
-use firmware::limits::Limits;
 use modboat::motion::StepTime;
 use modboat::motion::{Swing, Turn, Wrench};
 use modboat::plan::{Outcome, Plan};
-use protocol::units::{Micros, MicrosSpan, Radians};
+use protocol::configuration::TailLimits;
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Radians;
 use protocol::{ModboatCycle, Motion, TransitionLaw};
 
 use super::span;
@@ -15,13 +16,13 @@ pub struct Decision {
     /// Cycle number k, from 1.
     pub number: u32,
     /// Start of the transition, fleet time.
-    pub start: Micros,
+    pub start: FleetInstant,
     /// Length of the transition, all of it; zero where none is needed.
-    pub transition: MicrosSpan,
+    pub transition: Duration,
     /// Its first step, where it has two.
     pub via: Option<Via>,
     /// Length of the swim cycle.
-    pub period: MicrosSpan,
+    pub period: Duration,
     /// The wrench asked for.
     pub demand: Wrench,
     /// By module: it was missing, and got nothing.
@@ -40,7 +41,7 @@ pub struct Order {
     /// Its number.
     pub number: u32,
     /// When it starts, fleet time.
-    pub start: Micros,
+    pub start: FleetInstant,
     /// What each module does.
     pub motions: Vec<Motion>,
 }
@@ -51,14 +52,14 @@ pub struct Via {
     /// Where it ends, rad by module.
     pub rad: Vec<f64>,
     /// How long it turns.
-    pub turning: MicrosSpan,
+    pub turning: Duration,
     /// How long it rests then: the least period a module takes.
-    pub rest: MicrosSpan,
+    pub rest: Duration,
 }
 
 impl Via {
-    fn length(&self) -> MicrosSpan {
-        MicrosSpan(self.turning.0 + self.rest.0)
+    fn length(&self) -> Duration {
+        Duration(self.turning.0 + self.rest.0)
     }
 }
 
@@ -70,7 +71,7 @@ impl Decision {
     }
 
     /// Start of the cycle with the last step.
-    pub(super) fn last_start(&self) -> Micros {
+    pub(super) fn last_start(&self) -> FleetInstant {
         self.via.as_ref().map_or(self.start, |via| self.start.after(via.length()))
     }
 
@@ -84,44 +85,44 @@ impl Decision {
 
     /// Start of the swim cycle.
     #[must_use]
-    pub fn swim_start(&self) -> Micros {
+    pub fn swim_start(&self) -> FleetInstant {
         self.start.after(self.transition)
     }
 
     /// End of the swim cycle.
     #[must_use]
-    pub fn end(&self) -> Micros {
+    pub fn end(&self) -> FleetInstant {
         self.swim_start().after(self.period)
     }
 }
 
 /// The first step of a plan's transition, if it has two, and the length of all of it.
-pub(super) fn steps(plan: &Plan, turns: &[Turn]) -> (Option<Via>, MicrosSpan) {
+pub(super) fn steps(plan: &Plan, turns: &[Turn]) -> (Option<Via>, Duration) {
     if plan.transition.is_none() {
-        return (None, MicrosSpan(0));
+        return (None, Duration(0));
     }
     let [first, second] = plan.step_times.map(|step| span(step.duration_s));
     let Some(via_rad) = plan.via_rad.as_ref().filter(|via| via.len() == turns.len()) else {
         return (None, first);
     };
     // A cycle that only turns still has a period: the least that a module takes.
-    let rest = Limits::default().period_min;
-    (Some(Via { rad: via_rad.clone(), turning: first, rest }), MicrosSpan(first.0 + rest.0 + second.0))
+    let rest = TailLimits::default().period_min;
+    (Some(Via { rad: via_rad.clone(), turning: first, rest }), Duration(first.0 + rest.0 + second.0))
 }
 
 /// The law of time of one step of the plan's transition.
 fn law(step: StepTime) -> TransitionLaw {
     match span(step.ramp_s) {
-        MicrosSpan(0) => TransitionLaw::ConstantSpeed,
+        Duration(0) => TransitionLaw::ConstantSpeed,
         // Both are rounded to the microsecond: the ramp must not exceed half of the step.
-        ramp => TransitionLaw::RestToRest { ramp: MicrosSpan(ramp.0.min(span(step.duration_s).0 / 2)) },
+        ramp => TransitionLaw::RestToRest { ramp: Duration(ramp.0.min(span(step.duration_s).0 / 2)) },
     }
 }
 
 /// What is left of a decision that nobody runs: everybody rests where it was, for `rest`.
-pub(super) fn give_up(decision: &mut Decision, rest: MicrosSpan) {
+pub(super) fn give_up(decision: &mut Decision, rest: Duration) {
     let rad: Vec<f64> = decision.turns.iter().map(|turn| turn.from_rad).collect();
-    leave(decision, &rad, MicrosSpan(0), rest);
+    leave(decision, &rad, Duration(0), rest);
 }
 
 /// What is left of a decision whose second step was never sent: a turn to the poses between, and a rest there.
@@ -132,7 +133,7 @@ pub(super) fn give_up_second(decision: &mut Decision) {
 }
 
 /// Makes it a turn to `rest_rad`, and a rest there.
-fn leave(decision: &mut Decision, rest_rad: &[f64], turning: MicrosSpan, rest: MicrosSpan) {
+fn leave(decision: &mut Decision, rest_rad: &[f64], turning: Duration, rest: Duration) {
     decision.via = None;
     (decision.transition, decision.period) = (turning, rest);
     for (turn, &rad) in decision.turns.iter_mut().zip(rest_rad) {
@@ -169,7 +170,7 @@ pub(super) fn first_cycles(decision: &Decision) -> Vec<Motion> {
 pub(super) fn cycles(decision: &Decision) -> Vec<Motion> {
     let via = decision.via.as_ref();
     let step = decision.plan.step_times[usize::from(via.is_some())];
-    let transition = MicrosSpan(decision.transition.0 - via.map_or(0, |via| via.length().0));
+    let transition = Duration(decision.transition.0 - via.map_or(0, |via| via.length().0));
     let from_rad = |module: usize, turn: &Turn| via.map_or(turn.from_rad, |via| via.rad[module]);
     let one = |(module, (swing, turn)): (usize, (&Swing, &Turn))| {
         Motion::Modboat(ModboatCycle {

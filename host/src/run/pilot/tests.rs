@@ -17,7 +17,7 @@ const TO_RAD: [f64; 2] = [2.0, -2.5];
 struct Drill {
     pilot: Pilot<Node>,
     fleet: InProcess,
-    now: Micros,
+    now: FleetInstant,
     deaf: Option<Node>,
 }
 
@@ -25,10 +25,11 @@ impl Drill {
     fn ready() -> Self {
         let scenario = Scenario::parse("t.toml", SCENARIO).expect("valid");
         let fleet = InProcess::new(&scenario, 1).expect("valid");
-        let pilot = Pilot::new(&scenario, fleet.host(), fleet.roster(), None, || Micros(0)).expect("valid");
-        let mut drill = Self { pilot, fleet, now: Micros(0), deaf: None };
+        let pilot =
+            Pilot::new(&scenario, fleet.host(), fleet.roster(), None, || FleetInstant(0)).expect("valid");
+        let mut drill = Self { pilot, fleet, now: FleetInstant(0), deaf: None };
         while !drill.pilot.missing().is_empty() {
-            assert!(drill.now < Micros(10_000_000), "still missing {:?}", drill.pilot.missing());
+            assert!(drill.now < FleetInstant(10_000_000), "still missing {:?}", drill.pilot.missing());
             drill.tick();
         }
         drill
@@ -52,7 +53,7 @@ impl Drill {
     }
 
     /// Tail angles at `at`.
-    fn tails_at(&mut self, at: Micros) -> Vec<f64> {
+    fn tails_at(&mut self, at: FleetInstant) -> Vec<f64> {
         while self.now < at {
             self.tick();
         }
@@ -105,14 +106,14 @@ fn a_transition_in_two_steps_is_swum_by_way_of_its_poses_between() {
     let mut drill = Drill::ready();
     let decision = drill.by_way();
     let via = decision.via.clone().expect("two steps");
-    assert_eq!(via.turning, MicrosSpan(150_000), "{via:?}");
-    assert_eq!((via.rest, decision.transition), (MicrosSpan(500_000), MicrosSpan(900_000)));
+    assert_eq!(via.turning, Duration(150_000), "{via:?}");
+    assert_eq!((via.rest, decision.transition), (Duration(500_000), Duration(900_000)));
     close(&drill.tails_at(decision.start), [0.0; 2]);
-    close(&drill.tails_at(decision.start.after(via.turning).after(MicrosSpan(400_000))), VIA_RAD);
+    close(&drill.tails_at(decision.start.after(via.turning).after(Duration(400_000))), VIA_RAD);
     close(&drill.tails_at(decision.swim_start()), TO_RAD);
     // Half a period on, module 1 is at the other end of its swing; module 2 rests.
-    close(&drill.tails_at(decision.swim_start().after(MicrosSpan(750_000))), [2.0 - 2.4, -2.5]);
-    close(&drill.tails_at(decision.end().after(MicrosSpan(100_000))), TO_RAD);
+    close(&drill.tails_at(decision.swim_start().after(Duration(750_000))), [2.0 - 2.4, -2.5]);
+    close(&drill.tails_at(decision.end().after(Duration(100_000))), TO_RAD);
     assert_eq!(drill.pilot.refusals(), 0);
     for link in drill.pilot.dispatcher().modules() {
         assert_eq!((link.ledger().cycles, link.ledger().acknowledged), (2, 2));
@@ -125,7 +126,7 @@ fn the_second_step_is_never_sent_if_somebody_has_not_the_first() {
     let mut drill = Drill::ready();
     drill.deaf = Some(Node(2));
     let decision = drill.by_way();
-    close(&drill.tails_at(decision.end().after(MicrosSpan(1_000_000))), [VIA_RAD[0], 0.0]);
+    close(&drill.tails_at(decision.end().after(Duration(1_000_000))), [VIA_RAD[0], 0.0]);
     assert!(!drill.pilot.is_swimming());
     assert!(drill.pilot.dispatcher().modules().iter().all(|link| !link.has(decision.last_number())));
     // What is on record is what was sent: a turn to the poses between, and a rest.
@@ -145,7 +146,7 @@ fn a_cycle_that_nobody_may_miss_is_swum_by_all() {
     let decision = drill.send(None, false);
     close(&drill.tails_at(decision.start), [0.0; 2]);
     close(&drill.tails_at(decision.swim_start()), TO_RAD);
-    close(&drill.tails_at(decision.swim_start().after(MicrosSpan(750_000))), [2.0 - 2.4, -2.5]);
+    close(&drill.tails_at(decision.swim_start().after(Duration(750_000))), [2.0 - 2.4, -2.5]);
     assert_eq!((drill.pilot.dropped(), drill.pilot.refusals()), (0, 0));
     for link in drill.pilot.dispatcher().modules() {
         assert!(link.has(decision.number));
@@ -167,7 +168,7 @@ fn a_cycle_that_nobody_may_miss_is_swum_by_nobody_if_one_is_deaf() {
         let left = &drill.pilot.decisions()[0];
         assert_eq!(
             (left.plan.outcome, left.plan.wrench, left.transition),
-            (Outcome::Held, Wrench::default(), MicrosSpan(0))
+            (Outcome::Held, Wrench::default(), Duration(0))
         );
         assert!(left.turns.iter().all(|turn| turn.rotation_rad() == 0.0) && left.via.is_none());
         assert_eq!(drill.pilot.dispatcher().modules()[0].ledger().unanswered, 1);
@@ -182,9 +183,9 @@ fn a_module_that_has_stopped_is_not_planned_for() {
     drill.tails_at(decision.swim_start());
     assert!(drill.pilot.missing().is_empty());
     drill.pilot.dispatcher.emergency_stop(drill.now);
-    drill.tails_at(decision.swim_start().after(MicrosSpan(100_000)));
+    drill.tails_at(decision.swim_start().after(Duration(100_000)));
     assert_eq!(drill.pilot.missing(), [0, 1]);
     drill.pilot.dispatcher.release(drill.now);
-    drill.tails_at(decision.end().after(MicrosSpan(500_000)));
+    drill.tails_at(decision.end().after(Duration(500_000)));
     assert_eq!(drill.pilot.missing(), [0; 0]);
 }

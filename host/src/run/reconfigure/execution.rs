@@ -14,7 +14,8 @@ use link::dispatcher::{self, Dispatcher};
 use link::faults::FaultParameters;
 use link::identity::HostIdentity;
 use protocol::message::MAX_THRUSTERS;
-use protocol::units::{Micros, MicrosSpan, Newtons};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::Newtons;
 use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, RovCycle};
 use reconfiguration::plan::Plan;
 use reconfiguration::pose::Pose;
@@ -42,9 +43,9 @@ const STEP_S: f64 = TICKS as f64 * 1e-3;
 /// Steps from one thrust packet, and one sample of the record, to the next.
 const STEPS: u64 = 10;
 /// Thrusts hold for so long without another packet: five periods, so that four lost ones in a row do no harm.
-const LEASE: MicrosSpan = MicrosSpan(250_000);
+const LEASE: Duration = Duration(250_000);
 /// A robot that has said nothing for so long does not answer. *Assumed*.
-const SILENCE: MicrosSpan = MicrosSpan(300_000);
+const SILENCE: Duration = Duration(300_000);
 /// Robots are waited for so long at the beginning. *Assumed*.
 const JOIN_S: f64 = 30.0;
 
@@ -69,7 +70,7 @@ pub struct Executed {
 }
 
 /// A fault that is planned into a run, for tests and drills: at every tick, with the time and plan time 0.
-pub type Drill<'a, F> = &'a mut dyn FnMut(Micros, Option<Micros>, &mut F);
+pub type Drill<'a, F> = &'a mut dyn FnMut(FleetInstant, Option<FleetInstant>, &mut F);
 
 /// Executes `plan` with ROVs in this process, as fast as the machine can.
 ///
@@ -107,7 +108,7 @@ pub fn run<F: Fleet>(
     let mut dispatcher = Dispatcher::new(&roster, key, *boot);
     let mut clock = Clock::new(pace);
     let mut buffer = [0; MAX_DATAGRAM];
-    let (mut joined, mut origin, mut failure) = (None::<Micros>, None::<Micros>, None::<String>);
+    let (mut joined, mut origin, mut failure) = (None::<FleetInstant>, None::<FleetInstant>, None::<String>);
     let (mut number, mut steps, mut reboots, mut known) = (0, 0_u64, 0, 0);
 
     loop {
@@ -168,7 +169,7 @@ pub fn run<F: Fleet>(
             }
             if joined.is_some() && clock.ticks().is_multiple_of(TICKS * STEPS) {
                 number += 1;
-                let start = tick.after(MicrosSpan((AHEAD_S * 1e6) as u32));
+                let start = tick.after(Duration((AHEAD_S * 1e6) as u32));
                 dispatcher.dispatch(tick, number, start, &motions(&stage.commands_n()?), Delivery::Direct);
             }
         }
@@ -177,7 +178,7 @@ pub fn run<F: Fleet>(
     }
     stage.sample(steps as f64 * STEP_S, fleet, &dispatcher)?;
     dispatcher.hold();
-    transmit(&mut dispatcher, fleet, clock.now(Micros(clock.ticks() * 1_000)))?;
+    transmit(&mut dispatcher, fleet, clock.now(FleetInstant(clock.ticks() * 1_000)))?;
 
     let Stage { accounts, samples, .. } = stage;
     let moves = accounts.finish();
@@ -208,7 +209,7 @@ pub fn run<F: Fleet>(
 fn transmit<F: Fleet>(
     dispatcher: &mut Dispatcher<<F::Radio as Radio>::Address>,
     fleet: &mut F,
-    now: Micros,
+    now: FleetInstant,
 ) -> Result<(), ExecutionError> {
     let mut buffer = [0; MAX_DATAGRAM];
     while let Some((to, datagram)) = dispatcher.poll_transmit(now, &mut buffer) {
@@ -218,7 +219,7 @@ fn transmit<F: Fleet>(
 }
 
 /// Which robots would obey at `now`.
-fn answering<A: Copy>(dispatcher: &Dispatcher<A>, now: Micros) -> Vec<bool> {
+fn answering<A: Copy>(dispatcher: &Dispatcher<A>, now: FleetInstant) -> Vec<bool> {
     let obeys = |state| matches!(state, ModuleState::Ready | ModuleState::Executing | ModuleState::Holding);
     let links = dispatcher.modules().iter();
     links

@@ -11,7 +11,7 @@ use link::faults::{FaultCount, FaultParameters, Faulty};
 use link::identity::HostIdentity;
 use link::loopback::{Ether, LoopbackRadio, Node};
 use link::udp::UdpRadio;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, FleetInstant};
 use protocol::{ModuleId, Radio};
 use reconfiguration::problem::Problem;
 use sim::clock::ClockParameters;
@@ -24,7 +24,7 @@ use super::ExecutionError;
 const HOST: Node = Node(0);
 
 /// Pause between two reports of an ROV in this process.
-const REPORT_EVERY: MicrosSpan = MicrosSpan(20_000);
+const REPORT_EVERY: Duration = Duration(20_000);
 
 /// The ROVs of one run, and the host's radio to them.
 pub trait Fleet {
@@ -43,7 +43,7 @@ pub trait Fleet {
     /// The radio's.
     fn advance(
         &mut self,
-        now: Micros,
+        now: FleetInstant,
         dispatcher: &Dispatcher<<Self::Radio as Radio>::Address>,
     ) -> Result<(), ExecutionError>;
 
@@ -121,7 +121,7 @@ impl Fleet for InProcess {
         &mut self.radio
     }
 
-    fn advance(&mut self, now: Micros, _dispatcher: &Dispatcher<Node>) -> Result<(), ExecutionError> {
+    fn advance(&mut self, now: FleetInstant, _dispatcher: &Dispatcher<Node>) -> Result<(), ExecutionError> {
         for rov in &mut self.rovs {
             rov.tick(now)?;
         }
@@ -175,7 +175,11 @@ impl Fleet for OverUdp {
         &mut self.radio
     }
 
-    fn advance(&mut self, now: Micros, dispatcher: &Dispatcher<SocketAddr>) -> Result<(), ExecutionError> {
+    fn advance(
+        &mut self,
+        now: FleetInstant,
+        dispatcher: &Dispatcher<SocketAddr>,
+    ) -> Result<(), ExecutionError> {
         for (rov, link) in self.rovs.iter_mut().zip(dispatcher.modules()) {
             if let Some(report) = link.rov_telemetry() {
                 rov.report(report, link.heard());

@@ -1,6 +1,6 @@
 //! Whether the motor of a scenario keeps its tail as near to planned angles as plans rely on.
 
-use firmware::link::SURE_WITHIN;
+use firmware::link::session::SURE_WITHIN;
 use modboat::parameters::Parameters;
 use modboat::planner_config::{LawOfTime, PlannerConfig};
 use sim::motor::MotorParameters;

@@ -12,14 +12,16 @@ use board_qemu::uart::Uart;
 use board_qemu::{clock, configuration, semihosting};
 use cortex_m_rt::entry;
 use firmware::modboat::Modboat;
-use firmware::servo::NoSense;
+use firmware::modboat::servo::NoSense;
+use firmware::module::{Module, Status, Supply};
 use firmware::{indicator, provision};
 use protocol::configuration::Robot;
-use protocol::units::{MicrosSpan, Volts};
+use protocol::time::Duration;
+use protocol::units::{Amperes, Volts};
 use protocol::{Configuration, Faults, MAX_DATAGRAM, ModuleState};
 
 /// What two lithium cells show. *Assumed*, and constant.
-const BATTERY: Volts = Volts(7.4);
+const SUPPLY: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
 
 /// What little of this is linked in, and who calls it, `images panics` shows.
 #[panic_handler]
@@ -76,7 +78,7 @@ fn main() -> ! {
 #[inline(never)]
 fn run(
     firmware: &mut Firmware,
-    interval: MicrosSpan,
+    interval: Duration,
     uart: &mut Uart,
     lamp: &mut Lamp,
     incoming: &mut Incoming,
@@ -86,7 +88,7 @@ fn run(
     loop {
         if tick.take() {
             // The pins of this board cannot fail.
-            let _ = firmware.tick(clock::now(), BATTERY);
+            let _ = firmware.tick(clock::now(), &SUPPLY);
         }
         while let Some(byte) = uart.read() {
             if let Some(datagram) = incoming.take(byte) {
@@ -99,14 +101,15 @@ fn run(
             uart.write(&[low, high]);
             uart.write(datagram);
         }
-        let endpoint = firmware.endpoint();
-        lamp.set(indicator::is_lit(clock::now(), endpoint.state(clock::now()), endpoint.failsafe().faults()));
+        let now = clock::now();
+        let Status { state, faults, .. } = firmware.status(now);
+        lamp.set(indicator::is_lit(now, state, faults));
     }
 }
 
 /// The module that the configuration makes; nothing without a valid one. Out of line, so that what it needs is given back.
 #[inline(never)]
-fn boot() -> Option<(&'static mut Firmware, MicrosSpan)> {
+fn boot() -> Option<(&'static mut Firmware, Duration)> {
     let configuration = read()?;
     let Robot::Modboat(constants) = &configuration.robot else { return None };
     let interval = provision::servo_interval(&constants.servo).ok()?;

@@ -11,10 +11,12 @@ use board_qemu::control::Firmware;
 use board_qemu::uart::Uart;
 use board_qemu::{clock, configuration, motor, semihosting};
 use cortex_m_rt::entry;
+use firmware::module::{Module, Status, Supply};
 use firmware::provision;
 use protocol::ledger::Class;
 use protocol::session::open_announcement;
-use protocol::units::{Micros, MicrosSpan, Radians, Volts};
+use protocol::time::{Duration, FleetInstant, LocalInstant};
+use protocol::units::{Radians, Volts};
 use protocol::{
     Configuration, Cycle, Delivery, Frame, Kind, MAX_DATAGRAM, Message, ModboatCycle, ModuleState, Motion,
     Nonce, Session, Side, TimeReply, TransitionLaw,
@@ -24,7 +26,7 @@ use protocol::{
 const PER_INSTRUCTION_TENTHS: u64 = 256;
 /// Fleet time less the module's own.
 const AHEAD: u64 = 1_000_000;
-const PERIOD: MicrosSpan = MicrosSpan(1_500_000);
+const PERIOD: Duration = Duration(1_500_000);
 const TICKS: u64 = 30_000;
 
 /// Instructions that something took, each time it was done.
@@ -104,13 +106,14 @@ impl Bench {
         Self { firmware, session: None, costs: Costs::default(), overhead: nothing.least }
     }
 
-    fn tick(&mut self, now: Micros) {
-        let outcome = count(&mut self.costs.tick, self.overhead, || self.firmware.tick(now, Volts(7.4)));
+    fn tick(&mut self, now: LocalInstant) {
+        let supply = Supply { battery: Volts(7.4), ..Supply::default() };
+        let outcome = count(&mut self.costs.tick, self.overhead, || self.firmware.tick(now, &supply));
         assert!(outcome.is_ok());
     }
 
     /// Hears all that the module says, and answers as a host does.
-    fn serve(&mut self, now: Micros) {
+    fn serve(&mut self, now: LocalInstant) {
         let (mut buffer, mut answer) = ([0; MAX_DATAGRAM], [0; MAX_DATAGRAM]);
         loop {
             // Whether anything waits is asked outside of the count.
@@ -126,7 +129,7 @@ impl Bench {
             let Some(session) = &mut self.session else { continue };
             let Ok(opened) = session.open(&frame) else { panic!("not sealed by the module") };
             if let Message::TimeRequest(request) = opened.message {
-                let fleet = Micros(now.0 + AHEAD);
+                let fleet = FleetInstant(now.0 + AHEAD);
                 let reply = TimeReply { request_sent: request.sent, received: fleet, sent: fleet };
                 let reply = seal(session, &Message::TimeReply(reply), &mut answer);
                 let cost = &mut self.costs.time_reply;
@@ -136,7 +139,7 @@ impl Bench {
         }
     }
 
-    fn call(&mut self, now: Micros, frame: &Frame<'_>, answer: &mut [u8]) {
+    fn call(&mut self, now: LocalInstant, frame: &Frame<'_>, answer: &mut [u8]) {
         let Some(link) = self.firmware.endpoint().link() else { return };
         let identity = link.identity();
         let Ok(Message::Hello(hello)) = open_announcement(&identity.key, frame) else { panic!("no hello") };
@@ -150,10 +153,10 @@ impl Bench {
     }
 
     /// Sends a cycle, once more, once damaged, and once damaged under a right checksum.
-    fn send(&mut self, now: Micros, number: u32) {
+    fn send(&mut self, now: LocalInstant, number: u32) {
         let Some(session) = &mut self.session else { return };
         let mut buffer = [0; MAX_DATAGRAM];
-        let length = seal(session, &cycle(number, Micros(now.0 + AHEAD + 500_000)), &mut buffer).len();
+        let length = seal(session, &cycle(number, FleetInstant(now.0 + AHEAD + 500_000)), &mut buffer).len();
         let (costs, overhead) = (&mut self.costs, self.overhead);
         let sealed = &mut buffer[..length];
         let mut hear =
@@ -182,15 +185,15 @@ fn crc32(bytes: &[u8]) -> u32 {
 }
 
 /// A turn all the way round, and one period of swimming, from rest to rest at φ = 0.
-fn cycle(number: u32, start: Micros) -> Message {
+fn cycle(number: u32, start: FleetInstant) -> Message {
     let amplitude = if number.is_multiple_of(2) { 2.6 } else { -1.3 };
     let motion = Motion::Modboat(ModboatCycle {
         rotation: Radians(core::f32::consts::TAU),
         centerline: Radians(-amplitude),
         amplitude: Radians(amplitude),
-        transition: MicrosSpan(660_000),
+        transition: Duration(660_000),
         period: PERIOD,
-        law: TransitionLaw::RestToRest { ramp: MicrosSpan(52_000) },
+        law: TransitionLaw::RestToRest { ramp: Duration(52_000) },
     });
     Message::Cycle(Cycle { number, start, motion, delivery: Delivery::Direct })
 }
@@ -212,14 +215,13 @@ fn main() -> ! {
 
     let (mut number, mut swam) = (0, 0);
     for tick in 0..TICKS {
-        let now = Micros(tick * 1_000);
+        let now = LocalInstant(tick * 1_000);
         motor::step(1e-3);
         bench.tick(now);
         bench.serve(now);
-        let endpoint = bench.firmware.endpoint();
-        swam += u64::from(endpoint.running(now).is_some());
-        let takes =
-            matches!(endpoint.state(now), ModuleState::Ready | ModuleState::Executing | ModuleState::Holding);
+        let Status { state, running, .. } = bench.firmware.status(now);
+        swam += u64::from(running.is_some());
+        let takes = matches!(state, ModuleState::Ready | ModuleState::Executing | ModuleState::Holding);
         if takes && tick.is_multiple_of(2_500) {
             number += 1;
             bench.send(now, number);

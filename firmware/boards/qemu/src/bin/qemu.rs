@@ -21,11 +21,11 @@ use cortex_m_rt::{entry, exception};
 use firmware::{indicator, provision};
 use heapless::Vec;
 use protocol::configuration::Robot;
-use protocol::units::{Micros, MicrosSpan};
+use protocol::time::{Duration, LocalInstant};
 use protocol::{Configuration, Faults, ModuleState};
 
 /// Between two lines.
-const REPORT_EVERY: MicrosSpan = MicrosSpan(1_000_000);
+const REPORT_EVERY: Duration = Duration(1_000_000);
 
 board_qemu::ends_with_its_faults!();
 
@@ -77,7 +77,7 @@ fn run(
 
     let _ = writeln!(uart, "module {} of fleet {}", configuration.module, configuration.fleet);
     let (mut unheard, mut stack) = (0_u64, Stack::new());
-    let mut next_report = Micros(0);
+    let mut next_report = LocalInstant(0);
     loop {
         while let Some(datagram) = from_control.dequeue() {
             network.send(&datagram);

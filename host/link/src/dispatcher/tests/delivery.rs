@@ -23,7 +23,7 @@ fn a_cycle_goes_out_again_until_it_is_answered() {
     bench.join(1);
     assert_eq!(numbers(&bench.at(10_000)), [(0, 1), (1, 1)]);
     assert_eq!(bench.link(1).knowledge(1), Knowledge::Possibly);
-    bench.now = Micros(15_000);
+    bench.now = FleetInstant(15_000);
     assert_eq!(bench.say(0, &answer(1, Verdict::Accepted)), Some(Event::Accepted { module: 0, cycle: 1 }));
     assert_eq!(bench.say(0, &answer(1, Verdict::Duplicate)), None, "its answer to the second");
     assert_eq!(numbers(&bench.at(22_000)), [(1, 1)]);
@@ -51,7 +51,7 @@ fn within_three_tenths_of_a_second_it_goes_out_seventeen_times() {
 #[test]
 fn a_module_without_a_motion_gets_none() {
     let mut bench = Bench::joined(2);
-    bench.dispatcher.dispatch(bench.now, 1, Micros(100_000), &[None, Some(SWIM)], Delivery::Direct);
+    bench.dispatcher.dispatch(bench.now, 1, FleetInstant(100_000), &[None, Some(SWIM)], Delivery::Direct);
     assert_eq!(numbers(&bench.heard()), [(1, 1)]);
     assert_eq!((bench.link(0).ledger().cycles, bench.link(1).ledger().cycles), (0, 1));
 }
@@ -59,20 +59,20 @@ fn a_module_without_a_motion_gets_none() {
 #[test]
 fn thrusts_twenty_times_a_second_are_each_accounted_for() {
     let mut bench = Bench::joined(1);
-    let motion = thrust(MicrosSpan(200_000));
+    let motion = thrust(Duration(200_000));
     // 1 is answered; 2 is still open when 3 takes its place, and its late answer is not 3's.
     for (k, start) in [(1, 30_000), (2, 80_000), (3, 130_000)] {
-        bench.now = Micros(start - 30_000);
+        bench.now = FleetInstant(start - 30_000);
         bench.dispatch(k, start, &motion, Delivery::Direct);
         assert_eq!(numbers(&bench.heard()), [(0, k)]);
         assert_eq!(numbers(&bench.at(start - 10_000)), [(0, k)], "again");
         if k == 1 {
-            bench.now = Micros(25_000);
+            bench.now = FleetInstant(25_000);
             let event = bench.say(0, &answer(1, Verdict::Accepted));
             assert_eq!(event, Some(Event::Accepted { module: 0, cycle: 1 }));
         }
     }
-    bench.now = Micros(120_000);
+    bench.now = FleetInstant(120_000);
     assert_eq!(bench.say(0, &answer(2, Verdict::Accepted)), None);
     // It goes on past its start, until its lease is over; so long it may still be taken.
     bench.say(0, &rov_report(200_000, 1));
@@ -134,7 +134,7 @@ fn a_late_answer_still_tells_what_the_module_has() {
     ] {
         let mut bench = under_way();
         bench.at(1_000_000);
-        bench.now = Micros(1_200_000);
+        bench.now = FleetInstant(1_200_000);
         assert!(bench.say(0, &answer(5, verdict)).is_some(), "{verdict:?}");
         assert_eq!(bench.link(0).knowledge(5), expected, "{verdict:?}");
         // It was counted before.
@@ -172,7 +172,7 @@ fn a_reboot_forgets_what_was_accepted() {
     assert_eq!((ledger.acknowledged, ledger.unanswered, ledger.open()), (1, 0, 0), "counted once");
     // What was still to be sent to its former life does not reach this one.
     bench.modules[0].reboot();
-    bench.now = Micros(100_000);
+    bench.now = FleetInstant(100_000);
     let announcement = bench.modules[0].announce();
     bench.deliver(0, &announcement).expect("genuine");
     bench.heard();
@@ -189,7 +189,7 @@ fn another_session_of_the_same_boot_leaves_it_open_what_the_module_has() {
     let mut bench = under_way();
     bench.say(0, &answer(5, Verdict::Accepted));
     bench.modules[0].session = None;
-    bench.now = Micros(100_000);
+    bench.now = FleetInstant(100_000);
     assert_eq!(bench.join(0), Some(Event::Rejoined(0)));
     assert_eq!(bench.link(0).knowledge(5), Knowledge::Possibly);
     bench.say(0, &report(1_100_000, 0, ModuleState::Ready));

@@ -1,5 +1,6 @@
 //! Who is taken in, who is not, and what is heard of whom.
 
+use protocol::time::LocalInstant;
 use protocol::{Announcer, FleetKey, Hello, MAX_DATAGRAM, ModuleKind};
 
 use super::super::super::delivery::Knowledge;
@@ -17,7 +18,7 @@ fn a_module_is_taken_in_when_it_has_answered_the_call() {
     assert_eq!(bench.say(0, &health()), Some(Event::Joined(0)));
     assert_eq!((bench.link(0).boots(), bench.link(0).sessions()), (1, 1));
     // From then on it announces what its next session would be: nothing new.
-    bench.now = Micros(1_000_000);
+    bench.now = FleetInstant(1_000_000);
     let announcement = bench.modules[0].announce();
     assert_eq!(bench.deliver(0, &announcement), Ok(None));
     assert_eq!(bench.deliver(0, &announcement), Err(Class::Duplicate));
@@ -47,7 +48,7 @@ fn a_replayed_announcement_changes_nothing() {
     bench.say(0, &report(10, 0, ModuleState::Ready));
     let before = bench.link(0).telemetry().copied();
     for round in 1..=20 {
-        bench.now = Micros(round * 100_000);
+        bench.now = FleetInstant(round * 100_000);
         for (recording, first) in recordings.iter().zip([true; 3]) {
             let heard = bench.dispatcher.handle_datagram(bench.now, 'x', recording);
             assert_eq!(heard, if first && round == 1 { Ok(None) } else { Err(Class::Duplicate) });
@@ -105,7 +106,7 @@ fn a_reboot_is_told_from_another_session_of_the_same_boot() {
     assert_eq!((bench.link(0).boots(), bench.link(0).incoming().stale), (2, 2));
     // It leaves the session without a reboot.
     bench.modules[0].session = None;
-    bench.now = Micros(1_000_000);
+    bench.now = FleetInstant(1_000_000);
     assert_eq!(bench.join(0), Some(Event::Rejoined(0)));
     assert_eq!((bench.link(0).boots(), bench.link(0).sessions()), (2, 3));
 }
@@ -116,7 +117,7 @@ fn calls_are_few_however_many_announcements_come() {
     let recordings = recordings(&mut bench, 100);
     let mut calls = 0;
     for ms in 0..1_000 {
-        bench.now = Micros(ms * 1_000);
+        bench.now = FleetInstant(ms * 1_000);
         let announcement = bench.modules[0].announce();
         bench.deliver(0, &announcement).expect("genuine");
         assert_eq!(bench.deliver(0, &announcement), Err(Class::Duplicate));
@@ -126,7 +127,7 @@ fn calls_are_few_however_many_announcements_come() {
     // However many boots are recorded: never more calls than announcements, to where those came from.
     for round in 0..3 {
         for recording in &recordings {
-            bench.now = bench.now.after(MicrosSpan(1_000));
+            bench.now = bench.now.after(Duration(1_000));
             let _ = bench.dispatcher.handle_datagram(bench.now, 'x', recording);
             let calls = bench.sent();
             assert!(calls.len() <= 1 && calls.iter().all(|(to, _)| *to == 'x'), "round {round}: {calls:?}");
@@ -179,13 +180,13 @@ fn a_module_that_serves_another_host_is_told_from_one_that_is_to_be_called() {
     let mut other: Dispatcher<char> = Dispatcher::new(&[ModuleId(1)], &KEY, [5; 12]);
     let mut buffer = [0; MAX_DATAGRAM];
     let announcement = bench.modules[0].announce();
-    other.handle_datagram(Micros(0), 'a', &announcement).expect("genuine");
-    let (_, call) = other.poll_transmit(Micros(0), &mut buffer).expect("a call");
+    other.handle_datagram(FleetInstant(0), 'a', &announcement).expect("genuine");
+    let (_, call) = other.poll_transmit(FleetInstant(0), &mut buffer).expect("a call");
     bench.modules[0].hear(call).expect("it opens");
     // It names the other's session, and answers none of our calls.
     let mut told = Vec::new();
     for round in 0..15 {
-        bench.now = Micros(round * 200_000);
+        bench.now = FleetInstant(round * 200_000);
         let announcement = bench.modules[0].announce();
         told.push(bench.deliver(0, &announcement).expect("genuine"));
         assert_eq!(bench.sent().len(), 1, "it is called all the same");
@@ -194,7 +195,7 @@ fn a_module_that_serves_another_host_is_told_from_one_that_is_to_be_called() {
     assert_eq!((first, told.last()), (Some(10), Some(&Some(Event::Elsewhere(0)))));
     assert!(bench.link(0).is_elsewhere() && !bench.link(0).is_known());
     // The other falls silent: it comes.
-    bench.now = Micros(4_000_000);
+    bench.now = FleetInstant(4_000_000);
     let announcement = bench.modules[0].announce();
     bench.deliver(0, &announcement).expect("genuine");
     bench.heard();
@@ -215,11 +216,15 @@ fn a_module_is_wherever_its_newest_datagram_came_from() {
 #[test]
 fn clocks_are_answered() {
     let mut bench = Bench::joined(1);
-    bench.now = Micros(1_000);
-    bench.say(0, &Message::TimeRequest(protocol::TimeRequest { sent: Micros(77) }));
+    bench.now = FleetInstant(1_000);
+    bench.say(0, &Message::TimeRequest(protocol::TimeRequest { sent: LocalInstant(77) }));
     // What lies between is no time under way.
-    bench.now = Micros(1_400);
-    let reply = TimeReply { request_sent: Micros(77), received: Micros(1_000), sent: Micros(1_400) };
+    bench.now = FleetInstant(1_400);
+    let reply = TimeReply {
+        request_sent: LocalInstant(77),
+        received: FleetInstant(1_000),
+        sent: FleetInstant(1_400),
+    };
     assert_eq!(bench.heard(), [(0, Message::TimeReply(reply))]);
 }
 

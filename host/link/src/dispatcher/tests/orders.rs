@@ -54,7 +54,7 @@ fn a_release_is_repeated_until_everybody_goes_on() {
     for index in [0, 1] {
         bench.say(index, &report(1, 1, ModuleState::Stopped));
     }
-    bench.now = Micros(1_000_000);
+    bench.now = FleetInstant(1_000_000);
     bench.dispatcher.release(bench.now);
     assert_eq!(bench.heard(), [0, 1].map(|index| (index, Message::Release)));
     assert_eq!(told(&mut bench, 1_000_000 + EVERY, &Message::Release), [0, 1]);
@@ -63,7 +63,7 @@ fn a_release_is_repeated_until_everybody_goes_on() {
     assert_eq!(told(&mut bench, 1_000_000 + 2 * EVERY, &Message::Release), [0, 1]);
     let settled = 1_000_000 + SETTLES;
     bench.at(settled - 1);
-    bench.now = Micros(settled);
+    bench.now = FleetInstant(settled);
     bench.say(0, &report(3, 1, ModuleState::Ready));
     bench.say(1, &report(3, 1, ModuleState::Stopped));
     assert_eq!(told(&mut bench, settled + EVERY, &Message::Release), [1]);
@@ -89,10 +89,10 @@ fn a_stop_right_after_a_release_is_sent_at_once() {
     for index in [0, 1] {
         bench.say(index, &report(1, 1, ModuleState::Stopped));
     }
-    bench.now = Micros(100_000);
+    bench.now = FleetInstant(100_000);
     bench.dispatcher.release(bench.now);
     bench.heard();
-    bench.now = Micros(101_000);
+    bench.now = FleetInstant(101_000);
     bench.dispatcher.emergency_stop(bench.now);
     assert_eq!(bench.heard(), [0, 1].map(|index| (index, Message::EmergencyStop)));
 }

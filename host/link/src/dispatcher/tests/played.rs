@@ -1,7 +1,8 @@
 //! Modules as a test plays them, and a dispatcher that they talk to.
 
 use protocol::session::Opened;
-use protocol::units::{Amperes, Micros, MicrosSpan, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
+use protocol::time::{Duration, FleetInstant};
+use protocol::units::{Amperes, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 use protocol::{
     Announcer, Faults, FleetKey, Hello, MAX_DATAGRAM, ModboatCycle, ModuleKey, ModuleKind, RovCycle,
     RovTelemetry, Session, Side, Telemetry,
@@ -16,12 +17,12 @@ pub(super) const SWIM: Motion = Motion::Modboat(ModboatCycle {
     rotation: Radians(0.5),
     centerline: Radians(0.0),
     amplitude: Radians(1.0),
-    transition: MicrosSpan(500_000),
-    period: MicrosSpan(1_500_000),
+    transition: Duration(500_000),
+    period: Duration(1_500_000),
     law: protocol::TransitionLaw::ConstantSpeed,
 });
 
-pub(super) fn thrust(lease: MicrosSpan) -> Motion {
+pub(super) fn thrust(lease: Duration) -> Motion {
     Motion::Rov(RovCycle { thrusts: [Newtons(4.0)].into_iter().collect(), lease })
 }
 
@@ -36,7 +37,7 @@ pub(super) fn health() -> Message {
 /// A Modboat's report of `at`, µs.
 pub(super) fn report(at: u64, cycle: u32, state: ModuleState) -> Message {
     Message::Telemetry(Telemetry {
-        at: Micros(at),
+        at: FleetInstant(at),
         state,
         cycle,
         tail: Radians(0.0),
@@ -50,7 +51,7 @@ pub(super) fn report(at: u64, cycle: u32, state: ModuleState) -> Message {
 /// An ROV's report of `at`, µs.
 pub(super) fn rov_report(at: u64, cycle: u32) -> Message {
     Message::RovTelemetry(RovTelemetry {
-        at: Micros(at),
+        at: FleetInstant(at),
         state: ModuleState::Executing,
         cycle,
         pulses: [PulseMicros(1580.0)].into_iter().collect(),
@@ -139,7 +140,7 @@ fn nonce(boot: [u8; 12], session: u32) -> Nonce {
 pub(super) struct Bench {
     pub(super) dispatcher: Dispatcher<char>,
     pub(super) modules: Vec<Played>,
-    pub(super) now: Micros,
+    pub(super) now: FleetInstant,
 }
 
 impl Bench {
@@ -147,7 +148,7 @@ impl Bench {
     pub(super) fn new(count: u16) -> Self {
         let roster: Vec<ModuleId> = (1..=count).map(ModuleId).collect();
         let modules = roster.iter().map(|&id| Played::new(&KEY, id)).collect();
-        Self { dispatcher: Dispatcher::new(&roster, &KEY, HOST), modules, now: Micros(0) }
+        Self { dispatcher: Dispatcher::new(&roster, &KEY, HOST), modules, now: FleetInstant(0) }
     }
 
     /// The same, all in sessions.
@@ -204,7 +205,7 @@ impl Bench {
 
     /// Lets it be `us`: what the modules hear then.
     pub(super) fn at(&mut self, us: u64) -> Vec<(usize, Message)> {
-        self.now = Micros(us);
+        self.now = FleetInstant(us);
         self.dispatcher.handle_timer(self.now);
         self.heard()
     }
@@ -212,7 +213,7 @@ impl Bench {
     /// The same motion for everybody.
     pub(super) fn dispatch(&mut self, number: u32, start: u64, motion: &Motion, delivery: Delivery) {
         let motions = vec![Some(motion.clone()); self.modules.len()];
-        self.dispatcher.dispatch(self.now, number, Micros(start), &motions, delivery);
+        self.dispatcher.dispatch(self.now, number, FleetInstant(start), &motions, delivery);
     }
 }
 

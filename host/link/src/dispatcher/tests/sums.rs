@@ -9,11 +9,11 @@ use super::super::super::loopback::{Ether, LoopbackRadio, Node};
 use super::super::*;
 use super::played::*;
 
-const STEP: MicrosSpan = MicrosSpan(5_000);
+const STEP: Duration = Duration(5_000);
 const STEPS: u64 = 8_000;
 /// Cycles come so often, in steps, and start so much later.
 const CYCLE_EVERY: u64 = 100;
-const AHEAD: MicrosSpan = MicrosSpan(300_000);
+const AHEAD: Duration = Duration(300_000);
 
 const WEATHER: FaultParameters = FaultParameters {
     loss: 0.15,
@@ -55,7 +55,7 @@ struct Storm {
     host_received: u64,
     modules: Vec<(Played, Medium, Tally)>,
     rng: ChaCha8Rng,
-    now: Micros,
+    now: FleetInstant,
     number: u32,
 }
 
@@ -73,7 +73,7 @@ impl Storm {
             host_received: 0,
             modules: ids.into_iter().map(module).collect(),
             rng: ChaCha8Rng::seed_from_u64(seed),
-            now: Micros(0),
+            now: FleetInstant(0),
             number: 0,
         }
     }
@@ -111,7 +111,7 @@ impl Storm {
             tally.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));
             let Ok(opened) = heard else { continue };
             tally.let_in += 1;
-            let late = |start: Micros| start <= self.now;
+            let late = |start: FleetInstant| start <= self.now;
             let verdict = match &opened.message {
                 Message::Cycle(cycle) if late(cycle.start) => Verdict::Refused(Refusal::Late),
                 Message::Cycle(_) if self.rng.random_bool(0.02) => Verdict::Refused(Refusal::Unsure),

@@ -77,7 +77,7 @@ fn a_commit_is_sent_for_the_first_time_only_while_it_can_be_repeated() {
         bench.say(0, &answer(1, Verdict::Prepared));
         bench.say(1, &answer(1, Verdict::Prepared));
         bench.at(LAST - 1);
-        bench.now = Micros(answered);
+        bench.now = FleetInstant(answered);
         bench.say(2, &answer(1, Verdict::Prepared));
         let heard = bench.at(answered);
         assert_eq!(who(&heard), if committed { vec![0, 1, 2] } else { vec![] }, "{answered} µs");
@@ -94,7 +94,7 @@ fn it_is_dropped_when_somebody_does_not_answer_in_time() {
     bench.say(2, &answer(1, Verdict::Prepared));
     bench.at(LAST);
     assert!(!bench.dispatcher.is_dropped(1));
-    bench.now = Micros(LAST + 1);
+    bench.now = FleetInstant(LAST + 1);
     bench.dispatcher.handle_timer(bench.now);
     bench.heard();
     assert_dropped(&mut bench);

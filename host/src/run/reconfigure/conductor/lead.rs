@@ -71,7 +71,8 @@ mod tests {
             let mut command_n = [wanted_n];
             lead.lead(0, &mut command_n, true);
             assert!(command_n[0] * wanted_n >= 0.0, "{wanted_n} N: {command_n:?}");
-            propellers.set_pulses([firmware::thruster::law::pulse(Newtons(command_n[0] as f32), battery)]);
+            propellers
+                .set_pulses([firmware::rov::thruster::law::pulse(Newtons(command_n[0] as f32), battery)]);
             for _ in 0..10 {
                 propellers.step(0.005, battery);
             }

@@ -1,0 +1,211 @@
+//! More than one host, and recordings of any of them.
+
+use super::*;
+
+/// An announcement as it would send it now.
+fn announcement(bench: &mut Bench) -> Vec<u8> {
+    let link = bench.endpoint.link.as_mut().unwrap();
+    let hello = Hello { kind: ModuleKind::Modboat, firmware: VERSION, session: link.session() };
+    link.seal_announcement(&hello, &mut [0; protocol::MAX_DATAGRAM]).unwrap().to_vec()
+}
+
+/// What may not change.
+fn inside(bench: &Bench) -> std::string::String {
+    let endpoint = &bench.endpoint;
+    let session = endpoint.link().map(|link| (link.session(), link.outgoing()));
+    std::format!("{:?} {:?} {:?} {session:?}", endpoint.robot, endpoint.failsafe, endpoint.clock)
+}
+
+#[test]
+fn another_host_waits_until_the_first_is_silent_and_nothing_runs() {
+    let mut bench = Bench::ready();
+    assert_eq!(bench.ask(&direct(9, 2_000 * MS)), Verdict::Accepted);
+    let mut other = BenchHost::new(2);
+    let call = other.call(&announcement(&mut bench));
+    assert_eq!(bench.bring(&call), Err(Class::Foreign), "the first is heard");
+    // From now on the first is silent.
+    bench.host.tells_time = false;
+    bench.run(3_900 * MS);
+    assert!(!bench.endpoint.link().unwrap().hears_host(bench.now));
+    assert_eq!(bench.bring(&call), Err(Class::Foreign), "its cycle runs");
+    assert_eq!(bench.state(), ModuleState::Executing);
+    bench.run(4_010 * MS);
+    let pose = bench.reference();
+    assert_eq!(bench.bring(&call), Ok(()), "the same call, for its announcement is in force");
+    assert_eq!(bench.state(), ModuleState::Unsynchronised, "its time begins anew");
+    assert_eq!(bench.reference(), pose, "the pose is held");
+    // The first one has lost it.
+    let late = bench.host.seal(&Message::EmergencyStop);
+    assert_eq!(bench.bring(&late), Err(Class::Stale));
+    let first = std::mem::replace(&mut bench.host, other);
+    bench.run(5_000 * MS);
+    assert_eq!(bench.state(), ModuleState::Ready);
+    assert_eq!(bench.ask(&direct(1, 6_000 * MS)), Verdict::Accepted, "numbers begin anew");
+    let outgoing = bench.endpoint.link().unwrap().outgoing();
+    assert!(outgoing.lost > 0, "what was under way to the first is lost: {outgoing:?}");
+    drop(first);
+}
+
+#[test]
+fn silence_of_a_host_is_measured_to_the_tick() {
+    let mut bench = Bench::ready();
+    bench.host.tells_time = false;
+    bench.say(&Message::Hold);
+    let heard = bench.now;
+    let call = BenchHost::new(2).call(&announcement(&mut bench));
+    bench.run(heard.after(HOST_SILENCE).0 - MS);
+    assert_eq!(bench.bring(&call), Err(Class::Foreign));
+    bench.run(heard.after(HOST_SILENCE).0);
+    assert_eq!(bench.bring(&call), Ok(()));
+}
+
+#[test]
+fn the_same_life_of_a_host_goes_on_in_another_session() {
+    let mut bench = Bench::ready();
+    assert_eq!(bench.ask(&direct(1, 1_500 * MS)), Verdict::Accepted);
+    bench.host.tells_time = false;
+    bench.run(4_000 * MS);
+    assert_eq!(bench.state(), ModuleState::Holding);
+    let announcement = announcement(&mut bench);
+    let call = bench.host.call(&announcement);
+    assert_eq!(bench.bring(&call), Ok(()));
+    assert_eq!(bench.state(), ModuleState::Holding, "its epoch goes on");
+    assert_eq!(bench.ask(&direct(1, 5_000 * MS)), refused(Refusal::Conflict), "and so do its numbers");
+    assert_eq!(bench.ask(&direct(2, 5_000 * MS)), Verdict::Accepted);
+}
+
+/// Somebody has copied the fleet key and starts a host of his own.
+#[test]
+fn a_clone_of_the_host_moves_nothing_while_the_first_is_heard() {
+    let mut bench = Bench::ready();
+    let mut clone = bench.host.clone_as(2);
+    let mut refusals = 0;
+    for number in 1..=20 {
+        bench.run(bench.now.0 + 250 * MS);
+        let before = inside(&bench);
+        let call = clone.call(&announcement(&mut bench));
+        let mut tries = Vec::from([call]);
+        tries.extend([Message::EmergencyStop, Message::Release].map(|m| clone.seal(&m)));
+        tries.push(clone.seal(&direct(100 + number, bench.now.0 + 500 * MS)));
+        // Under the number of the session in force, too.
+        let session = bench.host.session().id();
+        let renumbered: Vec<_> = tries.iter().map(|datagram| in_session(datagram, session)).collect();
+        for datagram in tries.iter().chain(&renumbered) {
+            let class = bench.bring(datagram).unwrap_err();
+            assert!(matches!(class, Class::Foreign | Class::Stale | Class::Forged), "{class:?}");
+            refusals += 1;
+        }
+        assert_eq!(inside(&bench), before);
+        assert_eq!(bench.state(), ModuleState::Ready);
+    }
+    let incoming = bench.incoming();
+    assert_eq!((incoming.foreign, incoming.stale, incoming.forged), (20, 60, 80));
+    assert_eq!(incoming.foreign + incoming.stale + incoming.forged, refusals);
+}
+
+#[test]
+fn a_whole_session_played_again_after_the_host_has_changed_is_stale() {
+    let mut bench = Bench::ready();
+    assert_eq!(bench.ask(&direct(1, 1_200 * MS)), Verdict::Accepted);
+    bench.run(3_300 * MS);
+    bench.say(&Message::EmergencyStop);
+    bench.say(&Message::Release);
+    bench.run(3_310 * MS);
+    let recorded = std::mem::take(&mut bench.host.recorded);
+    assert!(recorded.len() > 8);
+    for datagram in &recorded {
+        assert_eq!(bench.bring(datagram), Err(Class::Duplicate), "in the session itself");
+    }
+    bench.host.tells_time = false;
+    bench.run(6_000 * MS);
+    // Nobody is there: now the recording is played, its call first, and then again to the next host's session.
+    for next_host in [false, true] {
+        if next_host {
+            bench.host = BenchHost::new(2);
+            let call = {
+                let announcement = announcement(&mut bench);
+                bench.host.call(&announcement)
+            };
+            assert_eq!(bench.bring(&call), Ok(()));
+            bench.run(7_000 * MS);
+        }
+        let before = inside(&bench);
+        for datagram in &recorded {
+            let expected = if next_host { Class::Stale } else { Class::Duplicate };
+            assert_eq!(bench.bring(datagram), Err(expected));
+        }
+        assert_eq!(inside(&bench), before);
+    }
+    bench.host.tells_time = false;
+    bench.run(10_000 * MS);
+    let before = inside(&bench);
+    for datagram in &recorded {
+        assert_eq!(bench.bring(datagram), Err(Class::Stale), "nor when nobody is heard");
+    }
+    assert_eq!(inside(&bench), before);
+}
+
+#[test]
+fn everything_ever_recorded_is_stale_after_a_reboot() {
+    let mut bench = Bench::ready();
+    assert_eq!(bench.ask(&prepare(1, 1_200 * MS)), Verdict::Prepared);
+    assert_eq!(bench.ask(&Message::Commit(1)), Verdict::Accepted);
+    bench.run(3_300 * MS);
+    let mut recorded = std::mem::take(&mut bench.host.recorded);
+    // Another host's session, of the same boot.
+    bench.host.tells_time = false;
+    bench.run(5_500 * MS);
+    bench.host = BenchHost::new(2);
+    let call = {
+        let announcement = announcement(&mut bench);
+        bench.host.call(&announcement)
+    };
+    assert_eq!(bench.bring(&call), Ok(()));
+    bench.run(6_000 * MS);
+    assert_eq!(bench.ask(&direct(1, 6_500 * MS)), Verdict::Accepted);
+    bench.run(6_600 * MS);
+    recorded.append(&mut bench.host.recorded);
+    // Power is lost; its clock begins at zero, as then.
+    bench = Bench {
+        endpoint: Endpoint::new(Some(identity(2)), Swimmer::new(TailLimits::default())),
+        ..Bench::boot()
+    };
+    for datagram in &recorded {
+        assert_eq!(bench.bring(datagram), Err(Class::Stale), "before it has said a word");
+    }
+    bench.run(1_000 * MS);
+    let before = inside(&bench);
+    for datagram in &recorded {
+        assert_eq!(bench.bring(datagram), Err(Class::Stale), "in the session of its new life");
+    }
+    assert_eq!((inside(&bench), bench.state()), (before, ModuleState::Ready));
+    assert_eq!(bench.incoming().stale as usize, 2 * recorded.len());
+}
+
+/// A module was taken apart: its key is known, and its fleet's number.
+#[test]
+fn the_key_of_another_module_opens_nothing() {
+    let mut bench = Bench::ready();
+    let key = crate::bench_host::fleet_key();
+    let stolen = key.module(ModuleId(7));
+    let boot = protocol::Frame::parse(&announcement(&mut bench)).unwrap().header.nonce.unwrap();
+    let before = inside(&bench);
+    for claims in [ModuleId(7), crate::bench_host::MODULE] {
+        let nonce = protocol::Nonce([7; 16]);
+        let mut thief =
+            protocol::Session::new(protocol::Side::Host, key.fleet(), claims, &stolen, &boot, nonce);
+        let mut buffer = [0; protocol::MAX_DATAGRAM];
+        let mut tries = Vec::from([thief.seal_call(&mut buffer).unwrap().to_vec()]);
+        for message in [Message::EmergencyStop, direct(1, 2_000 * MS)] {
+            tries.push(thief.seal(&message, &mut buffer).unwrap().to_vec());
+        }
+        for datagram in tries {
+            let renumbered = in_session(&datagram, bench.host.session().id());
+            let classes = [bench.bring(&datagram), bench.bring(&renumbered)];
+            let foreign = [Err(Class::Foreign); 2];
+            let claimed = [Err(Class::Stale), Err(Class::Forged)];
+            assert_eq!(classes, if claims == ModuleId(7) { foreign } else { claimed });
+        }
+    }
+    assert_eq!(inside(&bench), before);
+}

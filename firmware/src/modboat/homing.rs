@@ -1,0 +1,122 @@
+//! How a tail finds its zero after boot, where the encoder does not know it by itself.
+//!
+//! d = min(ω_h/ω₀, [`DRIVE_MAX`])   counter-clockwise, without feedback, until the index is seen
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | d | drive, share of the supply | |
+//! | ω_h, ω₀ | homing speed of the configuration; no-load speed of the motor | rad/s |
+//!
+//! With ω_h = 0, the default of `flotilla provision`, the motor stays off until somebody has turned the tail over its magnet: nobody is
+//! hit. Otherwise the module waits first, so that a person can step back and docked modules can take turns. So weak a drive
+//! stops at whatever it meets.
+//!
+//! Assumptions and limits: the tail passes the index within [`TURNS`] turns at ω_h, or it is given up: the module stops, blind. A module
+//! that homes says nothing yet, so nobody swims with it; what a tail beside it does meanwhile is not asked.
+
+use core::f32::consts::TAU;
+
+use protocol::time::{Duration, LocalInstant};
+use protocol::units::RadiansPerSecond;
+
+/// Greatest drive. *Assumed*: a fifth of the torque is too little to break a tail.
+pub const DRIVE_MAX: f32 = 0.2;
+
+/// So many turns without an index, and there is none. *Assumed*: one is enough, where friction does not slow it down.
+pub const TURNS: f32 = 3.0;
+
+/// What a tail does that looks for its zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Search {
+    /// It is let free: it waits, or is turned by hand.
+    Wait,
+    /// It is driven so, counter-clockwise.
+    Turn(f32),
+    /// There is no index.
+    Fail,
+}
+
+/// See the module's documentation.
+#[derive(Clone, Debug)]
+pub struct Homing {
+    speed_rad_s: f32,
+    drive: f32,
+    after: Duration,
+    since: Option<LocalInstant>,
+}
+
+impl Homing {
+    /// At `speed`, `after` boot, with a motor that turns at `no_load_speed` by itself. A speed that is no number, or not
+    /// positive, is zero.
+    #[must_use]
+    pub fn new(speed: RadiansPerSecond, after: Duration, no_load_speed: RadiansPerSecond) -> Self {
+        let drive = (speed.0 / no_load_speed.0).min(DRIVE_MAX);
+        let turns = speed.0.is_finite() && drive > 0.0;
+        Self {
+            speed_rad_s: if turns { speed.0 } else { 0.0 },
+            drive: if turns { drive } else { 0.0 },
+            after,
+            since: None,
+        }
+    }
+
+    /// By hand.
+    #[must_use]
+    pub const fn by_hand() -> Self {
+        Self { speed_rad_s: 0.0, drive: 0.0, after: Duration(0), since: None }
+    }
+
+    /// What to do at `now`, own clock, while the zero is not known.
+    pub fn search(&mut self, now: LocalInstant) -> Search {
+        let waited = now.since(*self.since.get_or_insert(now));
+        if self.drive <= 0.0 || waited < self.after {
+            return Search::Wait;
+        }
+        let turned_s = Duration(waited.0.saturating_sub(self.after.0)).as_secs_f32();
+        if turned_s * self.speed_rad_s > TURNS * TAU { Search::Fail } else { Search::Turn(self.drive) }
+    }
+
+    /// The zero is known, or looked for no more: the next search begins anew.
+    pub const fn end(&mut self) {
+        self.since = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000;
+
+    fn homing(speed: f32) -> Homing {
+        Homing::new(RadiansPerSecond(speed), Duration(2_000_000), RadiansPerSecond(18.0))
+    }
+
+    #[test]
+    fn waits_then_turns_then_gives_up() {
+        let mut homing = homing(0.9);
+        assert_eq!(homing.search(LocalInstant(7_000 * MS)), Search::Wait);
+        assert_eq!(homing.search(LocalInstant(8_999 * MS)), Search::Wait);
+        let Search::Turn(drive) = homing.search(LocalInstant(9_000 * MS)) else { panic!("it does not turn") };
+        assert!((drive - 0.05).abs() < 1e-6);
+        // Three turns at 0.9 rad/s are 20.94 s.
+        assert_eq!(homing.search(LocalInstant(29_900 * MS)), Search::Turn(drive));
+        assert_eq!(homing.search(LocalInstant(30_000 * MS)), Search::Fail);
+        homing.end();
+        assert_eq!(homing.search(LocalInstant(31_000 * MS)), Search::Wait);
+    }
+
+    #[test]
+    fn is_weak_and_needs_a_speed() {
+        let mut fast = homing(50.0);
+        fast.search(LocalInstant(0));
+        assert_eq!(fast.search(LocalInstant(2_000 * MS)), Search::Turn(DRIVE_MAX));
+        for none in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            let mut homing = homing(none);
+            homing.search(LocalInstant(0));
+            assert_eq!(homing.search(LocalInstant(u64::from(u32::MAX))), Search::Wait, "{none}");
+        }
+        let mut broken = Homing::new(RadiansPerSecond(1.0), Duration(0), RadiansPerSecond(f32::NAN));
+        assert!(matches!(broken.search(LocalInstant(0)), Search::Turn(drive) if drive <= DRIVE_MAX));
+    }
+}
