@@ -110,7 +110,7 @@ fn ledgers_balance(result: &RunResult, fleet: &mut InProcess, end: FleetInstant)
     let received = summary.link.iter().map(|link| &link.from_module).chain([&summary.strays]);
     assert_eq!(received.map(|counts| u64::from(counts.received)).sum::<u64>(), modules.delivered);
     let said = fleet.modules_mut().iter().map(|module| {
-        let link = module.link().expect("it lives");
+        let link = module.link().expect("it has power");
         (link.announced(), link.outgoing())
     });
     let said: Vec<(u64, Outgoing)> = said.collect();
@@ -118,7 +118,7 @@ fn ledgers_balance(result: &RunResult, fleet: &mut InProcess, end: FleetInstant)
 
     // One tick more, and the modules have received what the host's radio gave; the host hears no more.
     fleet.advance(end.after(TICK)).expect("a loopback");
-    let incoming = fleet.modules_mut().iter().map(|module| *module.link().expect("it lives").incoming());
+    let incoming = fleet.modules_mut().iter().map(|module| *module.link().expect("it has power").incoming());
     let incoming: Vec<Incoming> = incoming.collect();
     assert_eq!(incoming.iter().map(|counts| u64::from(counts.received)).sum::<u64>(), host.delivered);
 

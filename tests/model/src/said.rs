@@ -5,7 +5,7 @@ use protocol::{Delivery, ModuleState};
 /// Modules, docked to each other.
 pub const MODULES: usize = 2;
 
-/// One bit for each cycle of all lives of the host, by [`Held::id`].
+/// One bit for each cycle of all boots of the host, by [`Held::id`].
 pub type CycleSet = u32;
 
 /// A session, by the nonces of both sides: the module's boot and its sessions in that boot so far, and the life of the host. Two sessions have
