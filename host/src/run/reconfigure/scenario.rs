@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
+use reader::file::{self, Source, WRITTEN_MAX, text_of};
+use reader::{Document, FileError, Mistake};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot, Rules, Slot, Tool};
-use reconfiguration::vehicle::{Vehicle, VehicleError};
+use reconfiguration::vehicle::{self, Vehicle};
 use rov::conditions::{Conditions, Place, ProblemError};
 use serde::Deserialize;
-use thiserror::Error;
-use toml_lines::{self, Lengths, line_of};
 
-use super::super::scenario::{ScenarioError, text_of, unfit};
+use super::super::scenario::unfit;
 
 /// The reconfigurations that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 4] = [
@@ -23,18 +23,6 @@ pub const BUILT_IN: [(&str, &str); 4] = [
 /// No scenario has more robots, or more tools, or more slots; *assumed*.
 const BODIES_MAX: usize = 1000;
 
-/// Lists of fixed length in a scenario.
-const LENGTHS: Lengths<'_> = &[
-    (&["robot", "*", "start"], 4),
-    (&["tool", "*", "pose"], 4),
-    (&["slot", "*", "pose"], 4),
-    (&["rules", "grid_divisions"], 3),
-    (&["rules", "speeds_m_s"], 2),
-    (&["rules", "yaw_rates_rad_s"], 2),
-    (&["rules", "bounds_m"], 2),
-    (&["rules", "bounds_m", "*"], 3),
-];
-
 /// Everything that planning and executing a reconfiguration needs to know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReconfigureScenario {
@@ -42,24 +30,6 @@ pub struct ReconfigureScenario {
     pub problem: Problem,
     /// Seed of everything random in its execution.
     pub seed: u64,
-}
-
-/// Why a reconfiguration cannot be read.
-#[derive(Debug, Error)]
-pub enum ReconfigureScenarioError {
-    /// No such file, and no built-in reconfiguration of that name.
-    #[error("{name}: no such file, and no built-in reconfiguration of that name (there are {})", names())]
-    Unknown {
-        /// What was asked for.
-        name: String,
-    },
-    /// The file cannot be read, or is not what it should be.
-    #[error(transparent)]
-    File(#[from] ScenarioError),
-}
-
-fn names() -> String {
-    BUILT_IN.map(|(name, _)| name).join(", ")
 }
 
 /// The file's own shape; [`ReconfigureScenario`] is what becomes of it.
@@ -114,29 +84,22 @@ impl ReconfigureScenario {
     /// Reads a scenario file, or takes the built-in one of that name.
     ///
     /// # Errors
-    /// [`ReconfigureScenarioError`].
-    pub fn open(name: &str) -> Result<Self, ReconfigureScenarioError> {
-        let path = Path::new(name);
-        let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
-        // A run's folder may well bear the name of its scenario.
-        if let Some((_, text)) = built_in.filter(|_| path.is_dir() || !path.exists()) {
-            return Ok(Self::parse(&format!("{name}.toml"), text, Path::new(""))?);
-        }
-        let text =
-            text_of(path)?.ok_or_else(|| ReconfigureScenarioError::Unknown { name: name.to_owned() })?;
-        Ok(Self::parse(name, &text, path.parent().unwrap_or(Path::new("")))?)
+    /// [`FileError`].
+    pub fn open(name: &str) -> Result<Self, FileError> {
+        let Source { file, folder, text } = file::open(name, "reconfiguration", &BUILT_IN)?;
+        Self::parse(&file, &text, &folder)
     }
 
     /// Reads a scenario from `text`; `file` is its name in error messages, and files of vehicles are looked for in
     /// `folder`.
     ///
     /// # Errors
-    /// [`ScenarioError`], of a file of a vehicle too.
-    pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Self, ScenarioError> {
-        let invalid = |line, message| ScenarioError::Invalid { file: file.to_owned(), line, message };
-        let at = |path: &[&str], message: String| invalid(line_of(text, path), message);
-        let tables: Tables =
-            toml_lines::read(text, LENGTHS).map_err(|(line, message)| invalid(line, message))?;
+    /// [`FileError`], of a file of a vehicle too.
+    pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Self, FileError> {
+        let invalid = |mistake: Mistake| mistake.in_file(file);
+        let document = Document::toml(text).map_err(invalid)?;
+        let tables: Tables = document.read().map_err(invalid)?;
+        let at = |path: &[&str], message: String| invalid(document.mistake(path, message));
         if let Some(message) = unfit(&tables.name) {
             return Err(at(&["name"], message));
         }
@@ -149,13 +112,16 @@ impl ReconfigureScenario {
         }
 
         let mut known: Vec<(String, Vehicle)> = Vec::new();
-        let mut kind = |table: &str, index: usize, name: &str| -> Result<usize, ScenarioError> {
+        let mut kind = |table: &str, index: usize, name: &str| -> Result<usize, FileError> {
             if let Some(kind) = known.iter().position(|(known, _)| known == name) {
                 return Ok(kind);
             }
             let vehicle = vehicle(name, folder)?.ok_or_else(|| {
-                let path = [table, &index.to_string(), "vehicle"];
-                at(&path, format!("vehicle = {name:?}: no such file, and no built-in vehicle of that name"))
+                let known = vehicle::there_are(name);
+                let message = format!(
+                    "vehicle = {name:?}: no such file, and no built-in vehicle of that name ({known})"
+                );
+                invalid(document.mistake_in(&[table, &index.to_string()], "vehicle", message))
             })?;
             known.push((name.to_owned(), vehicle));
             Ok(known.len() - 1)
@@ -221,16 +187,14 @@ fn key(error: &ProblemError, problem: &Problem) -> Vec<String> {
     }
 }
 
-/// The built-in vehicle of that name, or that of a file in `folder`; nothing if there is neither.
-fn vehicle(name: &str, folder: &Path) -> Result<Option<Vehicle>, ScenarioError> {
+/// The built-in vehicle of that name, or that of a file in `folder`; `None` if there is neither.
+fn vehicle(name: &str, folder: &Path) -> Result<Option<Vehicle>, FileError> {
     if let Some(vehicle) = Vehicle::built_in(name) {
         return Ok(Some(vehicle));
     }
     let path = folder.join(name);
-    let Some(text) = text_of(&path)? else { return Ok(None) };
-    Vehicle::parse(&path.display().to_string(), &text).map(Some).map_err(
-        |VehicleError::Invalid { file, line, message }| ScenarioError::Invalid { file, line, message },
-    )
+    let Some(text) = text_of(&path, WRITTEN_MAX)? else { return Ok(None) };
+    Vehicle::parse(&path.display().to_string(), &text).map(Some)
 }
 
 #[cfg(test)]
