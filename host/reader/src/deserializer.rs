@@ -12,12 +12,24 @@ use crate::node::{Entry, Node, Value};
 /// Whole numbers up to this one are exact in an `f64`.
 const EXACT_MAX: f64 = 9_007_199_254_740_992.0;
 
+/// What is said of a number that no type holds.
+const OUT_OF_RANGE: &str = "number out of range";
+/// What a table is called; JSON has another word.
+pub(crate) const TABLE: &str = "a table of keys and values";
+
+const I64_MAX: i128 = i64::MAX as i128;
+const U64_MAX: i128 = u64::MAX as i128;
+
 /// Reads a value from a node.
 pub(crate) struct At<'a, 't>(pub(crate) &'a Node<'t>);
 
 impl<'a, 't> At<'a, 't> {
     fn must_be<T>(&self, what: &str) -> Result<T, Flaw> {
-        Err(Flaw::of_value(format!("must be {what}")).at(&self.0.span))
+        let message = match self.0.value {
+            Value::OutOfRange => OUT_OF_RANGE.to_owned(),
+            _ => format!("must be {what}"),
+        };
+        Err(Flaw::of_value(message).at(&self.0.span))
     }
 
     /// A whole number in `range`; `4.0` is one.
@@ -29,9 +41,14 @@ impl<'a, 't> At<'a, 't> {
             }
             _ => None,
         };
-        match number.filter(|number| range.contains(number)) {
-            Some(number) => Ok(number),
-            None => self.must_be(&format!("a whole number from {} to {}", range.start(), range.end())),
+        if let Some(number) = number.filter(|number| range.contains(number)) {
+            return Ok(number);
+        }
+        // Limits of 64 bits say nothing to a person.
+        match (range.start(), range.end()) {
+            (0, &U64_MAX) => self.must_be("a whole number, zero or greater"),
+            (_, &I64_MAX) => self.must_be("a whole number"),
+            (least, most) => self.must_be(&format!("a whole number from {least} to {most}")),
         }
     }
 
@@ -55,7 +72,7 @@ impl<'a, 't> At<'a, 't> {
     fn table(&self) -> Result<Entries<'a, 't>, Flaw> {
         match &self.0.value {
             Value::Table(entries) => Ok(Entries { entries: entries.iter(), last: None }),
-            _ => self.must_be("a table of keys and values"),
+            _ => self.must_be(TABLE),
         }
     }
 }
@@ -84,6 +101,7 @@ impl<'de> Deserializer<'de> for At<'_, '_> {
                 _ => visitor.visit_i128(*number),
             },
             Value::Float(number) => visitor.visit_f64(*number),
+            Value::OutOfRange => Err(Flaw::of_value(OUT_OF_RANGE.to_owned())),
             Value::Text(text) => visitor.visit_str(text),
             Value::List(_) => visitor.visit_seq(self.list(None)?),
             Value::Table(_) => visitor.visit_map(self.table()?),

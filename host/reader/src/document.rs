@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 
-use crate::deserializer::At;
+use crate::deserializer::{At, TABLE};
 use crate::file::FileError;
 use crate::flaw::{Flaw, Of, Step};
 use crate::node::{Node, Value};
@@ -120,7 +120,10 @@ impl<'t> Document<'t> {
     }
 
     fn told(&self, flaw: &Flaw) -> String {
-        let message = &flaw.message;
+        let message = match self.format {
+            Format::Toml => flaw.message.clone(),
+            Format::Json => flaw.message.replace(TABLE, "an object"),
+        };
         if flaw.of == Of::Key {
             return format!("{}{message}", self.head(&flaw.path));
         }
@@ -133,7 +136,11 @@ impl<'t> Document<'t> {
         let head = if self.format == Format::Toml { head.as_str() } else { "" };
         match &node.value {
             _ if key.is_empty() => format!("{head}{message}"),
+            // Tables are long, and may hold a secret.
             Value::Table(_) => format!("{head}{key}: {message}"),
+            Value::List(items) if items.iter().any(|item| matches!(item.value, Value::Table(_))) => {
+                format!("{head}{key}: {message}")
+            }
             _ => format!("{head}{key} = {}: {message}", self.excerpt(&node.span)),
         }
     }
@@ -196,3 +203,6 @@ fn dotted(path: &[Step]) -> String {
     }
     dotted
 }
+
+#[cfg(test)]
+mod tests;

@@ -120,3 +120,36 @@ pub fn text_from(file: &str, from: impl Read, limit: u64) -> Result<String, File
     text.drain(..mark);
     Ok(text)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_has_no_mark_and_an_end() {
+        let text = |bytes: &[u8], limit| text_from("t", bytes, limit).map_err(|error| error.to_string());
+        assert_eq!(text(b"\xef\xbb\xbfa\n", 5), Ok("a\n".to_owned()));
+        assert_eq!(text(b"abcdef", 5), Err("t: is longer than 5 bytes".to_owned()));
+        assert_eq!(text(b"a\nb\xff", 5), Err("t:2: is not a text in UTF-8".to_owned()));
+        let endless = text_from("t", io::repeat(0), 5).expect_err("no end").to_string();
+        assert_eq!(endless, "t: is longer than 5 bytes");
+    }
+
+    #[test]
+    fn a_folder_named_like_what_is_built_in_hides_nothing_and_a_file_does() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("six").display().to_string();
+        let name: &'static str = Box::leak(path.clone().into_boxed_str());
+        let built_in = [(name, "built in"), ("nine", "")];
+        let text = || open(name, "scenario", &built_in).map(|source| source.text.into_owned());
+        assert_eq!(text().expect("built in"), "built in");
+        std::fs::create_dir(&path).expect("a folder");
+        assert_eq!(text().expect("built in"), "built in");
+        std::fs::remove_dir(&path).expect("a folder");
+        std::fs::write(&path, "\u{feff}file").expect("a file");
+        assert_eq!(text().expect("the file"), "file");
+        let error = open("nin", "scenario", &[("six", ""), ("nine", "")]).expect_err("unknown").to_string();
+        let expected = "nin: no such file, and no built-in scenario of that name (there are six, nine; did you mean nine?)";
+        assert_eq!(error, expected);
+    }
+}

@@ -68,6 +68,10 @@ impl de::Error for Flaw {
         Self::of_value(message.to_string())
     }
 
+    fn invalid_type(_: de::Unexpected<'_>, expected: &dyn de::Expected) -> Self {
+        Self::of_value(format!("must be {expected}"))
+    }
+
     fn unknown_variant(name: &str, names: &'static [&'static str]) -> Self {
         Self::of_value(format!("unknown name, {}", names::expected(name, names)))
     }

@@ -48,7 +48,7 @@ impl<'t> Parser<'t> {
             Some(b't') => Value::Bool(true),
             Some(b'f') => Value::Bool(false),
             Some(b'n') => Value::Null,
-            _ => number(shown).ok_or_else(|| refused(format!("{shown}: number out of range")))?,
+            _ => number(shown),
         };
         Ok(Node { span, value })
     }
@@ -87,10 +87,10 @@ impl<'t> Parser<'t> {
 }
 
 /// A number as it is written: whole without point and exponent, and not −0, which is none.
-fn number(shown: &str) -> Option<Value<'_>> {
+fn number(shown: &str) -> Value<'_> {
     let whole = shown.parse::<i128>().ok().filter(|&whole| whole != 0 || !shown.starts_with('-'));
     let float = || shown.parse::<f64>().ok().filter(|number| number.is_finite()).map(Value::Float);
-    whole.map(Value::Whole).or_else(float)
+    whole.map(Value::Whole).or_else(float).unwrap_or(Value::OutOfRange)
 }
 
 /// Keys and values of an object, in their order.

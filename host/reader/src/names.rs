@@ -9,7 +9,8 @@ pub fn nearest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> Opti
     let word = name.to_lowercase();
     let likeness = |known: &str| strsim::jaro_winkler(&word, &known.to_lowercase());
     let near = names.into_iter().map(|known| (likeness(known), known)).filter(|(near, _)| *near >= NEAR);
-    near.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, known)| known)
+    // The first of several that are as near.
+    near.min_by(|(a, _), (b, _)| b.total_cmp(a)).map(|(_, known)| known)
 }
 
 /// What is said of a word that is none of `names`: those that there are, and the nearest.
@@ -27,7 +28,7 @@ pub(crate) fn expected(name: &str, names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     match quoted.as_slice() {
         [] => "there are none".to_owned(),
-        [one] => format!("expected {one}{near}"),
+        [one] => format!("expected {one}"),
         [one, other] => format!("expected {one} or {other}{near}"),
         all => format!("expected one of {}{near}", all.join(", ")),
     }

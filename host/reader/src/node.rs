@@ -17,6 +17,8 @@ pub(crate) enum Value<'t> {
     Bool(bool),
     Whole(i128),
     Float(f64),
+    /// A number that none of these can hold.
+    OutOfRange,
     /// A text, or a date of TOML, which nothing asks for.
     Text(Cow<'t, str>),
     List(Vec<Node<'t>>),

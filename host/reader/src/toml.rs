@@ -1,7 +1,7 @@
 //! TOML into nodes, by the parser of the crate `toml`.
 
 use toml::Spanned;
-use toml::de::{DeInteger, DeTable, DeValue};
+use toml::de::{DeTable, DeValue};
 
 use crate::document::Mistake;
 use crate::node::{Entry, Node, Value};
@@ -9,50 +9,43 @@ use crate::node::{Entry, Node, Value};
 /// Reads `text`.
 pub(crate) fn parse(text: &str) -> Result<Node<'_>, Mistake> {
     let document = DeTable::parse(text).map_err(|error| {
-        let start = error.span().map_or(0, |span| span.start);
-        Mistake::at(text, start, error.message().replace('\n', " "))
+        let span = error.span().unwrap_or_default();
+        let message = match (error.message(), text.get(span.clone())) {
+            ("duplicate key", Some(key)) => format!("duplicate key `{}`", key.escape_debug()),
+            (message, _) => message.replace('\n', " "),
+        };
+        Mistake::at(text, span.start, message)
     })?;
     let span = document.span();
-    let value =
-        table(document.into_inner()).map_err(|(offset, message)| Mistake::at(text, offset, message))?;
-    Ok(Node { span, value })
+    Ok(Node { span, value: table(document.into_inner()) })
 }
 
-type Refused = (usize, String);
-
-fn table(table: DeTable<'_>) -> Result<Value<'_>, Refused> {
-    let mut entries = Vec::with_capacity(table.len());
-    for (key, value) in table {
+fn table(table: DeTable<'_>) -> Value<'_> {
+    let entries = table.into_iter().map(|(key, value)| {
         let span = key.span();
-        entries.push(Entry { key: key.into_inner(), span, node: node(value)? });
-    }
-    Ok(Value::Table(entries))
+        Entry { key: key.into_inner(), span, node: node(value) }
+    });
+    Value::Table(entries.collect())
 }
 
-fn node(value: Spanned<DeValue<'_>>) -> Result<Node<'_>, Refused> {
+fn node(value: Spanned<DeValue<'_>>) -> Node<'_> {
     let span = value.span();
-    let out_of_range = |shown: &str| (span.start, format!("{shown}: number out of range"));
     let value = match value.into_inner() {
         DeValue::String(text) => Value::Text(text),
         DeValue::Integer(number) => {
-            Value::Whole(whole(&number).ok_or_else(|| out_of_range(number.as_str()))?)
+            let whole = i128::from_str_radix(number.as_str(), number.radix());
+            whole.map_or(Value::OutOfRange, Value::Whole)
         }
         DeValue::Float(number) => {
-            Value::Float(float(number.as_str()).ok_or_else(|| out_of_range(number.as_str()))?)
+            let shown = number.as_str();
+            // Infinite only where it is written so.
+            let float = shown.parse().ok().filter(|f: &f64| !f.is_infinite() || shown.ends_with("inf"));
+            float.map_or(Value::OutOfRange, Value::Float)
         }
         DeValue::Boolean(value) => Value::Bool(value),
         DeValue::Datetime(date) => Value::Text(date.to_string().into()),
-        DeValue::Array(items) => Value::List(items.into_iter().map(node).collect::<Result<_, _>>()?),
-        DeValue::Table(inner) => table(inner)?,
+        DeValue::Array(items) => Value::List(items.into_iter().map(node).collect()),
+        DeValue::Table(inner) => table(inner),
     };
-    Ok(Node { span, value })
-}
-
-fn whole(number: &DeInteger<'_>) -> Option<i128> {
-    i128::from_str_radix(number.as_str(), number.radix()).ok()
-}
-
-/// Infinite only where it is written so.
-fn float(shown: &str) -> Option<f64> {
-    shown.parse().ok().filter(|number: &f64| !number.is_infinite() || shown.ends_with("inf"))
+    Node { span, value }
 }

@@ -332,7 +332,7 @@ mod tests {
         for (text, expected) in [
             (GOOD.replace("duration_s = 5.0", "duration_s = -5.0"), "t.toml:5: [[leg]] 1: duration_s = -5 s"),
             (format!("{GOOD}[modboat]\nperiod_s = -1.5\n"), "t.toml:9: [modboat] period_s = -1.5 s"),
-            (format!("{GOOD}[modboat]\nperiod = 1.5\n"), "t.toml:9: unknown field `period`"),
+            (format!("{GOOD}[modboat]\nperiod = 1.5\n"), "t.toml:9: [modboat] unknown field `period`"),
             (format!("{GOOD}[radio]\n\nloss = 1.5\n"), "t.toml:10: [radio] loss = 1.5"),
             (GOOD.replace("\"3x1\"", "\"0x1\""), "t.toml:3: [structure] size"),
             (GOOD.replace("size = \"3x1\"", "cells = [[0,0],[2,0]]"), "t.toml:3: [structure] cells"),
@@ -340,7 +340,10 @@ mod tests {
             ("name = \"t\"\nleg = 5\n[structure]\nsize = \"3x1\"\n".to_owned(), "t.toml:2: "),
             (GOOD.replace("1.5\n", "nan\n"), "t.toml:7: [[leg]] 1: heading_rad = NaN rad"),
             (GOOD.replace("\"t\"", "\"../t\""), "t.toml:1: name = \"../t\""),
-            (GOOD.replace("1.5\n", "\"east\"\n"), "t.toml:7: heading_rad = \"east\": invalid type"),
+            (
+                GOOD.replace("1.5\n", "\"east\"\n"),
+                "t.toml:7: [[leg]] 1: heading_rad = \"east\": must be a number",
+            ),
             (
                 format!("{GOOD}[tank.thrust]\nrest_speed_rad_s = -1.0\n"),
                 "t.toml:9: [tank.thrust] rest_speed_rad_s",

@@ -219,7 +219,11 @@ mod tests {
             );
         }
         let error = ReconfigureScenario::open("t-to-o").expect_err("unknown").to_string();
-        assert!(error.starts_with("t-to-o: no such file") && error.ends_with("sonar-to-bow)"), "{error}");
+        assert!(
+            error.starts_with("t-to-o: no such file")
+                && error.ends_with("sonar-to-bow; did you mean t-to-i-below?)"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -245,16 +249,25 @@ mod tests {
         for (text, expected) in [
             (GOOD.replace("-0.483", "nan"), "t.toml:8: robot 1: x = NaN m"),
             (GOOD.replace("-0.483", "-0.5"), "t.toml:4: tool 1 is left alone"),
-            (GOOD.replace("-0.483", "\"west\""), "t.toml:8: start = [\"west\", 0.0, 0.0, 0.0]: invalid type"),
-            (GOOD.replace("pose = [0.483,", "pose = [0.483, 1.0,"), "t.toml:10: pose: a list of 5 where 4"),
+            (
+                GOOD.replace("-0.483", "\"west\""),
+                "t.toml:8: [[robot]] 1: start[0] = \"west\": must be a number",
+            ),
+            (
+                GOOD.replace("pose = [0.483,", "pose = [0.483, 1.0,"),
+                "t.toml:10: [[slot]] 1: pose = [0.483, 1.0, 0.0, 0.0, 0.0]: a list of 5",
+            ),
             (GOOD.replace("id = 1", "id = 0"), "t.toml:6: robot id = 0"),
-            (GOOD.replace("id = 1", "number = 1"), "t.toml:6: unknown field `number`"),
-            (GOOD.replace("bluerov1", "bluerov9"), "t.toml:7: vehicle = \"bluerov9\": no such file"),
+            (GOOD.replace("id = 1", "number = 1"), "t.toml:6: [[robot]] 1: unknown field `number`"),
+            (
+                GOOD.replace("bluerov1", "bluerov9"),
+                "t.toml:7: [[robot]] 1: vehicle = \"bluerov9\": no such file",
+            ),
             (GOOD.replace("bluerov1", "tool-20n"), "t.toml:7: robot 1: 20 N tool has no thrusters"),
             (format!("{GOOD}requires = [\"sonar\"]\n"), "t.toml:11: slot 1 requires \"sonar\""),
             (format!("{GOOD}[rules]\nbattery_v = 9.0\n"), "t.toml:12: [rules] battery_v = 9 V"),
             (format!("{GOOD}[rules]\nbounds_m = [[0, 0, 0], [0.3, 1, 1]]\n"), "t.toml:8: robot 1 at [-0.483"),
-            (format!("{GOOD}[rules]\nspeed = 1.0\n"), "t.toml:12: unknown field `speed`"),
+            (format!("{GOOD}[rules]\nspeed = 1.0\n"), "t.toml:12: [rules] unknown field `speed`"),
             (GOOD[..GOOD.find("[[slot]]").unwrap()].to_owned(), "t.toml:1: 0 slots for 1 robots"),
             (GOOD.replace("\"t\"", "\"../t\""), "t.toml:1: name = \"../t\""),
         ] {
