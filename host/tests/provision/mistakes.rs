@@ -164,12 +164,15 @@ fn no_passphrase_is_quoted() {
     let said = refused(&provision(folder.path(), &["--id", "3", "--from", "m.toml"]));
     assert!(said.starts_with("m.toml:1: ") && !said.contains("horse"), "{said}");
     // A file of its own is as private as a key.
-    fs::write(folder.path().join("wifi.txt"), "short\n").expect("a file");
+    fs::write(folder.path().join("wifi.txt"), "\u{feff}short\n").expect("a file");
     let own = MODBOAT.replace("passphrase = \"correct horse battery\"", "passphrase_file = \"wifi.txt\"");
     fs::write(folder.path().join("m.toml"), own).expect("a file");
     for (mode, expected) in [
         (0o644, "wifi.txt: mode 0644 lets others"),
-        (0o600, "m.toml:3: [network] passphrase_file = \"wifi.txt\": 8 to 63"),
+        (
+            0o600,
+            "m.toml:3: [network] passphrase_file = \"wifi.txt\": 8 to 63 characters of ASCII make a passphrase, not these 5",
+        ),
     ] {
         fs::set_permissions(folder.path().join("wifi.txt"), Permissions::from_mode(mode))
             .expect("its owner may");
