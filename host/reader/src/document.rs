@@ -9,40 +9,13 @@ use std::ops::Range;
 use serde::de::DeserializeOwned;
 
 use crate::deserializer::{At, TABLE};
-use crate::file::FileError;
 use crate::flaw::{Flaw, Of, Step};
+use crate::mistake::Mistake;
 use crate::node::{Node, Value};
 use crate::{json, line_at, toml, without_mark};
 
 /// No more characters of a value are shown.
 const SHOWN_MAX: usize = 40;
-
-/// What is wrong with a document, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mistake {
-    /// Which line, from 1.
-    pub line: usize,
-    /// Which byte of the line, from 1.
-    pub column: usize,
-    /// What is wrong there.
-    pub message: String,
-}
-
-impl Mistake {
-    /// At the byte `offset` of `text`.
-    pub(crate) fn at(text: &str, offset: usize, message: String) -> Self {
-        let before = text.as_bytes().get(..offset).unwrap_or_default();
-        let column =
-            offset.saturating_sub(before.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1)) + 1;
-        Self { line: line_at(text.as_bytes(), offset), column, message }
-    }
-
-    /// The same with the name of the file.
-    #[must_use]
-    pub fn in_file(self, file: &str) -> FileError {
-        FileError::Invalid { file: file.to_owned(), line: self.line, message: self.message }
-    }
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {

@@ -10,7 +10,7 @@ use serde::de::{Deserializer, MapAccess, Visitor};
 use serde_json::error::Category;
 use serde_json::value::RawValue;
 
-use crate::document::Mistake;
+use crate::mistake::Mistake;
 use crate::node::{Entry, Node, Value};
 
 /// Lists and objects in each other, at most; as many as `serde_json` takes.

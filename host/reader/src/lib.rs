@@ -21,12 +21,14 @@ pub mod document;
 pub mod file;
 mod flaw;
 mod json;
+mod mistake;
 pub mod names;
 mod node;
 mod toml;
 
-pub use document::{Document, Mistake};
-pub use file::{FileError, text_of};
+pub use document::Document;
+pub use file::FileError;
+pub use mistake::Mistake;
 
 /// The line of the byte at `offset`, from 1.
 #[must_use]

@@ -3,7 +3,7 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::document::Mistake;
+use crate::mistake::Mistake;
 use crate::node::{Entry, Node, Value};
 
 /// Reads `text`.

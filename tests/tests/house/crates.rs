@@ -49,7 +49,8 @@ const PURE: [&str; 6] = ["grid", "judge", "modboat", "quantity", "reconfiguratio
 /// What they may use beside each other: none of it has a clock, a socket, a thread or a console.
 const PURE_MAY_USE: [&str; 6] = ["nalgebra", "rand", "rand_chacha", "reader", "serde", "thiserror"];
 /// Modules of the standard library, and macros, that they do without.
-const IMPURE: [&str; 13] = [
+const IMPURE: [&str; 14] = [
+    "reader::file",
     "std::{",
     "std::env",
     "std::fs",
