@@ -3,7 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`document`] | a text in TOML or JSON, what it is read into, and where in it a key stands |
-//! | [`file`] | the text of a file, or of what is built in under a name |
+//! | [`mod@file`] | the text of a file, or of what is built in under a name |
 //! | [`names`] | a name that is unknown, the nearest one, and those that there are |
 //!
 //! What the two formats have in common, beyond what `serde` asks of a format:
