@@ -19,7 +19,7 @@
 //! | [`sim`] | water, motors, motion capture, and modules made of the firmware crate |
 //! | [`record`] | what a run leaves in memory |
 //! | [`plot`] | pictures of it |
-//! | [`quantity`], [`toml_lines`] | numbers from outside, and TOML with line numbers |
+//! | [`quantity`], [`reader`] | numbers from outside, and files that a person writes |
 
 pub mod cli;
 pub mod provision;

@@ -309,10 +309,10 @@ fn mistakes_are_named_and_the_stream_goes_on() {
     let cases = [
         (
             other("\"bluerov9\""),
-            "vehicle = \"bluerov9\": there are bluerov1, bluerov2, bluerov2-heavy, tool-20n",
+            "column 12: vehicle = \"bluerov9\": there are bluerov1, bluerov2, bluerov2-heavy, tool-20n; did you mean bluerov1?",
         ),
         (other(&body.replace("\"mass_kg\":4", "\"mass_kg\":-4")), "vehicle: mass_kg = -4 kg: must be"),
-        (other(&body.replace("\"mass_kg\":4,", "")), "vehicle: missing field `mass_kg`"),
+        (other(&body.replace("\"mass_kg\":4,", "")), "column 12: vehicle: missing field `mass_kg`"),
         (other(&body.replace("[1,1,1]", "[1,0,1]")), "vehicle: inertia_kg_m2 = 0 kg·m²: must be"),
         (good.replace("\"tau\":[1,0,0,0,0,0]", "\"tau\":[1,0,0,0,0]"), "tau has 5 numbers: must be 6"),
         (good.replace("\"tau\":[1,", "\"tau\":[1e9,"), "tau[0] = 1e9 N: must be at most 1e6"),

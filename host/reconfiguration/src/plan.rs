@@ -1,5 +1,8 @@
 //! Plan of a reconfiguration, the answer of its planner, and its JSON form: the contract of `reconfigure --json`.
 //!
+//! A plan is read as strictly as it is written: a key that does not exist is refused, for one that is misspelt and may
+//! be left out would change what is judged.
+//!
 //! Moves follow each other without a gap; within a move its actions do. Distances in m, angles in rad, times in s from
 //! the beginning of the plan, energies in J.
 
@@ -45,6 +48,7 @@ pub enum ActionKind {
 
 /// One timed action of a robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Action {
     /// What.
     pub kind: ActionKind,
@@ -66,6 +70,7 @@ pub struct Action {
 
 /// One robot's way from its start to its slot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Move {
     /// The robot's id.
     pub robot: u16,
@@ -91,6 +96,7 @@ pub struct Move {
 
 /// Thrusts of one waiting robot while another moves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Holding {
     /// The robot's id.
     pub robot: u16,
@@ -100,6 +106,7 @@ pub struct Holding {
 
 /// A robot and where it starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Placed {
     /// Its id.
     pub id: u16,
@@ -109,6 +116,7 @@ pub struct Placed {
 
 /// A whole plan. A robot that has no move stays where it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Plan {
     /// Name of the problem.
     pub problem: String,

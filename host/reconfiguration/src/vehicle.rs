@@ -9,13 +9,12 @@
 
 use std::borrow::Cow;
 
+use reader::{FileError, names};
 use serde::{Deserialize, Serialize};
 
 use super::body::{Body, GRAVITY_M_S2};
 
 mod file;
-
-pub use file::VehicleError;
 
 /// The vehicles that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 4] = [
@@ -24,6 +23,12 @@ pub const BUILT_IN: [(&str, &str); 4] = [
     ("bluerov2-heavy", include_str!("../../data/vehicles/bluerov2-heavy.toml")),
     ("tool-20n", include_str!("../../data/vehicles/tool-20n.toml")),
 ];
+
+/// What is said of a name that none of [`BUILT_IN`] has: those that there are, and the nearest.
+#[must_use]
+pub fn there_are(name: &str) -> String {
+    names::there_are(name, &BUILT_IN.map(|(known, _)| known))
+}
 
 /// A thruster: where it sits and which way it pushes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -99,8 +104,8 @@ impl Vehicle {
     /// Reads a vehicle from TOML; `file` is its name in error messages.
     ///
     /// # Errors
-    /// [`VehicleError`]: what is wrong, with its line, value and unit.
-    pub fn parse(file: &str, text: &str) -> Result<Self, VehicleError> {
+    /// [`FileError::Invalid`]: what is wrong, with its line, value and unit.
+    pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
         file::parse(file, text)
     }
 

@@ -3,9 +3,9 @@
 
 use std::io::{BufRead, Read, Write};
 
+use reader::Document;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::error::Category;
 
 use super::{Failure, complain, written};
 
@@ -46,7 +46,10 @@ pub(super) fn run(mut answer: impl FnMut(u64, &str) -> Result<String, String>) -
 
 /// A request, or what is wrong with it and where.
 pub(super) fn read<T: DeserializeOwned>(line: &str) -> Result<T, String> {
-    serde_json::from_str(line).map_err(|error| explain(line, &error))
+    // Its line is always 1: which request of the stream it is, is said elsewhere.
+    Document::json(line)
+        .and_then(|document| document.read())
+        .map_err(|mistake| format!("column {}: {}", mistake.column, mistake.message))
 }
 
 /// The next line, or why it is none; nothing at the end of the input.
@@ -66,20 +69,4 @@ fn next_line(input: &mut impl BufRead) -> std::io::Result<Option<Result<String, 
         Ok(line) => Ok(line.trim_end().to_owned()),
         Err(error) => Err(format!("column {}: is not UTF-8", error.utf8_error().valid_up_to() + 1)),
     }))
-}
-
-/// What the JSON reader says, with the word that it stumbled over.
-fn explain(line: &str, error: &serde_json::Error) -> String {
-    let (text, column) = (error.to_string(), error.column());
-    // Its line is always 1: the line of the request in the stream is not its business.
-    let Some(what) = text.strip_suffix(&format!(" at line {} column {column}", error.line())) else {
-        return text;
-    };
-    let between = |c: char| c.is_whitespace() || ",:[]{}\"".contains(c);
-    let start = line.get(..column).and_then(|before| before.rfind(between)).map_or(0, |at| at + 1);
-    let word: String = line[start..].chars().take_while(|&c| !between(c)).take(24).collect();
-    match error.classify() {
-        Category::Syntax if !word.is_empty() => format!("column {column}: {what}, found {word}"),
-        _ => format!("column {column}: {what}"),
-    }
 }

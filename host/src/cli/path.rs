@@ -3,7 +3,7 @@
 //! With `--json` one line a query; `length` and `path` are null where there is no way, which is proved and not given up.
 
 use std::fs::File;
-use std::io::{ErrorKind, IsTerminal, Read, Write};
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -13,14 +13,12 @@ use grid::plane::Plane;
 use grid::read::{self, Query, ReadError};
 use grid::theta::{self, FoundPath, Search};
 use grid::volume::Volume;
+use reader::file::{MADE_MAX, text_of};
 use serde::Serialize;
 
 use super::progress::Bar;
 use super::{Failure, written};
 use crate::run::progress::Progress;
-
-/// No map or scenario is longer, bytes.
-const FILE_MAX: u64 = 1 << 28;
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flotilla path arena.map --scen arena.map.scen --json\n  \
@@ -108,21 +106,8 @@ fn size_3d(volume: &Volume) -> String {
 
 /// The whole of a text file.
 fn text(file: &Path) -> Result<String, Failure> {
-    let bad = |what: String| Failure::Bad(format!("{}: {what}", file.display()));
-    let mut bytes = Vec::new();
-    let outcome = File::open(file).and_then(|from| from.take(FILE_MAX + 1).read_to_end(&mut bytes));
-    outcome.map_err(|error| match error.kind() {
-        ErrorKind::NotFound => bad("no such file".to_owned()),
-        _ => bad(error.to_string()),
-    })?;
-    if bytes.len() as u64 > FILE_MAX {
-        return Err(bad(format!("is longer than {FILE_MAX} bytes")));
-    }
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
-        Failure::Bad(format!("{}:{line}: is not a text in UTF-8", file.display()))
-    })
+    let text = text_of(file, MADE_MAX).map_err(|error| Failure::Bad(error.to_string()))?;
+    text.ok_or_else(|| Failure::Bad(format!("{}: no such file", file.display())))
 }
 
 fn in_file(file: &Path, error: &ReadError) -> Failure {

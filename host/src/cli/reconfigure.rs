@@ -1,12 +1,14 @@
 //! `flotilla reconfigure`: plans how ROVs change their configuration, judges the plans, executes them in simulation.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use link::faults::FaultParameters;
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
+use reader::file::{MADE_MAX, text_from, text_of};
+use reader::{Document, FileError};
 use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::problem::Problem;
 use record::reconfigure::Record;
@@ -317,15 +319,16 @@ fn law(kind: PowerKind, battery_v: f64) -> Result<PowerLaw, Failure> {
 /// Says what is wrong with a plan from a file.
 fn judge(problem: &Problem, path: &Path) -> Result<(), Failure> {
     let name = path.display();
-    let mut text = String::new();
-    let read = if path == Path::new("-") {
-        std::io::stdin().lock().read_to_string(&mut text)
+    let bad = |error: FileError| Failure::Bad(error.to_string());
+    let text = if path == Path::new("-") {
+        text_from("-", std::io::stdin().lock(), MADE_MAX).map_err(bad)?
     } else {
-        std::fs::File::open(path).and_then(|mut file| file.read_to_string(&mut text))
+        let text = text_of(path, MADE_MAX).map_err(bad)?;
+        text.ok_or_else(|| Failure::Bad(format!("{name}: no such file")))?
     };
-    read.map_err(|error| Failure::Bad(format!("{name}: {error}")))?;
-    let plan: Plan = serde_json::from_str(&text)
-        .map_err(|error| Failure::Bad(format!("{name}:{}: not a plan: {error}", error.line())))?;
+    let plan: Plan = Document::json(&text).and_then(|document| document.read()).map_err(|mistake| {
+        Failure::Bad(format!("{name}:{}: not a plan: {}", mistake.line, mistake.message))
+    })?;
     let found = judge::verify(problem, &plan);
     let mut out = std::io::stdout().lock();
     if let Some(note) = judge::note(&plan) {

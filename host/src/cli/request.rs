@@ -34,7 +34,7 @@ impl Request {
 }
 
 #[derive(Default, Deserialize)]
-#[serde(untagged, expecting = "tail_rad takes a list of angles, null or \"previous\"")]
+#[serde(untagged, expecting = "must be a list of angles, null or \"previous\"")]
 pub(super) enum Tails {
     #[default]
     Unknown,

@@ -1,16 +1,19 @@
 //! `flotilla simulate`: a filter. One JSON request a line in, the motion of an ROV under that wrench (or those pulses)
 //! out.
 
+use std::fmt;
+
 use nalgebra::Vector6;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::{Failure, filter};
 use crate::run::vehicles;
 use firmware::rov::thruster::{law, table};
 use protocol::units::{PulseMicros, Volts};
 use reconfiguration::body::Body;
-use reconfiguration::vehicle::Vehicle;
+use reconfiguration::vehicle::{self, Vehicle};
 use rov::cluster::Cluster;
 use rov::configuration_matrix::ConfigurationMatrix;
 use rov::dynamics::{Dynamics, State};
@@ -37,13 +40,43 @@ pub(super) struct Arguments {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Request {
-    vehicle: Option<Value>,
+    vehicle: Option<Described>,
     eta: Vec<f64>,
     nu: Vec<f64>,
     tau: Option<Vec<f64>>,
     pwm_us: Option<Vec<f64>>,
     voltage_v: Option<f64>,
     at_s: Vec<f64>,
+}
+
+/// A vehicle that comes with the program, by its name, or all of a body.
+enum Described {
+    Named(Box<Vehicle>),
+    Body(Box<Body>),
+}
+
+impl<'de> Deserialize<'de> for Described {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NameOrBody;
+        impl<'de> Visitor<'de> for NameOrBody {
+            type Value = Described;
+
+            fn expecting(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+                to.write_str("a name or an object")
+            }
+
+            fn visit_str<E: Error>(self, name: &str) -> Result<Described, E> {
+                let vehicle = Vehicle::built_in(name).ok_or_else(|| E::custom(vehicle::there_are(name)))?;
+                Ok(Described::Named(Box::new(vehicle)))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Described, A::Error> {
+                let body = Body::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Described::Body(Box::new(body)))
+            }
+        }
+        deserializer.deserialize_any(NameOrBody)
+    }
 }
 
 #[derive(Serialize)]
@@ -69,15 +102,10 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
 fn answer(line: &str, usual: Option<&Vehicle>) -> Result<String, String> {
     let request: Request = filter::read(line)?;
     let (body, vehicle) = match (request.vehicle, usual) {
-        (Some(Value::String(name)), _) => {
-            let vehicle = Vehicle::built_in(&name)
-                .ok_or_else(|| format!("vehicle = {name:?}: there are {}", vehicles::names()))?;
-            (vehicle.body(), Some(vehicle))
-        }
-        (Some(object), _) => {
-            let body: Body = serde_json::from_value(object).map_err(|error| format!("vehicle: {error}"))?;
+        (Some(Described::Named(vehicle)), _) => (vehicle.body(), Some(*vehicle)),
+        (Some(Described::Body(body)), _) => {
             body.validate().map_err(|error| format!("vehicle: {error}"))?;
-            (body, None)
+            (*body, None)
         }
         (None, Some(vehicle)) => (vehicle.body(), Some(vehicle.clone())),
         (None, None) => {

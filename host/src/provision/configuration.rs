@@ -11,7 +11,7 @@ impl ModuleFile {
     /// Refuses a file that cannot be for so many modules at once.
     ///
     /// # Errors
-    /// [`ProvisionError::Invalid`]: an address that only one of them can have.
+    /// [`ProvisionError::File`]: an address that only one of them can have.
     pub fn check_shared(&self, modules: usize) -> Result<(), ProvisionError> {
         network::check_shared(self, modules)
     }

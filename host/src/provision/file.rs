@@ -1,16 +1,14 @@
 //! A module's TOML file, and what is wrong with one.
 
-use std::fs::File;
-use std::io::{self, ErrorKind, Read};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use link::private_file::PrivateFileError;
 use protocol::time::Duration;
 use quantity::{Range, check_ranges};
+use reader::file::{self, Source};
+use reader::{Document, FileError, Mistake};
 use thiserror::Error;
-use toml::de::{DeTable, DeValue};
-use toml_lines::{self, line_at, line_of};
 use zeroize::Zeroizing;
 
 use super::tables::Tables;
@@ -21,36 +19,12 @@ pub const BUILT_IN: [(&str, &str); 2] = [
     ("rov", include_str!("../../data/modules/rov.toml")),
 ];
 
-/// No file is longer, bytes.
-const FILE_MAX: u64 = 1 << 20;
-
 /// Why a module cannot be provisioned.
 #[derive(Debug, Error)]
 pub enum ProvisionError {
-    /// No such file, and nothing of that name.
-    #[error("{name}: no such file (the ones that come with the program are modboat and rov)")]
-    Unknown {
-        /// What was asked for.
-        name: String,
-    },
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Unreadable {
-        /// Which file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: io::Error,
-    },
-    /// The file is not what it should be.
-    #[error("{file}:{line}: {message}")]
-    Invalid {
-        /// Which file.
-        file: String,
-        /// Which line, from 1.
-        line: usize,
-        /// What is wrong there.
-        message: String,
-    },
+    /// The file cannot be read, or is not what it should be.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// An option that takes the place of something in the file.
     #[error("{option} {message}")]
     Option {
@@ -90,34 +64,17 @@ impl ModuleFile {
     /// # Errors
     /// [`ProvisionError`].
     pub fn open(name: &str) -> Result<Self, ProvisionError> {
-        let path = Path::new(name);
-        let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
-        if let Some((_, text)) = built_in.filter(|_| path.is_dir() || !path.exists()) {
-            return Self::parse(&format!("{name}.toml"), Path::new(""), (*text).to_owned());
-        }
-        let bytes = read(path).map_err(|source| match source.kind() {
-            ErrorKind::NotFound => ProvisionError::Unknown { name: name.to_owned() },
-            _ => ProvisionError::Unreadable { path: path.to_owned(), source },
-        })?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());
-            let message = "is not a text in UTF-8".to_owned();
-            ProvisionError::Invalid { file: name.to_owned(), line, message }
-        })?;
-        Self::parse(name, path.parent().unwrap_or(Path::new("")), text)
+        let Source { file, folder, text } = file::open(name, "module", &BUILT_IN)?;
+        Self::parse(&file, &folder, text.into_owned())
     }
 
     /// Reads `text`; `file` is its name in messages, and names of files in it begin at `folder`.
     ///
     /// # Errors
-    /// [`ProvisionError::Invalid`].
+    /// [`FileError::Invalid`].
     pub fn parse(file: &str, folder: &Path, text: String) -> Result<Self, ProvisionError> {
         let text = Zeroizing::new(text);
-        let tables = tables_of(&text).map_err(|(line, message)| ProvisionError::Invalid {
-            file: file.to_owned(),
-            line,
-            message,
-        })?;
+        let tables = tables_of(&text).map_err(|mistake| mistake.in_file(file))?;
         let module = Self { file: file.to_owned(), folder: folder.to_owned(), text, tables };
         match (&module.tables.modboat, &module.tables.rov) {
             (None, None) => Err(module.wrong(&[], "", "says neither [modboat] nor [rov]: write one of them")),
@@ -130,17 +87,10 @@ impl ModuleFile {
 
     /// What is wrong with `key` of `table`, both perhaps empty.
     pub(super) fn wrong(&self, table: &[&str], key: &str, message: &str) -> ProvisionError {
-        let path: Vec<&str> =
-            table.iter().copied().chain([key].into_iter().filter(|key| !key.is_empty())).collect();
-        let line = line_of(&self.text, &path);
-        let names: Vec<&str> =
-            table.iter().copied().take_while(|name| name.parse::<usize>().is_err()).collect();
-        let head = match table.last().and_then(|index| index.parse::<usize>().ok()) {
-            Some(index) => format!("[[{}]] {}: ", names.join("."), index + 1),
-            None if names.is_empty() => String::new(),
-            None => format!("[{}] ", names.join(".")),
-        };
-        ProvisionError::Invalid { file: self.file.clone(), line, message: format!("{head}{message}") }
+        // The text has been read once: it is TOML.
+        let mistake = Document::toml(&self.text)
+            .map_or_else(|mistake| mistake, |document| document.mistake_in(table, key, message));
+        mistake.in_file(&self.file).into()
     }
 
     /// A number of `table`, or the default.
@@ -196,42 +146,15 @@ impl ModuleFile {
     }
 }
 
-/// The whole of a file that is not absurdly long.
-fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(FILE_MAX + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > FILE_MAX {
-        let message = format!("is longer than {FILE_MAX} bytes");
-        return Err(io::Error::new(ErrorKind::FileTooLarge, message));
-    }
-    Ok(bytes)
-}
-
 /// Reads `text`; no message quotes what stands on the lines of a passphrase.
-fn tables_of(text: &str) -> Result<Tables, (usize, String)> {
-    // What is no TOML at all is not quoted: nobody knows what stands where.
-    let secret = match DeTable::parse(text) {
-        Ok(document) => secret_lines(text, document.get_ref()),
-        Err(error) => {
-            let line = error.span().map_or(1, |span| line_at(text.as_bytes(), span.start));
-            return Err((line, error.message().replace('\n', " ")));
-        }
-    };
-    toml_lines::read(text, &[]).map_err(|(line, message)| {
-        let hidden = secret.is_some_and(|lines| lines.contains(&line));
-        let message = if hidden { HIDDEN.to_owned() } else { message };
-        (line, message)
+fn tables_of(text: &str) -> Result<Tables, Mistake> {
+    let document = Document::toml(text)?;
+    let secret = document.lines(&["network", "passphrase"]);
+    document.read().map_err(|mistake| match secret {
+        Some(lines) if lines.contains(&mistake.line) => Mistake { message: HIDDEN.to_owned(), ..mistake },
+        _ => mistake,
     })
 }
 
 const HIDDEN: &str =
     "passphrase, or what stands beside it, is not what it should be: a text in quotes (it is not shown)";
-
-/// The lines that the passphrase stands on.
-fn secret_lines(text: &str, document: &DeTable<'_>) -> Option<RangeInclusive<usize>> {
-    let (_, network) = document.iter().find(|(name, _)| name.get_ref() == "network")?;
-    let DeValue::Table(network) = network.get_ref() else { return None };
-    let (_, value) = network.iter().find(|(name, _)| name.get_ref() == "passphrase")?;
-    let line = |offset| line_at(text.as_bytes(), offset);
-    Some(line(value.span().start)..=line(value.span().end))
-}

@@ -6,6 +6,7 @@ use std::path::Path;
 use link::private_file;
 use protocol::ModuleId;
 use protocol::configuration::{Host, Network, Own, PASSPHRASE_MAX, Passphrase, SSID_MAX};
+use reader::without_mark;
 use zeroize::Zeroizing;
 
 use super::file::{ModuleFile, NetworkOptions, ProvisionError};
@@ -211,5 +212,5 @@ fn first_line(path: &Path) -> Result<Zeroizing<String>, ProvisionError> {
     let mut buffer = Zeroizing::new([0; FILE_MAX]);
     let length = private_file::read(path, &mut *buffer)?;
     let text = String::from_utf8_lossy(&buffer[..length]);
-    Ok(Zeroizing::new(text.lines().next().unwrap_or_default().to_owned()))
+    Ok(Zeroizing::new(without_mark(&text).lines().next().unwrap_or_default().to_owned()))
 }

@@ -20,11 +20,10 @@ use std::path::{Path, PathBuf};
 use modboat::structure::{COORDINATE_MAX, Structure};
 use protocol::{ModuleId, ModuleKind};
 use quantity::MODULE_IDS;
+use reader::file::{WRITTEN_MAX, text_of};
+use reader::{Document, FileError, Mistake};
 use serde::Deserialize;
 use thiserror::Error;
-use toml_lines::{self, Lengths, line_of};
-
-use super::scenario::{ScenarioError, text_of};
 
 /// The modules of a fleet.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,19 +54,9 @@ pub enum RosterError {
         /// Which file.
         path: PathBuf,
     },
-    /// The file cannot be read.
+    /// The file cannot be read, or is not what it should be.
     #[error(transparent)]
-    File(#[from] ScenarioError),
-    /// The file is not what it should be.
-    #[error("{file}:{line}: {message}")]
-    Invalid {
-        /// Which file.
-        file: String,
-        /// Which line, from 1.
-        line: usize,
-        /// What is wrong there.
-        message: String,
-    },
+    File(#[from] FileError),
     /// A structure has more places than there are Modboats.
     #[error("roster {roster:?} has {modboats} Modboats for {places} places")]
     TooFew {
@@ -128,8 +117,6 @@ enum Kind {
     Rov,
 }
 
-/// Lists of fixed length in a roster.
-const LENGTHS: Lengths<'_> = &[(&["module", "*", "cell"], 2)];
 /// No name is longer, characters.
 const NAME_MAX: usize = 100;
 
@@ -139,32 +126,34 @@ impl Roster {
     /// # Errors
     /// [`RosterError`].
     pub fn read(path: &Path) -> Result<Self, RosterError> {
-        let text = text_of(path)?.ok_or_else(|| RosterError::Missing { path: path.to_owned() })?;
-        Self::parse(&path.display().to_string(), &text)
+        let text =
+            text_of(path, WRITTEN_MAX)?.ok_or_else(|| RosterError::Missing { path: path.to_owned() })?;
+        Ok(Self::parse(&path.display().to_string(), &text)?)
     }
 
     /// Reads a roster from `text`; `file` is its name in error messages.
     ///
     /// # Errors
-    /// [`RosterError::Invalid`].
-    pub fn parse(file: &str, text: &str) -> Result<Self, RosterError> {
-        let invalid = |line, message| RosterError::Invalid { file: file.to_owned(), line, message };
-        let tables: Tables =
-            toml_lines::read(text, LENGTHS).map_err(|(line, message)| invalid(line, message))?;
+    /// [`FileError::Invalid`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
+        let document = Document::toml(text).map_err(|mistake| mistake.in_file(file))?;
+        Self::of(&document).map_err(|mistake| mistake.in_file(file))
+    }
+
+    fn of(document: &Document<'_>) -> Result<Self, Mistake> {
+        let tables: Tables = document.read()?;
         if let Some(message) = unfit(&tables.name) {
-            return Err(invalid(line_of(text, &["name"]), message));
+            return Err(document.mistake(&["name"], message));
         }
         let Some(first) = tables.modules.first() else {
-            let line = line_of(text, &["module"]);
-            return Err(invalid(line, "a roster needs at least one [[module]]".to_owned()));
+            return Err(document.mistake(&["module"], "a roster needs at least one [[module]]"));
         };
         let (mut ids, mut cells) = (HashMap::new(), HashMap::new());
         let mut members = Vec::with_capacity(tables.modules.len());
         for (index, module) in tables.modules.iter().enumerate() {
             let number = index + 1;
             let at = |key: &str, message: String| {
-                let line = line_of(text, &["module", &index.to_string(), key]);
-                invalid(line, format!("[[module]] {number}: {message}"))
+                document.mistake_in(&["module", &index.to_string()], key, message)
             };
             let id = known_id(module.id).map_err(|message| at("id", message))?;
             if let Some(earlier) = ids.insert(id, number) {

@@ -1,9 +1,5 @@
 //! Scenarios: what is run, from a TOML file. A mistake in one is reported with its file, line, value and unit.
 
-use std::fs::File;
-use std::io::{ErrorKind, Read};
-use std::path::{Path, PathBuf};
-
 use link::faults::FaultParameters;
 use modboat::control::ControlConfig;
 use modboat::observer::ObserverParameters;
@@ -11,13 +7,13 @@ use modboat::parameters::Parameters;
 use modboat::planner_config::PlannerConfig;
 use modboat::structure::Structure;
 use quantity::ParameterError;
+use reader::file::{self, Source};
+use reader::{Document, FileError, Mistake};
 use serde::Deserialize;
 use sim::clock::ClockParameters;
 use sim::mocap::MocapParameters;
 use sim::motor::MotorParameters;
 use sim::tank::TankParameters;
-use thiserror::Error;
-use toml_lines::{self, Lengths, line_at, line_of};
 
 pub use built_in::BUILT_IN;
 use leg::LegTable;
@@ -97,20 +93,6 @@ impl Default for Timing {
     }
 }
 
-/// No scenario file is longer, bytes.
-const FILE_MAX: u64 = 1 << 20;
-
-/// Lists of fixed length in a scenario.
-const LENGTHS: Lengths<'_> = &[
-    (&["structure", "cells", "*"], 2),
-    (&["leg", "*", "velocity_m_s"], 2),
-    (&["leg", "*", "position_m"], 2),
-    (&["start", "position_m"], 2),
-    (&["tank", "current_m_s"], 2),
-    (&["planner", "stages"], 3),
-    (&["planner", "weights"], 3),
-];
-
 /// The file's own shape; [`Scenario`] is what becomes of it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -162,72 +144,34 @@ struct Shape {
     picture: Option<String>,
 }
 
-/// Why a scenario cannot be run.
-#[derive(Debug, Error)]
-pub enum ScenarioError {
-    /// No such file, and no built-in scenario of that name.
-    #[error("{name}: no such file, and no built-in scenario of that name (there are {})", names())]
-    Unknown {
-        /// What was asked for.
-        name: String,
-    },
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Unreadable {
-        /// Which file.
-        path: PathBuf,
-        /// What the operating system said.
-        source: std::io::Error,
-    },
-    /// The file is not what it should be.
-    #[error("{file}:{line}: {message}")]
-    Invalid {
-        /// Which file.
-        file: String,
-        /// Which line, from 1.
-        line: usize,
-        /// What is wrong there.
-        message: String,
-    },
-}
-
-fn names() -> String {
-    BUILT_IN.map(|(name, _)| name).join(", ")
-}
-
 impl Scenario {
     /// Reads a scenario file, or takes the built-in one of that name.
     ///
     /// # Errors
-    /// [`ScenarioError`].
-    pub fn open(name: &str) -> Result<Self, ScenarioError> {
-        let path = Path::new(name);
-        let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
-        // A run's folder may well bear the name of its scenario.
-        if let Some((_, text)) = built_in.filter(|_| path.is_dir() || !path.exists()) {
-            return Self::parse(&format!("{name}.toml"), text);
-        }
-        let text = text_of(path)?.ok_or_else(|| ScenarioError::Unknown { name: name.to_owned() })?;
-        Self::parse(name, &text)
+    /// [`FileError`].
+    pub fn open(name: &str) -> Result<Self, FileError> {
+        let Source { file, text, .. } = file::open(name, "scenario", &BUILT_IN)?;
+        Self::parse(&file, &text)
     }
 
     /// Reads a scenario from `text`; `file` is its name in error messages.
     ///
     /// # Errors
-    /// [`ScenarioError::Invalid`].
-    pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
-        let invalid = |line, message| ScenarioError::Invalid { file: file.to_owned(), line, message };
-        let parsed: Tables =
-            toml_lines::read(text, LENGTHS).map_err(|(line, message)| invalid(line, message))?;
-        // Errors below know their key; the file is read once more to find its line.
-        let at = |path: &[&str], message: String| invalid(line_of(text, path), message);
+    /// [`FileError::Invalid`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
+        let document = Document::toml(text).map_err(|mistake| mistake.in_file(file))?;
+        Self::of(&document).map_err(|mistake| mistake.in_file(file))
+    }
+
+    fn of(document: &Document<'_>) -> Result<Self, Mistake> {
+        let parsed: Tables = document.read()?;
         let number = |table: &str, error: ParameterError| {
-            let path: Vec<&str> = table.split('.').chain([error.key]).collect();
-            invalid(line_of(text, &path), format!("[{table}] {error}"))
+            let table: Vec<&str> = table.split('.').collect();
+            document.mistake_in(&table, error.key, &error)
         };
 
         if let Some(message) = unfit(&parsed.name) {
-            return Err(at(&["name"], message));
+            return Err(document.mistake(&["name"], message));
         }
 
         let shape = &parsed.structure;
@@ -236,12 +180,12 @@ impl Scenario {
             (None, Some(cells), None) => ("cells", Structure::from_cells(cells)),
             (None, None, Some(picture)) => ("picture", Structure::from_picture(picture)),
             _ => {
-                let message = "[structure] takes exactly one of size, cells and picture".to_owned();
-                return Err(at(&["structure"], message));
+                let message = "[structure] takes exactly one of size, cells and picture";
+                return Err(document.mistake(&["structure"], message));
             }
         };
         let structure =
-            structure.map_err(|error| at(&["structure", key], format!("[structure] {key}: {error}")))?;
+            structure.map_err(|error| document.mistake_in(&["structure"], key, format!("{key}: {error}")))?;
 
         parsed.modboat.validate().map_err(|error| number("modboat", error))?;
         parsed.planner.validate().map_err(|error| number("planner", error))?;
@@ -254,7 +198,7 @@ impl Scenario {
         parsed.mocap.validate().map_err(|error| number("mocap", error))?;
         parsed.radio.validate().map_err(|error| number("radio", error))?;
         tail_is_kept(&parsed.modboat, &parsed.motor, &parsed.planner)
-            .map_err(|message| at(&["motor"], message))?;
+            .map_err(|message| document.mistake(&["motor"], message))?;
         let shortest_s = parsed.modboat.period_s;
         let ranges = [
             (
@@ -291,14 +235,13 @@ impl Scenario {
             }
         }
         if parsed.legs.is_empty() {
-            return Err(at(&["leg"], "a scenario needs at least one [[leg]]".to_owned()));
+            return Err(document.mistake(&["leg"], "a scenario needs at least one [[leg]]"));
         }
         let mut legs = Vec::with_capacity(parsed.legs.len());
         for (index, leg) in parsed.legs.iter().enumerate() {
-            let leg = leg.check().map_err(|(key, message)| {
-                let line = line_of(text, &["leg", &index.to_string(), key]);
-                invalid(line, format!("[[leg]] {}: {message}", index + 1))
-            })?;
+            let leg = leg
+                .check()
+                .map_err(|(key, message)| document.mistake_in(&["leg", &index.to_string()], key, message))?;
             legs.push(leg);
         }
         Ok(Self {
@@ -356,31 +299,6 @@ pub(super) fn unfit(name: &str) -> Option<String> {
     })
 }
 
-/// The text of a file; nothing if there is no such file.
-pub(super) fn text_of(path: &Path) -> Result<Option<String>, ScenarioError> {
-    let bytes = match read(path) {
-        Ok(bytes) => bytes,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(source) => return Err(ScenarioError::Unreadable { path: path.to_owned(), source }),
-    };
-    String::from_utf8(bytes).map(Some).map_err(|error| ScenarioError::Invalid {
-        file: path.display().to_string(),
-        line: line_at(error.as_bytes(), error.utf8_error().valid_up_to()),
-        message: "is not a text in UTF-8".to_owned(),
-    })
-}
-
-/// The whole of a file that is not absurdly long (`/dev/zero` has no end).
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.take(FILE_MAX + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > FILE_MAX {
-        let message = format!("is longer than {FILE_MAX} bytes");
-        return Err(std::io::Error::new(ErrorKind::FileTooLarge, message));
-    }
-    Ok(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -414,7 +332,7 @@ mod tests {
         for (text, expected) in [
             (GOOD.replace("duration_s = 5.0", "duration_s = -5.0"), "t.toml:5: [[leg]] 1: duration_s = -5 s"),
             (format!("{GOOD}[modboat]\nperiod_s = -1.5\n"), "t.toml:9: [modboat] period_s = -1.5 s"),
-            (format!("{GOOD}[modboat]\nperiod = 1.5\n"), "t.toml:9: unknown field `period`"),
+            (format!("{GOOD}[modboat]\nperiod = 1.5\n"), "t.toml:9: [modboat] unknown field `period`"),
             (format!("{GOOD}[radio]\n\nloss = 1.5\n"), "t.toml:10: [radio] loss = 1.5"),
             (GOOD.replace("\"3x1\"", "\"0x1\""), "t.toml:3: [structure] size"),
             (GOOD.replace("size = \"3x1\"", "cells = [[0,0],[2,0]]"), "t.toml:3: [structure] cells"),
@@ -422,7 +340,10 @@ mod tests {
             ("name = \"t\"\nleg = 5\n[structure]\nsize = \"3x1\"\n".to_owned(), "t.toml:2: "),
             (GOOD.replace("1.5\n", "nan\n"), "t.toml:7: [[leg]] 1: heading_rad = NaN rad"),
             (GOOD.replace("\"t\"", "\"../t\""), "t.toml:1: name = \"../t\""),
-            (GOOD.replace("1.5\n", "\"east\"\n"), "t.toml:7: heading_rad = \"east\": invalid type"),
+            (
+                GOOD.replace("1.5\n", "\"east\"\n"),
+                "t.toml:7: [[leg]] 1: heading_rad = \"east\": must be a number",
+            ),
             (
                 format!("{GOOD}[tank.thrust]\nrest_speed_rad_s = -1.0\n"),
                 "t.toml:9: [tank.thrust] rest_speed_rad_s",

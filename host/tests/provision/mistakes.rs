@@ -9,7 +9,7 @@ fn mistakes_in_a_module_file_are_named_with_line_value_and_unit() {
     let address = |line: &str| MODBOAT.replace("ssid", &format!("{line}\nssid"));
     let rov = |from: &str, to: &str| ROV.replace(from, to);
     let cases: Vec<(String, &str)> = vec![
-        (boat("[modboat.servo]\ntime_constant = 1"), "8: unknown field `time_constant`"),
+        (boat("[modboat.servo]\ntime_constant = 1"), "8: [modboat.servo] unknown field `time_constant`"),
         (boat("[boat]"), "7: unknown field `boat`"),
         (
             boat("[modboat.servo]\ntime_constant_s = nan"),
@@ -25,7 +25,10 @@ fn mistakes_in_a_module_file_are_named_with_line_value_and_unit() {
             boat("[modboat.servo]\ninterval_ms = 0"),
             "8: [modboat.servo] interval_ms = 0 ms: must lie between 0.1 and 100 ms",
         ),
-        (boat("[modboat.servo]\nrate_gain = \"much\""), "8: rate_gain = \"much\": invalid type"),
+        (
+            boat("[modboat.servo]\nrate_gain = \"much\""),
+            "8: [modboat.servo] rate_gain = \"much\": must be a number",
+        ),
         (
             boat("[modboat.limits]\namplitude_min_rad = 3"),
             "8: [modboat.limits] amplitude_min_rad = 3 rad: must not exceed amplitude_max_rad = 2.6 rad",
@@ -44,7 +47,7 @@ fn mistakes_in_a_module_file_are_named_with_line_value_and_unit() {
         ),
         (network("4800", "-1"), "6: [modboat.encoder] counts_per_turn = -1: must be a whole"),
         (network("4800", "100_000_000"), "6: [modboat.encoder] counts_per_turn = 100000000: must be a whole"),
-        (network("4800", "1.5"), "6: counts_per_turn = 1.5: invalid type"),
+        (network("4800", "1.5"), "6: [modboat.encoder] counts_per_turn = 1.5: must be a whole number"),
         (network("counts_per_turn = 4800", ""), "5: [modboat.encoder] counts_per_turn is missing: write"),
         (boat("homing_speed_rad_s = inf"), "7: [modboat.encoder] homing_speed_rad_s = inf rad/s"),
         (boat("[supply]\nlow_v = 7"), "8: [supply] low_v = 7 V: must not exceed recover_v = 6.8 V"),
@@ -147,17 +150,29 @@ fn no_passphrase_is_quoted() {
         assert!(said.starts_with(expected), "{said}\nexpected {expected}");
         assert!(!said.contains("horse") && !said.contains("correct"), "{said}");
     }
+    // Neither is one in a table where none is asked for, nor beside a misspelt key.
+    for (text, expected) in [
+        ("network = [{ passphrase = \"correct horse\" }]\n", "m.toml:1: network: must be a table of keys"),
+        ("[network]\npassphrse = \"correct horse\"\n", "m.toml:2: [network] unknown field `passphrse`, "),
+    ] {
+        fs::write(folder.path().join("m.toml"), text).expect("a file");
+        let said = refused(&provision(folder.path(), &["--id", "3", "--from", "m.toml"]));
+        assert!(said.starts_with(expected) && !said.contains("horse"), "{said}");
+    }
     let inline = "network = { ssid = 3, passphrase = \"correct horse\" }\nmodboat = {}\n";
     fs::write(folder.path().join("m.toml"), inline).expect("a file");
     let said = refused(&provision(folder.path(), &["--id", "3", "--from", "m.toml"]));
     assert!(said.starts_with("m.toml:1: ") && !said.contains("horse"), "{said}");
     // A file of its own is as private as a key.
-    fs::write(folder.path().join("wifi.txt"), "short\n").expect("a file");
+    fs::write(folder.path().join("wifi.txt"), "\u{feff}short\n").expect("a file");
     let own = MODBOAT.replace("passphrase = \"correct horse battery\"", "passphrase_file = \"wifi.txt\"");
     fs::write(folder.path().join("m.toml"), own).expect("a file");
     for (mode, expected) in [
         (0o644, "wifi.txt: mode 0644 lets others"),
-        (0o600, "m.toml:3: [network] passphrase_file = \"wifi.txt\": 8 to 63"),
+        (
+            0o600,
+            "m.toml:3: [network] passphrase_file = \"wifi.txt\": 8 to 63 characters of ASCII make a passphrase, not these 5",
+        ),
     ] {
         fs::set_permissions(folder.path().join("wifi.txt"), Permissions::from_mode(mode))
             .expect("its owner may");
@@ -173,7 +188,7 @@ fn bad_usage_is_refused() {
     for (arguments, expected) in [
         (
             &["--id", "3", "--from", "none.toml"][..],
-            "none.toml: no such file (the ones that come with the program are",
+            "none.toml: no such file, and no built-in module of that name (there are modboat, rov",
         ),
         (&["--id", "3", "--from", "m.toml", "--host", "x"], "--host x: it takes ADDRESS:PORT"),
         (&["--id", "3", "--from", "m.toml", "--passphrase-file", "none"], "none: no such file"),

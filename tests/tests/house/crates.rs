@@ -12,16 +12,16 @@ const CRATES: [(&str, &[&str]); 16] = [
     ("plant", &[]),
     ("images", &[]),
     ("quantity", &[]),
-    ("toml_lines", &[]),
+    ("reader", &[]),
     ("grid", &[]),
     ("modboat", &["quantity"]),
-    ("reconfiguration", &["quantity", "toml_lines"]),
+    ("reconfiguration", &["quantity", "reader"]),
     ("rov", &["grid", "quantity", "reconfiguration"]),
     // Of a reconfiguration the judge knows the data, and nothing of the planner that it judges.
     ("judge", &["reconfiguration"]),
     ("record", &["modboat", "reconfiguration"]),
     ("plot", &["grid", "modboat", "quantity", "reconfiguration", "record"]),
-    ("link", &["protocol", "quantity", "toml_lines"]),
+    ("link", &["protocol", "quantity", "reader"]),
     ("sim", &["firmware", "modboat", "plant", "protocol", "quantity", "reconfiguration", "record", "rov"]),
     (
         "host",
@@ -35,11 +35,11 @@ const CRATES: [(&str, &[&str]); 16] = [
             "plot",
             "protocol",
             "quantity",
+            "reader",
             "reconfiguration",
             "record",
             "rov",
             "sim",
-            "toml_lines",
         ],
     ),
 ];
@@ -47,9 +47,10 @@ const CRATES: [(&str, &[&str]); 16] = [
 /// Crates that only compute.
 const PURE: [&str; 6] = ["grid", "judge", "modboat", "quantity", "reconfiguration", "rov"];
 /// What they may use beside each other: none of it has a clock, a socket, a thread or a console.
-const PURE_MAY_USE: [&str; 6] = ["nalgebra", "rand", "rand_chacha", "serde", "thiserror", "toml_lines"];
+const PURE_MAY_USE: [&str; 6] = ["nalgebra", "rand", "rand_chacha", "reader", "serde", "thiserror"];
 /// Modules of the standard library, and macros, that they do without.
-const IMPURE: [&str; 13] = [
+const IMPURE: [&str; 14] = [
+    "reader::file",
     "std::{",
     "std::env",
     "std::fs",

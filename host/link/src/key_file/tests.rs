@@ -121,6 +121,7 @@ fn mistakes_are_named_with_their_line_and_never_with_a_digit() {
         (format!("{good}module = -3\n"), "k:4: module: must be a whole number from 1 to 1024"),
         (format!("{good}module = \"{digits}\"\n"), "k:4: module: must be a whole number"),
         (format!("{good}module = 2\n"), "k: is the key of module 2, not of module 1"),
+        (format!("\u{feff}{good}module = 2\n"), "k: is the key of module 2, not of module 1"),
         (" ".repeat(5000), "k:1: is longer than 4096 bytes"),
     ] {
         let complaint = complaint(&text);

@@ -5,9 +5,9 @@ use std::fmt::Write;
 
 use protocol::{FleetId, FleetKey, ModuleId, ModuleKey};
 use quantity::MODULE_IDS;
+use reader::line_at;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use toml_lines::line_at;
 use zeroize::Zeroizing;
 
 use super::ModuleCredentials;

@@ -1,27 +1,11 @@
 //! A vehicle's TOML: its shape, and what is refused. A mistake is told as file:line: key = value unit: reason.
 
 use quantity::{ParameterError, Range, check_ranges};
+use reader::{Document, FileError, Mistake};
 use serde::Deserialize;
-use thiserror::Error;
-use toml_lines::{self, Lengths, line_of};
 
 use super::{Connector, Thruster, Vehicle};
 use crate::strip::{Strips, WATER_KG_M3};
-
-/// Why a vehicle cannot be read.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-pub enum VehicleError {
-    /// The file is not what it should be.
-    #[error("{file}:{line}: {message}")]
-    Invalid {
-        /// Which file.
-        file: String,
-        /// Which line, from 1.
-        line: usize,
-        /// What is wrong there.
-        message: String,
-    },
-}
 
 /// The file's own shape. What it leaves out of hydrodynamics is estimated from the box.
 #[derive(Deserialize)]
@@ -49,27 +33,17 @@ struct Tables {
     capabilities: Vec<String>,
 }
 
-const LENGTHS: Lengths<'_> = &[
-    (&["box_m"], 3),
-    (&["r_g_m"], 3),
-    (&["r_b_m"], 3),
-    (&["inertia_kg_m2"], 3),
-    (&["added_mass"], 6),
-    (&["linear_damping"], 6),
-    (&["quadratic_damping"], 6),
-    (&["thrusters", "*", "position_m"], 3),
-    (&["thrusters", "*", "direction"], 3),
-    (&["connectors", "*", "position_m"], 3),
-    (&["connectors", "*", "normal"], 3),
-];
+pub(super) fn parse(file: &str, text: &str) -> Result<Vehicle, FileError> {
+    let document = Document::toml(text).map_err(|mistake| mistake.in_file(file))?;
+    of(&document).map_err(|mistake| mistake.in_file(file))
+}
 
-pub(super) fn parse(file: &str, text: &str) -> Result<Vehicle, VehicleError> {
-    let invalid = |(line, message)| VehicleError::Invalid { file: file.to_owned(), line, message };
-    let tables: Tables = toml_lines::read(text, LENGTHS).map_err(invalid)?;
-    let number = |error: ParameterError| invalid((line_of(text, &[error.key]), error.to_string()));
+fn of(document: &Document<'_>) -> Result<Vehicle, Mistake> {
+    let tables: Tables = document.read()?;
+    let number = |error: ParameterError| document.mistake(&[error.key], error.to_string());
 
     if tables.name.trim().is_empty() {
-        return Err(invalid((line_of(text, &["name"]), "name = \"\": must not be empty".to_owned())));
+        return Err(document.mistake(&["name"], "name = \"\": must not be empty"));
     }
     check_ranges(&tables.box_m.map(|edge| ("box_m", edge, "m", Range::Positive))).map_err(number)?;
     let strips = Strips::of_box(tables.box_m, WATER_KG_M3);
@@ -106,10 +80,8 @@ pub(super) fn parse(file: &str, text: &str) -> Result<Vehicle, VehicleError> {
     let thrusters = vehicle.thrusters.iter().map(|t| ("thrusters", "direction", t.position_m, t.direction));
     let connectors = vehicle.connectors.iter().map(|c| ("connectors", "normal", c.position_m, c.normal));
     for (index, (table, key, position_m, direction)) in thrusters.enumerate().chain(connectors.enumerate()) {
-        placed(key, position_m, direction).map_err(|error| {
-            let line = line_of(text, &[table, &index.to_string(), error.key]);
-            invalid((line, format!("[[{table}]] {}: {error}", index + 1)))
-        })?;
+        placed(key, position_m, direction)
+            .map_err(|error| document.mistake_in(&[table, &index.to_string()], error.key, &error))?;
     }
     Ok(vehicle)
 }
@@ -147,11 +119,14 @@ mod tests {
             (GOOD.replace("\"t\"", "\" \""), "t.toml:1: name"),
             (GOOD.replace("0.3, 0.2]", "-0.3, 0.2]"), "t.toml:2: box_m = -0.3 m: must be"),
             (GOOD.replace("4.0", "nan"), "t.toml:3: mass_kg = NaN kg: must be"),
-            (GOOD.replace("4.0", "\"four\""), "t.toml:3: mass_kg = \"four\": invalid type"),
-            (GOOD.replace("= [0.1, 0.1, 0.1]", "= [0.1, 0.1]"), "t.toml:4: "),
+            (GOOD.replace("4.0", "\"four\""), "t.toml:3: mass_kg = \"four\": must be a number"),
+            (
+                GOOD.replace("= [0.1, 0.1, 0.1]", "= [0.1, 0.1]"),
+                "t.toml:4: inertia_kg_m2 = [0.1, 0.1]: a list of 2 where 3 are",
+            ),
             (
                 GOOD.replace("= [0.1, 0.1, 0.1]", "= [0.1, 0.1, 0.1, 1]"),
-                "t.toml:4: inertia_kg_m2: a list of 4",
+                "t.toml:4: inertia_kg_m2 = [0.1, 0.1, 0.1, 1]: a list of 4 where 3 are",
             ),
             (GOOD.replace("= [0.1, 0.1, 0.1]", "= [0.1, 0.0, 0.1]"), "t.toml:4: inertia_kg_m2 = 0 kg·m²"),
             (

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
+use reader::file::{self, Source, WRITTEN_MAX, text_of};
+use reader::{Document, FileError, Mistake};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot, Rules, Slot, Tool};
-use reconfiguration::vehicle::{Vehicle, VehicleError};
+use reconfiguration::vehicle::{self, Vehicle};
 use rov::conditions::{Conditions, Place, ProblemError};
 use serde::Deserialize;
-use thiserror::Error;
-use toml_lines::{self, Lengths, line_of};
 
-use super::super::scenario::{ScenarioError, text_of, unfit};
+use super::super::scenario::unfit;
 
 /// The reconfigurations that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 4] = [
@@ -23,18 +23,6 @@ pub const BUILT_IN: [(&str, &str); 4] = [
 /// No scenario has more robots, or more tools, or more slots; *assumed*.
 const BODIES_MAX: usize = 1000;
 
-/// Lists of fixed length in a scenario.
-const LENGTHS: Lengths<'_> = &[
-    (&["robot", "*", "start"], 4),
-    (&["tool", "*", "pose"], 4),
-    (&["slot", "*", "pose"], 4),
-    (&["rules", "grid_divisions"], 3),
-    (&["rules", "speeds_m_s"], 2),
-    (&["rules", "yaw_rates_rad_s"], 2),
-    (&["rules", "bounds_m"], 2),
-    (&["rules", "bounds_m", "*"], 3),
-];
-
 /// Everything that planning and executing a reconfiguration needs to know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReconfigureScenario {
@@ -42,24 +30,6 @@ pub struct ReconfigureScenario {
     pub problem: Problem,
     /// Seed of everything random in its execution.
     pub seed: u64,
-}
-
-/// Why a reconfiguration cannot be read.
-#[derive(Debug, Error)]
-pub enum ReconfigureScenarioError {
-    /// No such file, and no built-in reconfiguration of that name.
-    #[error("{name}: no such file, and no built-in reconfiguration of that name (there are {})", names())]
-    Unknown {
-        /// What was asked for.
-        name: String,
-    },
-    /// The file cannot be read, or is not what it should be.
-    #[error(transparent)]
-    File(#[from] ScenarioError),
-}
-
-fn names() -> String {
-    BUILT_IN.map(|(name, _)| name).join(", ")
 }
 
 /// The file's own shape; [`ReconfigureScenario`] is what becomes of it.
@@ -114,29 +84,22 @@ impl ReconfigureScenario {
     /// Reads a scenario file, or takes the built-in one of that name.
     ///
     /// # Errors
-    /// [`ReconfigureScenarioError`].
-    pub fn open(name: &str) -> Result<Self, ReconfigureScenarioError> {
-        let path = Path::new(name);
-        let built_in = BUILT_IN.iter().find(|(built_in, _)| *built_in == name);
-        // A run's folder may well bear the name of its scenario.
-        if let Some((_, text)) = built_in.filter(|_| path.is_dir() || !path.exists()) {
-            return Ok(Self::parse(&format!("{name}.toml"), text, Path::new(""))?);
-        }
-        let text =
-            text_of(path)?.ok_or_else(|| ReconfigureScenarioError::Unknown { name: name.to_owned() })?;
-        Ok(Self::parse(name, &text, path.parent().unwrap_or(Path::new("")))?)
+    /// [`FileError`].
+    pub fn open(name: &str) -> Result<Self, FileError> {
+        let Source { file, folder, text } = file::open(name, "reconfiguration", &BUILT_IN)?;
+        Self::parse(&file, &text, &folder)
     }
 
     /// Reads a scenario from `text`; `file` is its name in error messages, and files of vehicles are looked for in
     /// `folder`.
     ///
     /// # Errors
-    /// [`ScenarioError`], of a file of a vehicle too.
-    pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Self, ScenarioError> {
-        let invalid = |line, message| ScenarioError::Invalid { file: file.to_owned(), line, message };
-        let at = |path: &[&str], message: String| invalid(line_of(text, path), message);
-        let tables: Tables =
-            toml_lines::read(text, LENGTHS).map_err(|(line, message)| invalid(line, message))?;
+    /// [`FileError`], of a file of a vehicle too.
+    pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Self, FileError> {
+        let invalid = |mistake: Mistake| mistake.in_file(file);
+        let document = Document::toml(text).map_err(invalid)?;
+        let tables: Tables = document.read().map_err(invalid)?;
+        let at = |path: &[&str], message: String| invalid(document.mistake(path, message));
         if let Some(message) = unfit(&tables.name) {
             return Err(at(&["name"], message));
         }
@@ -149,13 +112,16 @@ impl ReconfigureScenario {
         }
 
         let mut known: Vec<(String, Vehicle)> = Vec::new();
-        let mut kind = |table: &str, index: usize, name: &str| -> Result<usize, ScenarioError> {
+        let mut kind = |table: &str, index: usize, name: &str| -> Result<usize, FileError> {
             if let Some(kind) = known.iter().position(|(known, _)| known == name) {
                 return Ok(kind);
             }
             let vehicle = vehicle(name, folder)?.ok_or_else(|| {
-                let path = [table, &index.to_string(), "vehicle"];
-                at(&path, format!("vehicle = {name:?}: no such file, and no built-in vehicle of that name"))
+                let known = vehicle::there_are(name);
+                let message = format!(
+                    "vehicle = {name:?}: no such file, and no built-in vehicle of that name ({known})"
+                );
+                invalid(document.mistake_in(&[table, &index.to_string()], "vehicle", message))
             })?;
             known.push((name.to_owned(), vehicle));
             Ok(known.len() - 1)
@@ -221,16 +187,14 @@ fn key(error: &ProblemError, problem: &Problem) -> Vec<String> {
     }
 }
 
-/// The built-in vehicle of that name, or that of a file in `folder`; nothing if there is neither.
-fn vehicle(name: &str, folder: &Path) -> Result<Option<Vehicle>, ScenarioError> {
+/// The built-in vehicle of that name, or that of a file in `folder`; `None` if there is neither.
+fn vehicle(name: &str, folder: &Path) -> Result<Option<Vehicle>, FileError> {
     if let Some(vehicle) = Vehicle::built_in(name) {
         return Ok(Some(vehicle));
     }
     let path = folder.join(name);
-    let Some(text) = text_of(&path)? else { return Ok(None) };
-    Vehicle::parse(&path.display().to_string(), &text).map(Some).map_err(
-        |VehicleError::Invalid { file, line, message }| ScenarioError::Invalid { file, line, message },
-    )
+    let Some(text) = text_of(&path, WRITTEN_MAX)? else { return Ok(None) };
+    Vehicle::parse(&path.display().to_string(), &text).map(Some)
 }
 
 #[cfg(test)]
@@ -255,7 +219,11 @@ mod tests {
             );
         }
         let error = ReconfigureScenario::open("t-to-o").expect_err("unknown").to_string();
-        assert!(error.starts_with("t-to-o: no such file") && error.ends_with("sonar-to-bow)"), "{error}");
+        assert!(
+            error.starts_with("t-to-o: no such file")
+                && error.ends_with("sonar-to-bow; did you mean t-to-i-below?)"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -281,16 +249,25 @@ mod tests {
         for (text, expected) in [
             (GOOD.replace("-0.483", "nan"), "t.toml:8: robot 1: x = NaN m"),
             (GOOD.replace("-0.483", "-0.5"), "t.toml:4: tool 1 is left alone"),
-            (GOOD.replace("-0.483", "\"west\""), "t.toml:8: start = [\"west\", 0.0, 0.0, 0.0]: invalid type"),
-            (GOOD.replace("pose = [0.483,", "pose = [0.483, 1.0,"), "t.toml:10: pose: a list of 5 where 4"),
+            (
+                GOOD.replace("-0.483", "\"west\""),
+                "t.toml:8: [[robot]] 1: start[0] = \"west\": must be a number",
+            ),
+            (
+                GOOD.replace("pose = [0.483,", "pose = [0.483, 1.0,"),
+                "t.toml:10: [[slot]] 1: pose = [0.483, 1.0, 0.0, 0.0, 0.0]: a list of 5",
+            ),
             (GOOD.replace("id = 1", "id = 0"), "t.toml:6: robot id = 0"),
-            (GOOD.replace("id = 1", "number = 1"), "t.toml:6: unknown field `number`"),
-            (GOOD.replace("bluerov1", "bluerov9"), "t.toml:7: vehicle = \"bluerov9\": no such file"),
+            (GOOD.replace("id = 1", "number = 1"), "t.toml:6: [[robot]] 1: unknown field `number`"),
+            (
+                GOOD.replace("bluerov1", "bluerov9"),
+                "t.toml:7: [[robot]] 1: vehicle = \"bluerov9\": no such file",
+            ),
             (GOOD.replace("bluerov1", "tool-20n"), "t.toml:7: robot 1: 20 N tool has no thrusters"),
             (format!("{GOOD}requires = [\"sonar\"]\n"), "t.toml:11: slot 1 requires \"sonar\""),
             (format!("{GOOD}[rules]\nbattery_v = 9.0\n"), "t.toml:12: [rules] battery_v = 9 V"),
             (format!("{GOOD}[rules]\nbounds_m = [[0, 0, 0], [0.3, 1, 1]]\n"), "t.toml:8: robot 1 at [-0.483"),
-            (format!("{GOOD}[rules]\nspeed = 1.0\n"), "t.toml:12: unknown field `speed`"),
+            (format!("{GOOD}[rules]\nspeed = 1.0\n"), "t.toml:12: [rules] unknown field `speed`"),
             (GOOD[..GOOD.find("[[slot]]").unwrap()].to_owned(), "t.toml:1: 0 slots for 1 robots"),
             (GOOD.replace("\"t\"", "\"../t\""), "t.toml:1: name = \"../t\""),
         ] {

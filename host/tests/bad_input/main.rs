@@ -1,15 +1,17 @@
 //! Bad input gets one clear line on standard error, exit code 2, and leaves nothing behind. All through the binary.
 
+#[path = "../common/mod.rs"]
 mod common;
+mod files;
+#[path = "../keys/mod.rs"]
 mod keys;
+mod requests;
 
-use std::io::Write;
 use std::net::UdpSocket;
 use std::path::Path;
 
 use common::{Finished, PATIENCE, Process};
 use keys::{KEY, keygen};
-use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 /// A scenario without a mistake; line 3 is the structure's size, 5 to 7 are the leg.
@@ -87,16 +89,36 @@ fn mistakes_in_a_scenario_are_named_with_line_value_and_unit() {
             &["[modboat] amplitude_min_rad = 0.9 rad", "reversed"],
         ),
         (with("[tank.thrust]\nrest_speed_rad_s = -1"), "9", &["[tank.thrust] rest_speed_rad_s = -1 rad/s"]),
-        (with("[planner]\nepochs = -1"), "9", &["epochs = -1", "u32"]),
+        (
+            with("[planner]\nepochs = -1"),
+            "9",
+            &["[planner] epochs = -1: must be a whole number from 0 to 4294967295"],
+        ),
         (with("[timing]\njoin_s = 0"), "9", &["[timing] join_s = 0 s", "between 0.1 and 3600"]),
         (with("[start]\ntail_rad = inf"), "9", &["[start] tail_rad = inf rad"]),
         (with("[radio]\nloss = 1.5"), "9", &["[radio] loss = 1.5", "between 0 and 1"]),
-        (GOOD.replace("= 6", "= \"long\""), "5", &["duration_s = \"long\"", "invalid type"]),
-        (GOOD.replace("[0.04, 0]", "0.04"), "6", &["velocity_m_s = 0.04", "invalid type"]),
-        (GOOD.replace("[0.04, 0]", "[0.04, 0, 1]"), "6", &["velocity_m_s: a list of 3", "2 numbers"]),
-        (GOOD.replace("[0.04, 0]", "[0.04]"), "6", &["velocity_m_s = [0.04]", "invalid length 1"]),
-        (shaped("cells = [\n[0,0],\n[1,0,0]]"), "5", &["cells: a list of 3", "2 numbers"]),
-        (with("[planner]\nweights = [1, 1, 10, 1]"), "9", &["weights: a list of 4", "3 numbers"]),
+        (GOOD.replace("= 6", "= \"long\""), "5", &["[[leg]] 1: duration_s = \"long\": must be a number"]),
+        (GOOD.replace("[0.04, 0]", "0.04"), "6", &["[[leg]] 1: velocity_m_s = 0.04: must be a list of 2"]),
+        (
+            GOOD.replace("[0.04, 0]", "[0.04, 0, 1]"),
+            "6",
+            &["velocity_m_s = [0.04, 0, 1]: a list of 3 where 2 are asked for"],
+        ),
+        (
+            GOOD.replace("[0.04, 0]", "[0.04]"),
+            "6",
+            &["velocity_m_s = [0.04]: a list of 1 where 2 are asked for"],
+        ),
+        (
+            shaped("cells = [\n[0,0],\n[1,0,0]]"),
+            "5",
+            &["[structure] cells[1] = [1,0,0]: a list of 3 where 2 are asked for"],
+        ),
+        (
+            with("[planner]\nweights = [1, 1, 10, 1]"),
+            "9",
+            &["[planner] weights = [1, 1, 10, 1]: a list of 4 where 3 are"],
+        ),
         (GOOD.replace("= 6", "= -6"), "5", &["[[leg]] 1: duration_s = -6 s"]),
         (
             with("[[leg]]\nduration_s = 1\nvelocity_m_s = [99, 0]\nheading_rad = 0"),
@@ -123,13 +145,17 @@ fn mistakes_in_a_scenario_are_named_with_line_value_and_unit() {
         (shaped("cells = [[0,0],[2,0]]"), "3", &["[structure] cells", "pieces", "[2, 0]"]),
         (shaped("cells = [[0,0],[1,1]]"), "3", &["pieces", "[1, 1]"]),
         (shaped("cells = [[0,0],[2147483647,0]]"), "3", &["[structure] cells", "[2147483647, 0]", "10000"]),
-        (shaped("cells = [[0,0],[2147483648,0]]"), "3", &["2147483648", "i32"]),
+        (
+            shaped("cells = [[0,0],[2147483648,0]]"),
+            "3",
+            &["[structure] cells[1][0] = 2147483648: must be a whole number from -2147483648"],
+        ),
         (shaped("picture = \"\"\"\n##.##\n##.##\n\"\"\""), "3", &["[structure] picture", "pieces"]),
         (shaped("picture = \"#o#\""), "3", &["[structure] picture", "line 1, column 2: 'o'"]),
         (shaped("picture = \"...\""), "3", &["[structure] picture", "at least one module"]),
         (shaped("picture = \"#\"\nsize = \"1x1\""), "2", &["exactly one of size, cells and picture"]),
         (shaped(""), "2", &["exactly one of size, cells and picture"]),
-        (shaped("size = 3"), "3", &["size = 3", "invalid type"]),
+        (shaped("size = 3"), "3", &["[structure] size = 3: must be a text in quotes"]),
     ];
     for (text, line, expected) in cases {
         let folder = with_scenario(&text);
@@ -374,104 +400,4 @@ fn a_module_of_another_fleet_is_not_taken_in() {
     let said = refusal(&run.finish()).to_owned();
     assert!(said.starts_with("module 3 did not answer within 5 s"), "{said}");
     assert_left_alone(folder.path());
-}
-
-/// Good requests before, between and after bad ones are answered; each bad one has its line in both streams.
-#[test]
-fn bad_requests_get_an_error_line_each_and_the_stream_goes_on() {
-    let demand = r#""demand":{"fx_n":0.02,"fy_n":0.0,"tau_nm":0.0}"#;
-    let cells = r#""cells":[[0,0],[1,0]]"#;
-    let good = format!("{{{cells},{demand},\"tail_rad\":null}}");
-    let row = |n: usize| (0..n).map(|col| format!("[{col},0]")).collect::<Vec<_>>().join(",");
-    let of_cells = |list: &str| format!("{{\"cells\":[{list}],{demand},\"tail_rad\":null}}");
-    let of_tails = |tails: &str| format!("{{{cells},{demand},\"tail_rad\":{tails}}}");
-    let of_force = |force: &str| good.replace("0.02", force);
-    let bad: Vec<(String, &[&str])> = vec![
-        (of_tails("\"previous\""), &["no plan came before"]),
-        (of_force("NaN"), &["column 41: ", "found NaN"]),
-        (of_force("nan"), &["found nan"]),
-        (of_force("Infinity"), &["found Infinity"]),
-        (of_force("1e300"), &["demand.fx_n = 1e300 N", "at most 1e6"]),
-        (of_force("-1e300"), &["demand.fx_n = -1e300 N"]),
-        (of_force("1e999"), &["number out of range"]),
-        (good.replace("\"tau_nm\":0.0", "\"tau_nm\":2e6"), &["demand.tau_nm = 2e6 N·m"]),
-        (of_force("\"much\""), &["invalid type: string \"much\""]),
-        (of_force("null"), &["invalid type: null"]),
-        (good[..good.len() / 2].to_owned(), &["EOF"]),
-        (format!("{good} {good}"), &["trailing characters"]),
-        (String::new(), &["empty"]),
-        ("   ".to_owned(), &["empty"]),
-        ("[]".to_owned(), &[]),
-        ("null".to_owned(), &["invalid type: null"]),
-        ("42".to_owned(), &["invalid type"]),
-        ("hello".to_owned(), &["found hello"]),
-        (good.replace("\"tail_rad\":null", "\"tail_rad\":null,\"speed\":1"), &["unknown field `speed`"]),
-        (good.replace("\"fx_n\"", "\"fx\""), &["unknown field `fx`"]),
-        (good.replace("\"tau_nm\":0.0", "\"fx_n\":0.0"), &["duplicate field `fx_n`"]),
-        (good.replace(",\"tau_nm\":0.0", ""), &["missing field `tau_nm`"]),
-        (format!("{{{cells},\"tail_rad\":null}}"), &["missing field `demand`"]),
-        (format!("{{{demand},\"tail_rad\":null}}"), &["missing field `cells`"]),
-        (of_cells(""), &["cells: ", "at least one module"]),
-        (of_cells("[0,0],[0,0]"), &["cells: ", "[0, 0]", "twice"]),
-        (of_cells("[0,0],[2,0]"), &["cells: ", "pieces"]),
-        (of_cells(&row(1025)), &["cells: 1025 modules", "1024"]),
-        (of_cells("[0,0],[2147483647,2147483647]"), &["cells: ", "[2147483647, 2147483647]", "10000"]),
-        (of_cells("[-2147483648,0]"), &["cells: ", "[-2147483648, 0]"]),
-        (of_cells("[2147483648,0]"), &["2147483648", "i32"]),
-        (of_cells("[0.5,0]"), &["0.5", "i32"]),
-        (of_cells("[0,0,0]"), &["column "]),
-        (of_cells("[0]"), &["invalid length 1"]),
-        (of_tails("[0.0]"), &["tail_rad has 1 angles for 2 cells"]),
-        (of_tails("[0.0,0.0,0.0]"), &["tail_rad has 3 angles for 2 cells"]),
-        (of_tails("[]"), &["tail_rad has 0 angles for 2 cells"]),
-        (of_tails("[0.0,1e300]"), &["tail_rad[1] = 1e300 rad", "at most 1e6"]),
-        (of_tails("[0.0,NaN]"), &["found NaN"]),
-        (of_tails("\"next\""), &["list of angles, null or \"previous\""]),
-        (of_tails("0.0"), &["list of angles, null or \"previous\""]),
-        (of_tails("[null,null]"), &["list of angles, null or \"previous\""]),
-        (of_tails(&format!("{}{}", "[".repeat(100_000), "]".repeat(100_000))), &["recursion limit"]),
-        (format!("{{\"cells\":{}", "[".repeat(100_000)), &["column "]),
-        ("x".repeat(3 << 20), &["longer than 1048576 bytes"]),
-        (of_cells("[0,0],[0,1]").replace("null", "\"previous\""), &["for other cells"]),
-    ];
-    let folder = tempdir().expect("a folder");
-    let mut plan = Process::start(folder.path(), &["plan"]);
-    let mut input = plan.input.take().expect("a pipe");
-    // The first is "previous" with nothing before it. From then on the good one stands after every bad one.
-    let (requests, last): (Vec<_>, _) = (bad.iter().map(|(line, _)| line.clone()).collect(), good.clone());
-    let writer = std::thread::spawn(move || {
-        for line in requests {
-            writeln!(input, "{line}\n{last}").expect("it reads");
-        }
-        input.write_all(b"\xff\xfe{}\n").expect("it reads");
-        // Half a line, and the end of the stream.
-        input.write_all(&last.as_bytes()[..20]).expect("it reads");
-    });
-    let finished = plan.finish();
-    writer.join().expect("written");
-
-    assert_eq!(finished.code, Some(2));
-    assert_eq!(finished.out.len(), 2 * bad.len() + 2, "one line out for each in");
-    assert_eq!(finished.err.len(), bad.len() + 2, "one line of complaint for each bad request");
-    for (index, (request, expected)) in bad.iter().enumerate() {
-        let shown: String = request.chars().take(120).collect();
-        let error = error_of(&finished.out[2 * index]);
-        for &part in *expected {
-            assert!(error.contains(part), "{shown}\n{error}\ndoes not say {part:?}");
-        }
-        assert!(error.len() < 400, "{shown}\n{error}");
-        assert_eq!(finished.err[index], format!("flotilla: line {}: {error}", 2 * index + 1));
-        let answer: Value = serde_json::from_str(&finished.out[2 * index + 1]).expect("JSON");
-        assert_eq!(answer["outcome"], "planned", "after {shown}");
-    }
-    let rest = &finished.out[2 * bad.len()..];
-    assert!(error_of(&rest[0]).contains("column 1: is not UTF-8"), "{rest:?}");
-    assert!(error_of(&rest[1]).contains("EOF"), "{rest:?}");
-}
-
-fn error_of(line: &str) -> String {
-    let answer: Value = serde_json::from_str(line).expect("JSON");
-    let object = answer.as_object().expect("an object");
-    assert_eq!(object.len(), 1, "nothing but the error: {line}");
-    object["error"].as_str().expect("a text").to_owned()
 }
