@@ -11,7 +11,7 @@
 //! |---|---|
 //! | anything at all | it is unprovisioned: it moves nothing and says nothing |
 //!
-//! Assumptions and limits: the block is where nobody but the module reads. Who reads it has the key of this module and the
+//! Assumptions and limits: only the module reads the block. A reader of it has the key of this module and the
 //! passphrase of the network, and no other module's key. Both are wiped when dropped and never shown. Whether a constant makes
 //! sense is checked by what it is for; here only that each is a number.
 

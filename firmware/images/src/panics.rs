@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Limits: names are those that the compiler gives, and differ from one to the next. A panic whose function was inlined is found by what
-//! it calls. Whether a function can be reached is not asked: the linker takes out what nobody calls.
+//! it calls. Whether a function can be reached is not asked: the linker takes out what is not called.
 
 use thiserror::Error;
 

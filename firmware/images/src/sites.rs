@@ -19,7 +19,7 @@ pub struct Site {
     pub address: u32,
     /// What is called.
     pub function: String,
-    /// The package whose source it comes from; empty if nobody knows.
+    /// The package whose source it comes from; empty if unknown.
     pub package: String,
     /// File and line.
     pub place: String,

@@ -17,7 +17,7 @@
 //!   the cycle that has not started, and its number is free again.
 //! - Numbers only go up. What follows a hold may skip numbers.
 //! - A cycle that needs a commit and has none at its start is forgotten, and the tail holds: [`Delivery::Prepare`]. Until
-//!   then one of a greater number may take its place; nobody runs it, so no promise is broken.
+//!   then one of a greater number may take its place; no module runs it, so no promise is broken.
 //! - A cycle that runs, or ran last, and is offered again is a duplicate, so that a lost acknowledgement can
 //!   be given again.
 //!
@@ -253,7 +253,7 @@ impl Schedule {
     /// A schedule that has run nothing and rests where this one's reference is at `now` (fleet time): for another
     /// epoch of fleet time. A stop in force stays in force.
     #[must_use]
-    pub fn anew(&self, now: FleetInstant) -> Self {
+    pub fn for_new_epoch(&self, now: FleetInstant) -> Self {
         let rest = Radians(self.reference(now).angle_rad);
         Self { stopped: self.stopped, ..Self::new(self.limits, rest) }
     }

@@ -49,7 +49,7 @@ impl Ends {
         Session::new(side, self.fleet.fleet(), MODULE, &self.key, &BOOT, HOST)
     }
 
-    /// By whoever it is for.
+    /// Opened by its receiver.
     fn open(&self, datagram: &[u8]) -> Result<Opened, Class> {
         let frame = Frame::parse(datagram).map_err(|_| Class::Corrupt)?;
         match frame.header.kind {

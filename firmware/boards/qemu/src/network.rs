@@ -68,7 +68,7 @@ pub struct Network {
 
 impl Network {
     /// Of the module with this Ethernet address, as its configuration wants it; it listens on the number of its host's port.
-    /// `seed` makes port numbers and transaction numbers differ from life to life.
+    /// `seed` makes port numbers and transaction numbers differ from boot to boot.
     pub fn new(
         mut device: Lan9118,
         address: EthernetAddress,

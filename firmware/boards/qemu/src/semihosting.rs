@@ -6,7 +6,7 @@ use core::ffi::CStr;
 
 use cortex_m_semihosting::{debug, hprintln, nr, syscall, syscall1};
 
-/// Different from life to life, from the PC's `/dev/urandom`.
+/// Different from boot to boot, from the PC's `/dev/urandom`.
 ///
 /// Nothing where it cannot be read: a module without it would let recordings in.
 #[must_use]

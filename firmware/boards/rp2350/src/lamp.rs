@@ -10,7 +10,7 @@ use firmware::indicator;
 use protocol::time::LocalInstant;
 use protocol::{Faults, ModuleState};
 
-/// A lamp that somebody else switches: true is lit.
+/// Signal for a lamp that another task switches: true is lit.
 pub type Switch = Signal<CriticalSectionRawMutex, bool>;
 
 /// One lamp.

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn all_three_are_needed_and_a_break_begins_it_anew() {
+    fn all_three_are_needed_and_a_break_restarts_it() {
         let held = (1.0, 1.0, 0.0);
         for other in [(0.29, 1.0, 0.0), (1.0, 0.14, 0.0), (1.0, 1.0, 0.51), (f32::NAN, 1.0, 0.0)] {
             let mut watch = StallWatch::new(StallLimits::default());

@@ -16,7 +16,7 @@
 //! | P, L | linear and angular momentum about the cluster's origin | kg·m/s, kg·m²/s |
 //! | rᵢ | member i from the cluster's origin | m |
 //!
-//! Assumptions and limits: connectors are rigid and take hold at once; nobody touches who is not docked; hulls do not
+//! Assumptions and limits: connectors are rigid and take hold at once; undocked robots do not touch; hulls do not
 //! disturb each other's water.
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -189,7 +189,7 @@ impl Basin {
         })
     }
 
-    /// Clusters anew after somebody let go or took hold.
+    /// Forms the clusters again after an undocking or a docking.
     fn regroup(&mut self) -> Result<(), BasinError> {
         let docked: Vec<usize> = (0..self.bodies.len()).filter(|&body| self.bodies[body].docked).collect();
         let placed: Vec<(Pose, &Vehicle)> =

@@ -9,7 +9,7 @@ use protocol::units::Volts;
 
 use super::propellers::Propellers;
 
-/// After so long without a report nothing turns any more. *Assumed.*
+/// Time without a report after which no propeller turns any more. *Assumed.*
 pub const SILENCE: Duration = Duration(500_000);
 
 /// One remote ROV.
