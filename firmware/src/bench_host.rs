@@ -87,7 +87,7 @@ pub fn assert_exact(module: &impl Counterpart) {
     assert_eq!(sent, acknowledged + late + lost + outgoing.under_way(), "{outgoing:?}");
 }
 
-/// See the module's documentation.
+/// A host that serves one module in tests.
 pub struct BenchHost {
     boot: u8,
     calls: u32,

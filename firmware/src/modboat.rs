@@ -1,4 +1,4 @@
-//! A whole Modboat: the link endpoint above the tail.
+//! The firmware of a Modboat: the link endpoint above the tail.
 //!
 //! It is run as every [`Module`] is, at the servo rate.
 //!
@@ -45,7 +45,7 @@ const OUTPUT_FAILS_FOR: Duration = Duration(100_000);
 /// Ticks come every millisecond; after such a gap the own clock may have jumped, or the processor was elsewhere. *Assumed.*
 const TICK_MISSED: Duration = Duration(20_000);
 
-/// See the module's documentation.
+/// The firmware of a Modboat: link endpoint and tail.
 #[derive(Debug)]
 pub struct Modboat<E, S, P, A, B> {
     endpoint: Endpoint<ModboatRobot>,

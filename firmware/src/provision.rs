@@ -1,4 +1,4 @@
-//! From the configuration image in flash to a module that runs; the same on every board.
+//! Builds the firmware of a module from the configuration image in flash; the same on every board.
 //!
 //! ```text
 //! flash → Configuration::read → modboat(…) or rov(…)          anything wrong → NotProvisioned: blink, say and move nothing
@@ -89,7 +89,7 @@ impl From<BankError> for NotProvisioned {
     }
 }
 
-/// Who the image makes the module, in the boot that `boot` names; see [`Identity::boot`].
+/// The identity that the image gives the module, in the boot that `boot` names; see [`Identity::boot`].
 #[must_use]
 pub fn identity(configuration: &Configuration, boot: [u8; 12]) -> Identity {
     Identity {

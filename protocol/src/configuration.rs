@@ -1,4 +1,4 @@
-//! What a module is provisioned with: who it is, where its host is, and the constants of its hardware; one block of flash.
+//! The configuration of a module: who it is, where its host is, and the constants of its hardware; one block of flash.
 //!
 //! ```text
 //! "FLOT" 4 │ format 2 │ length 2 │ postcard of a Configuration … length │ CRC-32 4 │ anything
@@ -46,7 +46,7 @@ pub const MODULES_MAX: u16 = 1024;
 /// Bytes before the postcard.
 const HEAD: usize = 8;
 
-/// See the module's documentation.
+/// The configuration of one module: identity, network and hardware constants.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Configuration {
     /// Its number in the fleet.

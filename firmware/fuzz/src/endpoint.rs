@@ -1,4 +1,4 @@
-//! Bytes as what happens to a Modboat: noise, genuine messages of any content, replays, ticks, faults, other hosts, reboots.
+//! Fuzz input: bytes as events of a Modboat: noise, genuine messages of any content, replays, ticks, faults, other hosts, reboots.
 //!
 //! | byte | then | what happens |
 //! |---|---|---|

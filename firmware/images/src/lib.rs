@@ -1,4 +1,4 @@
-//! Firmware images, seen from the PC that builds them.
+//! Firmware images on the PC that builds them: ELF, UF2, sizes, panics.
 //!
 //! | module | what |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! `images`: what is done with linked firmware on the PC. Exit codes: 0 done, 1 a check failed, 2 bad usage or input.
+//! `images`: checks and conversions of linked firmware on the PC. Exit codes: 0 done, 1 a check failed, 2 bad usage or input.
 
 use std::fs;
 use std::io::Write;

@@ -1,4 +1,4 @@
-//! What of Rust's panic machinery got into an image.
+//! Detection of Rust's panic machinery in an image.
 //!
 //! Every panic ends in the handler (`rust_begin_unwind`) and comes there through functions of `core` with `panic` or `fail` in their
 //! names: an image without them has no way to panic. One that may have some says which and why, in a file:

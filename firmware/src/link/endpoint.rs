@@ -1,4 +1,4 @@
-//! The module's side of the conversation: learns the fleet time, takes cycles, acknowledges, reports, and stops.
+//! The module's end of the link: learns the fleet time, takes cycles, acknowledges, reports, and stops.
 //!
 //! Sans-IO: datagrams, measurements and the time on the module's own clock go in; datagrams come out of
 //! [`Endpoint::poll_transmit`]. Who may speak to it decides the [`Link`], what it may do the [`Failsafe`], what a cycle
@@ -41,7 +41,7 @@ pub const GATE: Duration = Duration(5_000);
 /// Messages that wait to be sent, at most; the oldest gives way.
 const OUTBOX: usize = 8;
 
-/// What every report begins with.
+/// State common to all reports of a module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Present {
     /// Fleet time (0 while unsynchronised).
@@ -110,7 +110,7 @@ pub trait Robot {
     fn report(&self, present: &Present, measurement: &Self::Measurement) -> Option<Message>;
 }
 
-/// What waits to be sent.
+/// A datagram that waits to be sent; it is sealed when it is sent.
 #[derive(Clone, Debug)]
 enum QueuedDatagram {
     Announcement,
@@ -128,7 +128,7 @@ struct Newest {
     release: Option<u32>,
 }
 
-/// See the module's documentation.
+/// The module's end of the link, for one kind of [`Robot`].
 #[derive(Clone, Debug)]
 pub struct Endpoint<R> {
     link: Option<Link>,
@@ -250,7 +250,7 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    /// Posts what is due at `now`, own clock.
+    /// Queues what is due at `now`, own clock.
     pub fn handle_timer(&mut self, now: LocalInstant, measurement: &R::Measurement) {
         self.robot.observe(measurement);
         self.gate(now);

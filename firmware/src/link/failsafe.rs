@@ -94,7 +94,7 @@ impl Conditions {
     }
 }
 
-/// See the module's documentation.
+/// The failsafe state machine of one module.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Failsafe {
     state: ModuleState,

@@ -1,4 +1,4 @@
-//! The module's way in and out: announces the module, lets one host in, and opens nothing that is not sealed by it.
+//! Sessions of the module: announces it, lets one host in, and opens nothing that is not sealed by that host.
 //!
 //! ```text
 //!            Call of a host                    silent for HOST_SILENCE, nothing runs,
@@ -71,7 +71,7 @@ pub enum Host {
     Another,
 }
 
-/// See the module's documentation.
+/// The module's side of its sessions with hosts.
 #[derive(Clone, Debug)]
 pub struct Link {
     identity: Identity,

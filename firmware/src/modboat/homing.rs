@@ -1,4 +1,4 @@
-//! How a tail finds its zero after boot, where the encoder does not know it by itself.
+//! Homing: the search for the tail's zero after boot, where the encoder is not absolute.
 //!
 //! d = min(ω_h/ω₀, [`DRIVE_MAX`])   counter-clockwise, without feedback, until the index is seen
 //!
@@ -36,7 +36,7 @@ pub enum Search {
     Fail,
 }
 
-/// See the module's documentation.
+/// The search for the encoder's index after boot.
 #[derive(Clone, Debug)]
 pub struct Homing {
     speed_rad_s: f32,

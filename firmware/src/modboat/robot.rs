@@ -27,7 +27,7 @@ pub struct Measurement {
     pub battery: Volts,
 }
 
-/// See the module's documentation.
+/// The [`Robot`] of a Modboat: its schedule of cycles and its tail reports.
 #[derive(Clone, Debug)]
 pub struct ModboatRobot {
     limits: TailLimits,

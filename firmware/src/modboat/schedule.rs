@@ -1,4 +1,4 @@
-//! The cycle a module runs and the one it runs next.
+//! The schedule of a Modboat: the cycle that it runs and the one that it runs next.
 //!
 //! Two slots. A cycle is offered during the one before and begins exactly at its start on the fleet clock. When
 //! nothing valid follows, the tail holds the end pose of what it ran: holding is the safe act. Offers are

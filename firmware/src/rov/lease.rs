@@ -1,4 +1,4 @@
-//! What a cycle means to an ROV: thrusts on a lease.
+//! The [`Robot`] of an ROV: thrusts on a lease.
 //!
 //! ```text
 //!      start                    start + lease
@@ -68,7 +68,7 @@ impl Leased {
     }
 }
 
-/// See the module's documentation.
+/// The [`Robot`] of an ROV: the thrusts in force and those that wait.
 #[derive(Clone, Debug)]
 pub struct ThrustLease {
     /// How many thrusts a cycle has, exactly.

@@ -29,7 +29,7 @@ pub const COMMIT_EVERY: Duration = Duration(10_000);
 /// No commit is sent for the first time closer to the start: fifteen more fit in. *Assumed.*
 pub const COMMIT_LEAD: Duration = Duration(150_000);
 
-/// Whether a module has a cycle.
+/// What the host knows about whether a module has a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Knowledge {
     /// It reports that it runs or ran it.
@@ -40,7 +40,7 @@ pub enum Knowledge {
     CertainlyNot,
 }
 
-/// How far a cycle has got.
+/// State of the delivery of one cycle to one module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum DeliveryState {
     /// The module was in no session: nothing was sent.
@@ -60,7 +60,7 @@ pub enum DeliveryState {
 }
 
 impl DeliveryState {
-    /// What an answer makes of it; nothing if the answer says nothing new.
+    /// The state after an answer; `None` if the answer says nothing new.
     #[must_use]
     pub fn answered(self, verdict: Verdict) -> Option<Self> {
         match (self, verdict) {
@@ -97,7 +97,7 @@ impl DeliveryState {
         matches!(self, Self::Unsent | Self::Sent | Self::Prepared | Self::Committing)
     }
 
-    /// What all of a fleet's states in one cycle allow: commit, give up, or wait. `in_time`: a commit can still be repeated
+    /// What the states of all modules in one cycle allow: commit, give up, or wait. `in_time`: a commit can still be repeated
     /// before the start. Once a commit was sent there is nothing to give up: a module that has it runs the cycle.
     #[must_use]
     pub fn decide(all: impl IntoIterator<Item = Self>, in_time: bool) -> Decision {
@@ -118,7 +118,7 @@ impl DeliveryState {
     }
 }
 
-/// What is to be done about a prepared cycle.
+/// Decision about a prepared cycle, from its deliveries to all modules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Decision {
     /// Some module has not answered yet, or it is committed.
@@ -129,7 +129,7 @@ pub enum Decision {
     Drop,
 }
 
-/// One cycle on its way to one module.
+/// The delivery of one cycle to one module.
 #[derive(Clone, Debug)]
 pub struct CycleDelivery {
     /// Its number.
@@ -138,7 +138,7 @@ pub struct CycleDelivery {
     pub start: FleetInstant,
     /// When it makes no difference any more whether it arrives, fleet time.
     pub useful_until: FleetInstant,
-    /// How far it has got.
+    /// Its state.
     pub state: DeliveryState,
     /// Nothing more is sent, and the ledger has counted it.
     pub(super) closed: bool,

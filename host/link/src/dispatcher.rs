@@ -26,7 +26,7 @@ const ORDER_EVERY: Duration = Duration(20_000);
 /// Time after a release within which a stop sent before it, or a report of before that stop, may still arrive. *Assumed.*
 const RELEASE_SETTLES: Duration = Duration(300_000);
 
-/// What a datagram meant to the host.
+/// Event that a datagram of a module caused on the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DispatcherEvent {
     /// A module is in a session for the first time.
@@ -57,7 +57,7 @@ pub enum DispatcherEvent {
     Reported(usize),
 }
 
-/// Where the host came from: told apart from its other lives by twelve random bytes.
+/// Session nonces of one start of the host: twelve random bytes drawn at the start, then the number of the session.
 #[derive(Clone, Debug)]
 struct SessionNonces {
     boot: [u8; 12],
@@ -75,7 +75,7 @@ impl SessionNonces {
     }
 }
 
-/// What waits to be sent to a module (index).
+/// A datagram that waits to be sent to a module (index); it is sealed when it is sent.
 #[derive(Clone, Debug)]
 enum QueuedDatagram {
     Call(usize, Nonce),
@@ -91,7 +91,7 @@ enum Order {
     Release { next_send: FleetInstant, settled: FleetInstant, followed: Vec<bool> },
 }
 
-/// See the module's documentation.
+/// The host's end of the link to every module of a roster.
 #[derive(Debug)]
 pub struct Dispatcher<A> {
     fleet: FleetId,

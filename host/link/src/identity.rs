@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::entropy::{self, EntropyError};
 
-/// See the module's documentation.
+/// Identity of a host: the fleet's key and the random bytes of this start.
 #[derive(Clone, Debug)]
 pub struct HostIdentity {
     /// The fleet's key.

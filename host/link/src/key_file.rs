@@ -115,7 +115,7 @@ impl From<PrivateFileError> for KeyFileError {
     }
 }
 
-/// See the module's documentation.
+/// A key file: the key of a fleet or of one module.
 pub struct KeyFile;
 
 impl KeyFile {

@@ -85,7 +85,7 @@ pub(super) enum Joined {
     Again,
 }
 
-/// See the module's documentation.
+/// What the host knows of one module: sessions, address, cycles sent, reports received.
 #[derive(Clone, Debug)]
 pub struct ModuleLink<A> {
     id: ModuleId,

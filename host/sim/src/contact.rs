@@ -1,4 +1,4 @@
-//! Watches for tails that touch, by the exact capsule test on the actual angles.
+//! Detection of tails that touch, by the exact capsule test on the actual angles.
 //!
 //! Two neighbours that touch with their tails push each other off their docks: an undocking, counted once from the moment
 //! the surfaces meet until they part again.

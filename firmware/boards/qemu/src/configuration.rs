@@ -1,4 +1,4 @@
-//! The image of `flotilla provision`, where the linker says it is.
+//! The configuration block in memory: the image of `flotilla provision`, where the linker says it is.
 
 unsafe extern "C" {
     static __configuration: u8;

@@ -65,7 +65,7 @@ pub struct Statistics {
     pub running: u32,
 }
 
-/// See the module's documentation.
+/// The control loop of the emulated board.
 pub struct Control {
     firmware: Firmware,
     supply: SupplyConstants,

@@ -1,4 +1,4 @@
-//! What only an emulator has: the PC's dice, a line to its terminal, and a status to end with (Arm IHI 0100, semihosting).
+//! Semihosting: the PC's random numbers, a line to its terminal, and an exit status (Arm IHI 0100).
 //!
 //! A real board draws its boot nonce from a generator of its own. This machine has none, so that of the PC serves.
 

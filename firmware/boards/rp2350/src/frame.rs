@@ -1,4 +1,4 @@
-//! The timer of an output that makes one pulse a frame.
+//! PWM output that sends one pulse a frame, as speed controllers want it.
 //!
 //! N = ⌈f_c/(f·65 534)⌉,   T = round(f_c/(f·N)),   pulse of duty d: d·N/f_c = d/(f·T)
 //!
@@ -14,7 +14,7 @@
 //!
 //! Source: RP2350 datasheet, section 12.5.2: the period is (T + 1)·N, and a new duty begins with a frame. N may be up to 256.
 
-/// See the module's documentation.
+/// PWM output that sends one pulse a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
     /// N.

@@ -1,4 +1,4 @@
-//! Datagrams between the network, in thread mode, and the control loop above it.
+//! Queues of datagrams between the network, in thread mode, and the control loop above it.
 //!
 //! Two queues of fixed length. What finds its queue full is dropped: it is UDP, and the sender counts on that. What waits while
 //! there is no network is dropped too, as it would be old by the time there is one.
@@ -30,7 +30,7 @@ const OUTGOING: usize = 8;
 /// Datagrams in the socket, each way. It moves them on at once.
 const IN_SOCKET: usize = 4;
 
-/// See the module's documentation.
+/// Queues of datagrams between the network task and the control loop.
 pub struct Link {
     incoming: Channel<CriticalSectionRawMutex, Datagram, INCOMING>,
     outgoing: Channel<CriticalSectionRawMutex, Datagram, OUTGOING>,

@@ -1,4 +1,4 @@
-//! What is drawn at boot, from the chip's generator of true random numbers.
+//! Random values of one boot, from the chip's generator of true random numbers.
 //!
 //! Assumptions and limits: the generator's own tests are on. It samples its oscillator every 100 cycles instead of 25, which takes some
 //! ten milliseconds for a block, rarely a hundred times that, and seldom fails a test (RP2350 datasheet, sections 12.12.2 and
@@ -16,7 +16,7 @@ bind_interrupts!(struct Interrupts {
     TRNG_IRQ => InterruptHandler<TRNG>;
 });
 
-/// See the module's documentation.
+/// Random values of one boot.
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn {
     /// What tells this boot of the module from every other: `firmware::link::session::Identity::boot`.

@@ -29,7 +29,7 @@ pub const TIMEOUT: Duration = Duration::from_millis(100);
 /// The same until the control loop runs. *Assumed*: the random numbers may take a second.
 pub const BOOT_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// See the module's documentation.
+/// The watchdog timer; the control loop feeds it.
 pub struct Watchdog(watchdog::Watchdog);
 
 impl Watchdog {

@@ -1,4 +1,4 @@
-//! A Modboat, its host, and what may never be.
+//! A Modboat and its host under fuzzing, and the invariants that are checked.
 
 use std::collections::HashSet;
 

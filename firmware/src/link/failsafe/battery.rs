@@ -1,4 +1,4 @@
-//! Whether the battery is low.
+//! Detection of a low battery.
 //!
 //! Low once U < U_low for the hold-off, and no longer once U ≥ U_recover for the hold-off.
 //!
@@ -17,7 +17,7 @@ use protocol::units::Volts;
 
 use super::lasting::Lasting;
 
-/// See the module's documentation.
+/// Detects a low battery, with hysteresis and a hold-off.
 #[derive(Clone, Debug)]
 pub struct BatteryWatch {
     limits: BatteryLimits,

@@ -1,4 +1,4 @@
-//! Whether something has been the case for long enough without a break.
+//! A condition that counts once it has lasted for long enough without a break.
 
 use protocol::time::{Duration, LocalInstant};
 

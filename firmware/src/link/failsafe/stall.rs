@@ -1,4 +1,4 @@
-//! Whether the tail is held by something: a motor that is driven and does not follow.
+//! Stall detection: a motor that is driven and does not follow, as something holds the tail.
 //!
 //! Stalled once |d| ≥ d_min and |φ̇| ≤ φ̇_max and |φ_ref − φ| ≥ e_min for the hold-off
 //!
@@ -47,7 +47,7 @@ impl Default for StallLimits {
     }
 }
 
-/// See the module's documentation.
+/// Detects a motor that is driven and does not follow.
 #[derive(Clone, Debug)]
 pub struct StallWatch {
     limits: StallLimits,

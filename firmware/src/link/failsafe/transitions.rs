@@ -1,4 +1,4 @@
-//! The transitions, and the events that cause them. Nothing else in Flotilla changes a module's state.
+//! The transition table of the failsafe, and the events that cause transitions. Nothing else in Flotilla changes a module's state.
 
 use protocol::{Faults, ModuleState};
 
@@ -14,7 +14,7 @@ pub const STATES: [ModuleState; 8] = [
     ModuleState::Stopped,
 ];
 
-/// What can happen to a module.
+/// Events that the failsafe acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FailsafeEvent {
     /// No valid configuration was found.
@@ -88,7 +88,7 @@ impl FailsafeEvent {
     }
 }
 
-/// One line of the table.
+/// One line of the transition table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Transition {
     /// In this state

@@ -74,7 +74,7 @@ struct Channel {
     esc: Esc,
 }
 
-/// See the module's documentation.
+/// All thrusters of a module on their pins.
 #[derive(Debug)]
 pub struct Bank<P> {
     pins: Vec<P, MAX_THRUSTERS>,

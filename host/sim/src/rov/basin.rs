@@ -31,7 +31,7 @@ use thiserror::Error;
 /// Longest step, s. The error of a step of 10 ms is far below what a propeller's lag makes.
 pub const STEP_MOST_S: f64 = 0.010;
 
-/// Why there is no such water.
+/// Errors of a [`Basin`].
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BasinError {
     /// A pose that is none.
@@ -80,7 +80,7 @@ struct Raft {
     state: State,
 }
 
-/// See the module's documentation.
+/// The water with all robots and tools in it, and their docked clusters.
 #[derive(Clone, Debug)]
 pub struct Basin {
     bodies: Vec<Floating>,

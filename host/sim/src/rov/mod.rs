@@ -39,7 +39,7 @@ use super::node::Node;
 /// Counts of the pins' timer in one frame: 25 a microsecond at 400 Hz.
 const MAX_DUTY: u16 = 62_500;
 
-/// Why there is no ROV.
+/// Errors of an ROV's setup.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RovError {
     /// The firmware cannot drive such thrusters.

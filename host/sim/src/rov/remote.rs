@@ -1,4 +1,4 @@
-//! An ROV that is somewhere else: its thrusts, from the pulses that it reports over the radio.
+//! A remote ROV: its thrusts, from the pulses that it reports over the radio.
 //!
 //! The pulses last reported hold until the next report. After [`SILENCE`] without one the propellers are taken to
 //! stand: a module that lives reports, and one that does not puts out no pulse.
