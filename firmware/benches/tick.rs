@@ -139,13 +139,13 @@ fn rov(criterion: &mut Criterion) {
     let key = (key.fleet(), key.module(module));
     let mut host = Session::new(Side::Host, key.0, module, &key.1, &boot, Nonce([2; 16]));
     rov.handle_datagram(LocalInstant(0), host.seal_call(&mut buffer).expect("fits")).expect("accepted");
-    let mut hear = |rov: &mut Rov<Board>, now: u64, message: &Message| {
+    let mut deliver = |rov: &mut Rov<Board>, now: u64, message: &Message| {
         rov.handle_datagram(LocalInstant(now), host.seal(message, &mut buffer).expect("fits"))
             .expect("accepted");
     };
     for now in [1_000, 2_000, 3_000, 4_000].map(LocalInstant) {
         let reply = TimeReply { request_sent: now, received: FleetInstant(now.0), sent: FleetInstant(now.0) };
-        hear(&mut rov, now.0, &Message::TimeReply(reply));
+        deliver(&mut rov, now.0, &Message::TimeReply(reply));
     }
     let motion = RovCycle { thrusts: [Newtons(12.0); N].into_iter().collect(), lease: Duration(1_000_000) };
     let cycle = Cycle {
@@ -154,7 +154,7 @@ fn rov(criterion: &mut Criterion) {
         motion: Motion::Rov(motion),
         delivery: Delivery::Direct,
     };
-    hear(&mut rov, 5_000, &Message::Cycle(cycle));
+    deliver(&mut rov, 5_000, &Message::Cycle(cycle));
     let _ = rov.tick(LocalInstant(5_000), &supply);
     let _ = rov.tick(LocalInstant(500_000), &supply);
     assert!(rov.bank().pulses().iter().all(|pulse| (pulse.0 - 1500.0).abs() > 50.0), "the bench drives");

@@ -22,7 +22,7 @@ pub fn fleet_key() -> FleetKey {
     FleetKey::new([0x42; 32])
 }
 
-/// The module's, in the life that `boot` names.
+/// The module's, of the boot that `boot` names.
 pub fn identity(boot: u8) -> Identity {
     let key = fleet_key();
     Identity {
@@ -35,20 +35,20 @@ pub fn identity(boot: u8) -> Identity {
     }
 }
 
-/// Whatever hears and speaks.
-pub trait Ends {
-    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class>;
-    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
+/// What the bench host talks to: an endpoint alone or a whole module.
+pub trait Counterpart {
+    fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class>;
+    fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
     fn incoming(&self) -> Incoming;
     fn outgoing(&self) -> Outgoing;
 }
 
-impl<R: Robot> Ends for Endpoint<R> {
-    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
+impl<R: Robot> Counterpart for Endpoint<R> {
+    fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
         self.handle_datagram(now, datagram)
     }
 
-    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+    fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
         self.poll_transmit(buffer)
     }
 
@@ -61,13 +61,13 @@ impl<R: Robot> Ends for Endpoint<R> {
     }
 }
 
-impl<M: Module> Ends for M {
-    fn hear(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
-        self.handle_datagram(now, datagram)
+impl<M: Module> Counterpart for M {
+    fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class> {
+        Module::handle_datagram(self, now, datagram)
     }
 
-    fn speak<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-        self.poll_transmit(buffer)
+    fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        Module::poll_transmit(self, buffer)
     }
 
     fn incoming(&self) -> Incoming {
@@ -80,16 +80,16 @@ impl<M: Module> Ends for M {
 }
 
 /// The sums of both ledgers of a module.
-pub fn assert_exact(module: &impl Ends) {
+pub fn assert_exact(module: &impl Counterpart) {
     let (incoming, outgoing) = (module.incoming(), module.outgoing());
     assert!(incoming.is_exact(), "{incoming:?}");
     let Outgoing { sent, acknowledged, late, lost } = outgoing;
     assert_eq!(sent, acknowledged + late + lost + outgoing.under_way(), "{outgoing:?}");
 }
 
-/// See the module's documentation.
+/// A host that serves one module in tests.
 pub struct BenchHost {
-    life: u8,
+    boot: u8,
     calls: u32,
     session: Option<Session>,
     /// Told instead of the right time.
@@ -101,9 +101,9 @@ pub struct BenchHost {
 }
 
 impl BenchHost {
-    /// In the life that `life` names.
-    pub fn new(life: u8) -> Self {
-        Self { life, calls: 0, session: None, error_us: 0, tells_time: true, recorded: Vec::new() }
+    /// Of the boot that `boot` names.
+    pub fn new(boot: u8) -> Self {
+        Self { boot, calls: 0, session: None, error_us: 0, tells_time: true, recorded: Vec::new() }
     }
 
     /// Its session, once it has called.
@@ -111,9 +111,9 @@ impl BenchHost {
         self.session.as_ref().unwrap()
     }
 
-    /// A copy that knows its keys and all it has sent, in a life of its own.
-    pub fn clone_as(&self, life: u8) -> Self {
-        Self { recorded: self.recorded.clone(), ..Self::new(life) }
+    /// A copy that knows its keys and all it has sent, of a boot of its own.
+    pub fn clone_as(&self, boot: u8) -> Self {
+        Self { recorded: self.recorded.clone(), ..Self::new(boot) }
     }
 
     /// The next datagram of the session.
@@ -128,7 +128,7 @@ impl BenchHost {
     pub fn call(&mut self, announcement: &[u8]) -> Vec<u8> {
         let key = fleet_key();
         let boot = Frame::parse(announcement).unwrap().header.nonce.unwrap();
-        let mut nonce = [self.life; 16];
+        let mut nonce = [self.boot; 16];
         nonce[12..].copy_from_slice(&self.calls.to_le_bytes());
         self.calls += 1;
         let module = key.module(MODULE);
@@ -139,17 +139,17 @@ impl BenchHost {
         call
     }
 
-    /// Hears what the module says at `now`, its own clock; calls it, and tells it the time. All else comes back.
-    pub fn listen(&mut self, now: LocalInstant, module: &mut impl Ends) -> Vec<Message> {
+    /// Takes in what the module sends at `now`, its own clock; calls it, and tells it the time. All else comes back.
+    pub fn listen(&mut self, now: LocalInstant, module: &mut impl Counterpart) -> Vec<Message> {
         let (mut said, mut buffer) = (Vec::new(), [0; MAX_DATAGRAM]);
-        while let Some(datagram) = module.speak(&mut buffer) {
+        while let Some(datagram) = module.poll_transmit(&mut buffer) {
             let frame = Frame::parse(datagram).unwrap();
             if frame.header.kind == Kind::Announce {
                 let hello = open_announcement(&fleet_key().module(MODULE), &frame).unwrap();
                 let Message::Hello(hello) = hello else { panic!("{hello:?}") };
                 if hello.session == 0 {
                     let call = self.call(datagram);
-                    let _ = module.hear(now, &call);
+                    let _ = module.handle_datagram(now, &call);
                 }
                 said.push(Message::Hello(hello));
                 continue;
@@ -163,7 +163,7 @@ impl BenchHost {
                     let fleet = FleetInstant((now.0 + AHEAD).saturating_add_signed(self.error_us));
                     let reply = TimeReply { request_sent: request.sent, received: fleet, sent: fleet };
                     let reply = self.seal(&Message::TimeReply(reply));
-                    let _ = module.hear(now, &reply);
+                    let _ = module.handle_datagram(now, &reply);
                 }
                 other => said.push(other),
             }
@@ -173,14 +173,19 @@ impl BenchHost {
     }
 
     /// Says it, and everything that the module says then.
-    pub fn say(&mut self, now: LocalInstant, module: &mut impl Ends, message: &Message) -> Vec<Message> {
+    pub fn say(
+        &mut self,
+        now: LocalInstant,
+        module: &mut impl Counterpart,
+        message: &Message,
+    ) -> Vec<Message> {
         let datagram = self.seal(message);
-        assert_eq!(module.hear(now, &datagram), Ok(()));
+        assert_eq!(module.handle_datagram(now, &datagram), Ok(()));
         self.listen(now, module)
     }
 
     /// Says a cycle or a commit, and what the module decides.
-    pub fn ask(&mut self, now: LocalInstant, module: &mut impl Ends, message: &Message) -> Verdict {
+    pub fn ask(&mut self, now: LocalInstant, module: &mut impl Counterpart, message: &Message) -> Verdict {
         let number = match message {
             Message::Cycle(cycle) => cycle.number,
             Message::Commit(number) => *number,

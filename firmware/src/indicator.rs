@@ -1,4 +1,4 @@
-//! What the one lamp of a module says, for somebody who stands beside the tank.
+//! The status LED: which light shows which state, to an operator beside the tank.
 //!
 //! | light | meaning |
 //! |---|---|

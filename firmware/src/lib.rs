@@ -7,7 +7,7 @@
 //! [`Encoder`](modboat::encoder::Encoder) and [`CurrentSense`](modboat::servo::CurrentSense).
 //!
 //! ```text
-//! datagram → Endpoint<Swimmer> → Schedule ─ reference(now) → TailServo → Bridge → PWM and direction pins
+//! datagram → Endpoint<ModboatRobot> → Schedule ─ reference(now) → TailServo → Bridge → PWM and direction pins
 //!               ↑ now: FleetClock                               ↑ pose, rate: TurnCounter ← Encoder
 //! datagram → Endpoint<ThrustLease> ─ thrusts(now) → Bank: Esc → law → PWM pins
 //! ```

@@ -1,7 +1,7 @@
-//! The module's side of the link: from a datagram to what a module of any kind may do, and back to a datagram.
+//! The module's side of the link: from a datagram to what a module may do, and back to a datagram.
 //!
 //! ```text
-//! datagram → session ─ message → endpoint ─ cycle → Robot (modboat::swimmer or rov::lease)
+//! datagram → session ─ message → endpoint ─ cycle → Robot (modboat::robot or rov::lease)
 //!                                 ↑    ↑
 //!                              clock  failsafe
 //! ```

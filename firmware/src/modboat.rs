@@ -1,4 +1,4 @@
-//! A whole Modboat: the link endpoint above the tail.
+//! The firmware of a Modboat: the link endpoint above the tail.
 //!
 //! It is run as every [`Module`] is, at the servo rate.
 //!
@@ -15,12 +15,12 @@ use protocol::time::{Duration, LocalInstant};
 use protocol::units::{Amperes, Radians};
 
 use crate::link::endpoint::Endpoint;
-use crate::link::failsafe::{BLIND_FOR, BatteryWatch, Event, Lasting, StallLimits, StallWatch};
+use crate::link::failsafe::{BLIND_FOR, BatteryWatch, FailsafeEvent, Lasting, StallLimits, StallWatch};
 use crate::modboat::encoder::Encoder;
 use crate::modboat::homing::{Homing, Search};
 use crate::modboat::motor::ErrorOf;
+use crate::modboat::robot::{Measurement, ModboatRobot};
 use crate::modboat::servo::{Command, CurrentSense};
-use crate::modboat::swimmer::{Measurement, Swimmer};
 use crate::modboat::tail::{Tail, TailStatus};
 use crate::module::{Module, Supply};
 
@@ -32,23 +32,23 @@ pub mod limits;
 pub mod motor;
 pub mod quadrature;
 pub mod reference;
+pub mod robot;
 pub mod schedule;
 pub mod servo;
-pub mod swimmer;
 pub mod tail;
 pub mod transition;
 pub mod waveform;
 
-/// An output that has failed for so long is not coming back. *Assumed.*
+/// Time after which an output that fails is taken for broken. *Assumed.*
 const OUTPUT_FAILS_FOR: Duration = Duration(100_000);
 
 /// Ticks come every millisecond; after such a gap the own clock may have jumped, or the processor was elsewhere. *Assumed.*
 const TICK_MISSED: Duration = Duration(20_000);
 
-/// See the module's documentation.
+/// The firmware of a Modboat: link endpoint and tail.
 #[derive(Debug)]
 pub struct Modboat<E, S, P, A, B> {
-    endpoint: Endpoint<Swimmer>,
+    endpoint: Endpoint<ModboatRobot>,
     tail: Tail<E, S, P, A, B>,
     battery: BatteryWatch,
     stall: StallWatch,
@@ -61,7 +61,7 @@ pub struct Modboat<E, S, P, A, B> {
 impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Modboat<E, S, P, A, B> {
     /// From its two halves.
     #[must_use]
-    pub fn new(endpoint: Endpoint<Swimmer>, tail: Tail<E, S, P, A, B>) -> Self {
+    pub fn new(endpoint: Endpoint<ModboatRobot>, tail: Tail<E, S, P, A, B>) -> Self {
         Self {
             endpoint,
             tail,
@@ -107,7 +107,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
             Search::Wait => self.tail.coast(),
             Search::Fail => {
                 self.homing.end();
-                self.endpoint.stop(now, Event::Blind);
+                self.endpoint.stop(now, FailsafeEvent::Blind);
                 self.tail.coast()
             }
         }
@@ -125,14 +125,14 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
     fn watch_tail(&mut self, now: LocalInstant, status: &TailStatus) {
         let Command { drive, error_rad, .. } = status.command;
         if self.stall.update(now, drive, Radians(error_rad), status.rate) {
-            self.endpoint.stop(now, Event::MotorStalled);
+            self.endpoint.stop(now, FailsafeEvent::MotorStalled);
         }
         self.watch_eyes(now, status.blind);
     }
 
     fn watch_eyes(&mut self, now: LocalInstant, blind: bool) {
         if self.blind.update(now, blind, BLIND_FOR) {
-            self.endpoint.stop(now, Event::Blind);
+            self.endpoint.stop(now, FailsafeEvent::Blind);
         }
     }
 
@@ -146,7 +146,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
 impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Module
     for Modboat<E, S, P, A, B>
 {
-    type Robot = Swimmer;
+    type Robot = ModboatRobot;
     type Error = ErrorOf<P, A, B>;
 
     fn tick(&mut self, now: LocalInstant, &Supply { battery, .. }: &Supply) -> Result<(), Self::Error> {
@@ -166,7 +166,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
             None => (self.look(now), None),
         };
         if self.output.update(now, outcome.is_err(), OUTPUT_FAILS_FOR) {
-            self.endpoint.stop(now, Event::OutputFailed);
+            self.endpoint.stop(now, FailsafeEvent::OutputFailed);
         }
         let counter = self.tail.counter();
         let measurement = Measurement {
@@ -187,7 +187,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         self.endpoint.poll_transmit(buffer)
     }
 
-    fn endpoint(&self) -> &Endpoint<Swimmer> {
+    fn endpoint(&self) -> &Endpoint<ModboatRobot> {
         &self.endpoint
     }
 }

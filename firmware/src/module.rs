@@ -1,4 +1,4 @@
-//! What every module is to whatever runs it: a board, the emulator, the simulator, or a process.
+//! The [`Module`] trait: what a board, the emulator, the simulator or a process runs.
 //!
 //! ```text
 //! every interval:      supply → tick      ┐

@@ -104,7 +104,7 @@ impl Rig {
         self.0.borrow_mut().blocked = blocked;
     }
 
-    /// Somebody turns the tail by hand.
+    /// Turns the tail as by hand.
     pub fn turn(&self, by_rad: f64) {
         self.0.borrow_mut().angle_rad += by_rad;
     }

@@ -1,4 +1,4 @@
-//! From the configuration image in flash to a module that runs; the same on every board.
+//! Builds the firmware of a module from the configuration image in flash; the same on every board.
 //!
 //! ```text
 //! flash → Configuration::read → modboat(…) or rov(…)          anything wrong → NotProvisioned: blink, say and move nothing
@@ -22,8 +22,8 @@ use crate::modboat::encoder::Encoder;
 use crate::modboat::homing::Homing;
 use crate::modboat::motor::Bridge;
 use crate::modboat::quadrature::{COUNTS_MAX, Quadrature};
+use crate::modboat::robot::ModboatRobot;
 use crate::modboat::servo::{CurrentSense, ServoError};
-use crate::modboat::swimmer::Swimmer;
 use crate::modboat::tail::Tail;
 use crate::rov::Rov;
 use crate::rov::lease::ThrustLease;
@@ -89,7 +89,7 @@ impl From<BankError> for NotProvisioned {
     }
 }
 
-/// Who the image makes the module, in the life that `boot` names; see [`Identity::boot`].
+/// The identity that the image gives the module, in the boot that `boot` names; see [`Identity::boot`].
 #[must_use]
 pub fn identity(configuration: &Configuration, boot: [u8; 12]) -> Identity {
     Identity {
@@ -124,7 +124,7 @@ pub fn modboat<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: Ou
         encoder: EncoderConstants { mounting, homing_speed, homing_after, .. },
     } = constants;
     let tail = Tail::new(encoder, *mounting, sense, bridge, servo)?;
-    let endpoint = Endpoint::new(Some(identity(configuration, boot)), Swimmer::new(*limits));
+    let endpoint = Endpoint::new(Some(identity(configuration, boot)), ModboatRobot::new(*limits));
     let homing = Homing::new(*homing_speed, *homing_after, servo.no_load_speed);
     Ok(Modboat::new(endpoint, tail).with_battery(configuration.supply.battery).with_homing(homing))
 }

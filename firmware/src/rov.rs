@@ -1,4 +1,4 @@
-//! A whole ROV: the link endpoint above the thrusters.
+//! The firmware of an ROV: the link endpoint above the thrusters.
 //!
 //! It is run as every [`Module`] is, some hundred times a second.
 
@@ -16,7 +16,7 @@ use crate::rov::thruster::bank::Bank;
 pub mod lease;
 pub mod thruster;
 
-/// See the module's documentation.
+/// The firmware of an ROV: link endpoint and thrusters.
 #[derive(Debug)]
 pub struct Rov<P> {
     endpoint: Endpoint<ThrustLease>,

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use common::{PATIENCE, Process};
 use keys::{KEY, keygen};
-use link::dispatcher::{Dispatcher, Event};
+use link::dispatcher::{Dispatcher, DispatcherEvent};
 use link::identity::HostIdentity;
 use link::key_file::KeyFile;
 use link::udp::UdpRadio;
@@ -48,11 +48,11 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
         while let Some((length, from)) = radio.receive(now, &mut buffer).expect("a radio") {
             let event = dispatcher.handle_datagram(now, from, &buffer[..length]).expect("a datagram");
             match event {
-                Some(Event::Reported(0)) => {
+                Some(DispatcherEvent::Reported(0)) => {
                     remote.report(dispatcher.modules()[0].rov_telemetry().expect("a report"), now);
                 }
                 // Its lease has ended on the way: that is the machine's doing.
-                Some(Event::Refused { reason, .. }) => assert_eq!(reason, Refusal::Late),
+                Some(DispatcherEvent::Refused { reason, .. }) => assert_eq!(reason, Refusal::Late),
                 _ => {}
             }
         }

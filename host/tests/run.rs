@@ -71,7 +71,8 @@ fn the_first_command_shows_experiment_one_and_leaves_its_pictures() {
     assert_eq!((&summary["complete"], &summary["modules"]), (&Value::Bool(true), &Value::from(3)));
     // The README shows what the program prints.
     let readme = include_str!("../../README.md");
-    let block = readme.split_once("```text\n").and_then(|(_, rest)| rest.split_once("```")).expect("a block").0;
+    let block =
+        readme.split_once("```text\n").and_then(|(_, rest)| rest.split_once("```")).expect("a block").0;
     assert!(block.lines().count() >= 6, "{block}");
     for line in block.lines() {
         assert!(text.lines().any(|printed| printed == line), "README: {line:?} is not in\n{text}");

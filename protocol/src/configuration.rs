@@ -1,4 +1,4 @@
-//! What a module is provisioned with: who it is, where its host is, and the constants of its hardware; one block of flash.
+//! The configuration of a module: who it is, where its host is, and the constants of its hardware; one block of flash.
 //!
 //! ```text
 //! "FLOT" 4 │ format 2 │ length 2 │ postcard of a Configuration … length │ CRC-32 4 │ anything
@@ -11,7 +11,7 @@
 //! |---|---|
 //! | anything at all | it is unprovisioned: it moves nothing and says nothing |
 //!
-//! Assumptions and limits: the block is where nobody but the module reads. Who reads it has the key of this module and the
+//! Assumptions and limits: only the module reads the block. A reader of it has the key of this module and the
 //! passphrase of the network, and no other module's key. Both are wiped when dropped and never shown. Whether a constant makes
 //! sense is checked by what it is for; here only that each is a number.
 
@@ -46,7 +46,7 @@ pub const MODULES_MAX: u16 = 1024;
 /// Bytes before the postcard.
 const HEAD: usize = 8;
 
-/// See the module's documentation.
+/// The configuration of one module: identity, network and hardware constants.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Configuration {
     /// Its number in the fleet.

@@ -1,4 +1,4 @@
-//! Framing: one datagram, as it looks to somebody without keys.
+//! Framing: the parts of a datagram that can be read without keys.
 //!
 //! ```text
 //! version 1 │ kind 1 │ fleet 4 │ module 2 │ session 4 │ sequence 4 │ [nonce 16] │ sealed … │ tag 16 │ CRC-32 4
@@ -9,7 +9,7 @@
 //! the postcard of a [`Receipt`](crate::ledger::Receipt) and a [`Message`](crate::Message). Over that the datagram is
 //! longer by [`OVERHEAD`] bytes.
 //!
-//! Two guards, for two questions. The checksum (CRC-32, ISO-HDLC) tells damage on the way, which is nobody's fault and
+//! Two guards, for two questions. The checksum (CRC-32, ISO-HDLC) tells damage on the way, which is accidental and
 //! cheap to see; the 128-bit tag proves who sent it. A datagram with a right checksum and a wrong tag was *made* wrong.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -111,7 +111,7 @@ impl core::fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// Why bytes are not a datagram of this protocol, to anybody.
+/// Why bytes are not a datagram of this protocol, for any receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
     /// Longer than [`MAX_DATAGRAM`] or too short to hold anything.

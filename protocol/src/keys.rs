@@ -9,7 +9,7 @@
 //!
 //! HKDF with SHA-256 (RFC 5869); ChaCha20-Poly1305 (RFC 8439) seals. Nₘ is drawn by the module at every boot, Nₕ by the host
 //! for every session: a session's keys have a fresh part of either side in them, so whatever was recorded before the
-//! reboot of one of them is sealed with keys that nobody uses any more. A module holds its own key and no other's: who
+//! reboot of one of them is sealed with keys that are not used any more. A module holds its own key and no other's: who
 //! takes one apart learns nothing about the rest of the fleet.
 //!
 //! Keys are wiped when dropped and never shown: `Debug` prints no byte of them.

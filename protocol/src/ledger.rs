@@ -31,7 +31,7 @@ pub struct Outgoing {
     pub acknowledged: u64,
     /// Arrived too late to be of use.
     pub late: u64,
-    /// Did not arrive, or nobody said so.
+    /// Did not arrive, or its arrival was not reported.
     pub lost: u64,
 }
 

@@ -1,4 +1,4 @@
-//! What host and modules say to each other: wire types, framing and the [`Radio`] trait.
+//! The link protocol: wire types, framing and the [`Radio`] trait.
 //!
 //! One UDP datagram carries one [`Message`] in postcard, sealed, at most [`MAX_DATAGRAM`] bytes, the wire version first.
 //! This crate runs on the module as well as on the PC: `no_std`, no allocation, no panic on any input.

@@ -63,7 +63,7 @@ pub enum Message {
     RovTelemetry(RovTelemetry),
     /// A host takes a module into a session.
     Called,
-    /// Everybody has prepared the cycle with this number: run it.
+    /// Every module has prepared the cycle with this number: run it.
     Commit(u32),
     /// Ends an emergency stop.
     Release,
@@ -125,7 +125,7 @@ pub struct Cycle {
 /// What a cycle needs before it may run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Delivery {
-    /// Nothing more: any modules may miss it and nobody collides.
+    /// Nothing more: any modules may miss it and no tails collide.
     Direct,
     /// A [`Message::Commit`] before its start; without one the module holds.
     Prepare,
@@ -232,7 +232,7 @@ pub enum Verdict {
 pub enum Refusal {
     /// Its start has passed.
     Late,
-    /// Its start lies further ahead than anybody plans.
+    /// Its start lies further ahead than any plan.
     TooFarAhead,
     /// Its number is not after the last one run.
     AlreadyRun,

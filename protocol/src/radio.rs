@@ -1,4 +1,4 @@
-//! The seam between everything that talks and whatever carries it.
+//! The [`Radio`] trait: the seam between the link and the medium that carries its datagrams.
 
 use crate::time::FleetInstant;
 

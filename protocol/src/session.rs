@@ -1,4 +1,4 @@
-//! A session: the one way from a message to a datagram and back. Nothing is followed that did not come through
+//! Sessions: the one way from a message to a datagram and back. Nothing is followed that did not come through
 //! [`Session::open`] or [`open_announcement`].
 //!
 //! Seal: ChaCha20-Poly1305 with the key of (session, direction), the nonce
@@ -47,7 +47,7 @@ pub struct Opened {
     pub sequence: u32,
 }
 
-/// See the module's documentation.
+/// One end of a session: seals and opens its datagrams, each number once.
 #[derive(Clone, Debug)]
 pub struct Session {
     side: Side,

@@ -1,4 +1,4 @@
-//! Which sequence numbers of a session have come: each once, in any order, but not from too far back.
+//! Replay window: which sequence numbers of a session have come, each once, in any order, but not from too far back.
 //!
 //! ```text
 //!   newest − 127 … newest         the window: a bit for each number
@@ -24,7 +24,7 @@ pub enum Arrival {
     Stale,
 }
 
-/// See the module's documentation.
+/// Replay window: the sequence numbers of a session that have arrived.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Window {
     newest: Option<u32>,

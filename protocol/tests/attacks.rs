@@ -1,4 +1,4 @@
-//! What somebody who hears everything and can send anything achieves: nothing is followed that was not meant, and nothing
+//! An attacker that receives every datagram and can send any: nothing is followed that was not meant, and nothing
 //! twice; every datagram is counted for what it is.
 
 mod common;
@@ -89,7 +89,7 @@ fn old_sessions_are_stale_and_forged_under_the_new_number() {
 fn what_others_seal_is_not_followed() {
     let key = fleet_key();
     let other_fleet = FleetKey::new([7; 32]);
-    // (who it claims to be, with whose key): a module that was taken apart, or somebody with a fleet of his own.
+    // (who it claims to be, with whose key): a module that was taken apart, or the owner of another fleet.
     let strangers = [
         (key.fleet(), ModuleId(4), key.module(ModuleId(4)), Class::Foreign),
         (key.fleet(), MODULE, key.module(ModuleId(4)), Class::Stale),

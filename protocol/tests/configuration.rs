@@ -113,7 +113,7 @@ fn refused(change: impl FnOnce(&mut Configuration)) -> ConfigurationError {
     let mut configuration = modboat();
     change(&mut configuration);
     let error = configuration.write(&mut [0; IMAGE_MAX]).expect_err("it is wrong");
-    // Somebody writes it all the same.
+    // It is written all the same.
     let mut buffer = [0; IMAGE_MAX];
     let content = postcard::to_slice(&configuration, &mut buffer).expect("fits");
     let read = self::error(&around(content));

@@ -161,7 +161,7 @@ fn damage_on_the_way_is_corrupt() {
     }
 }
 
-/// Somebody who can make a checksum, but has no key.
+/// From a sender that can make a checksum, but has no key.
 #[test]
 fn a_changed_bit_under_a_right_checksum_is_seen_for_what_it_is() {
     for (name, good, mut reader, message) in datagrams() {
@@ -188,7 +188,7 @@ fn a_changed_bit_under_a_right_checksum_is_seen_for_what_it_is() {
 }
 
 #[test]
-fn a_changed_announcement_is_nobody_s() {
+fn a_changed_announcement_is_rejected() {
     let key = fleet_key().module(MODULE);
     let good = announcer().seal(&hello(0), &mut [0; MAX_DATAGRAM]).expect("fits").to_vec();
     for bit in 0..(good.len() - frame::CHECKSUM) * 8 {

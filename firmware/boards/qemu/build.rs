@@ -1,4 +1,4 @@
-//! Hands the linker this board's memory, and the run time its script, when built for a board.
+//! Build script: hands the linker this board's memory, and the run time its script, when built for a board.
 
 use std::path::PathBuf;
 use std::{env, fs};

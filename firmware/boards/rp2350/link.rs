@@ -1,4 +1,4 @@
-//! Where the linker finds the memory of the chip: the build script of both boards.
+//! Build script of both boards: tells the linker the memory of the chip.
 
 use std::path::PathBuf;
 use std::{env, error, fs};

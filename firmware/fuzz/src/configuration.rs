@@ -1,4 +1,4 @@
-//! Bytes as a block of flash.
+//! Fuzz input: bytes as a block of flash.
 
 use protocol::Configuration;
 use protocol::configuration::{FORMAT, IMAGE_MAX, MAGIC};

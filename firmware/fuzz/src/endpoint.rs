@@ -1,4 +1,4 @@
-//! Bytes as what happens to a Modboat: noise, genuine messages of any content, replays, ticks, faults, other hosts, reboots.
+//! Fuzz input: bytes as events of a Modboat: noise, genuine messages of any content, replays, ticks, faults, other hosts, reboots.
 //!
 //! | byte | then | what happens |
 //! |---|---|---|
@@ -71,7 +71,7 @@ fn step(world: &mut World, input: &mut Reader<'_>) -> Option<()> {
     match input.byte()? % 8 {
         0 => {
             let noise = input.bytes()?;
-            assert!(world.bring(noise).is_err(), "nobody makes a tag by chance");
+            assert!(world.bring(noise).is_err(), "a valid tag by chance");
         }
         1 => {
             let bytes = input.bytes()?;

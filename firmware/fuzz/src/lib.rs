@@ -1,4 +1,4 @@
-//! What is asked of every input, by the fuzz targets as by the plain tests of `firmware/tests/fuzz.rs`.
+//! Checks on every input, shared by the fuzz targets and the plain tests of `firmware/tests/fuzz.rs`.
 
 pub mod configuration;
 pub mod endpoint;

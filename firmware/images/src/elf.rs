@@ -1,4 +1,4 @@
-//! A linked program: what it loads where, its sections, its functions.
+//! A linked program, read from an ELF file: what it loads where, its sections, its functions.
 //!
 //! A section has an address to run at and, where it has contents, one to load from. It takes flash if it has contents, and RAM if it
 //! has none (it is zeroed or left alone at start) or if the two addresses differ (it is copied at start). That holds for any
@@ -69,7 +69,7 @@ pub struct Function {
 /// Pages of memory by address, and in each the bytes that are known.
 type Pages = BTreeMap<u32, [Option<u8>; PAYLOAD]>;
 
-/// See the module's documentation.
+/// A linked program, read from an ELF file.
 #[derive(Debug)]
 pub struct Program<'a> {
     file: ElfFile32<'a, Endianness>,

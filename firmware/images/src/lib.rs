@@ -1,10 +1,10 @@
-//! Firmware images, seen from the PC that builds them.
+//! Firmware images on the PC that builds them: ELF, UF2, sizes, panics.
 //!
 //! | module | what |
 //! |---|---|
 //! | [`uf2`] | UF2 files, as the boot ROM of the RP2350 takes them from its USB drive |
 //! | `elf` | what a linked program loads where, its sections and its functions |
-//! | `table` | flash and RAM of each image, as a table that is checked in |
+//! | `size_table` | flash and RAM of each image, as a table that is checked in |
 //! | `panics` | what of Rust's panic machinery got into an image |
 //! | `sites` | where a function is called |
 //!
@@ -17,5 +17,5 @@ pub mod panics;
 #[cfg(feature = "elf")]
 pub mod sites;
 #[cfg(feature = "elf")]
-pub mod table;
+pub mod size_table;
 pub mod uf2;

@@ -1,4 +1,4 @@
-//! `images`: what is done with linked firmware on the PC. Exit codes: 0 done, 1 a check failed, 2 bad usage or input.
+//! `images`: checks and conversions of linked firmware on the PC. Exit codes: 0 done, 1 a check failed, 2 bad usage or input.
 
 use std::fs;
 use std::io::Write;
@@ -9,7 +9,7 @@ use std::str::FromStr;
 use clap::{Parser, Subcommand};
 use images::elf::{ElfError, Program};
 use images::sites::{self, Site};
-use images::table::{Row, disagreements, rendered, replaced};
+use images::size_table::{Row, disagreements, rendered, replaced};
 use images::{panics, uf2};
 
 /// Turn linked firmware into UF2 files, weigh it, and look for panics in it.
@@ -136,7 +136,7 @@ fn main() -> ExitCode {
         Err(Failure::Check(message)) => (1, message),
         Err(Failure::Bad(message)) => (2, message),
     };
-    // Whether anybody reads there or not.
+    // Failing to write to a closed stderr changes nothing.
     let _ = writeln!(std::io::stderr(), "images: {message}");
     ExitCode::from(code)
 }
@@ -205,7 +205,7 @@ fn table(arguments: &TableArguments) -> Result<(), Failure> {
                 .iter()
                 .map(|image| format!("{}={}", image.name, image.elf.display()))
                 .collect();
-            wrong.push(format!("write it anew: images table --write {path} {}", images.join(" ")));
+            wrong.push(format!("write it again: images table --write {path} {}", images.join(" ")));
         }
     }
     if !wrong.is_empty() {

@@ -1,4 +1,4 @@
-//! What of Rust's panic machinery got into an image.
+//! Detection of Rust's panic machinery in an image.
 //!
 //! Every panic ends in the handler (`rust_begin_unwind`) and comes there through functions of `core` with `panic` or `fail` in their
 //! names: an image without them has no way to panic. One that may have some says which and why, in a file:
@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Limits: names are those that the compiler gives, and differ from one to the next. A panic whose function was inlined is found by what
-//! it calls. Whether a function can be reached is not asked: the linker takes out what nobody calls.
+//! it calls. Whether a function can be reached is not asked: the linker takes out what is not called.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! Where a linked image calls a function: the instruction, and the line of source that it comes from.
+//! Call sites in a linked image: the instruction that calls a function, and its line of source.
 //!
 //! A call is a Thumb-2 `BL` (encoding T1), and a `B.W` (T4) where the caller ends with it (Arm DDI 0403, A7.7.12 and A7.7.18). The line
 //! is that of the innermost frame that is not of Rust's own library: `x.unwrap()` is where it is written, not in `core`.
@@ -19,7 +19,7 @@ pub struct Site {
     pub address: u32,
     /// What is called.
     pub function: String,
-    /// The package whose source it comes from; empty if nobody knows.
+    /// The package whose source it comes from; empty if unknown.
     pub package: String,
     /// File and line.
     pub place: String,

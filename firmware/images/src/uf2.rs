@@ -28,7 +28,7 @@ const FLAG_FAMILY: u32 = 0x2000;
 /// What flash holds where nothing was written.
 const ERASED: u8 = 0xFF;
 
-/// Whom a file is for.
+/// The UF2 family of a file: the chip or the kind of data that it is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Family(pub u32);
 
@@ -157,7 +157,7 @@ pub fn is_uf2(file: &[u8]) -> bool {
     word(file, 0) == MAGIC_START[0] && word(file, 1) == MAGIC_START[1]
 }
 
-/// Whom a file is for, and its blocks.
+/// Reads the family and the blocks of a file.
 ///
 /// # Errors
 /// The first [`Uf2Error`] in it.

@@ -3,7 +3,7 @@
 mod made;
 
 use images::elf::{ElfError, Program};
-use images::table::{Row, rendered};
+use images::size_table::{Row, rendered};
 use images::uf2;
 use made::{Part, program, usual};
 

@@ -93,7 +93,7 @@ fn budgets_and_the_table_are_kept_or_it_is_one() {
     assert_eq!(
         err,
         "images: sizes.md: a: .bss is 3000 bytes, the table says 300\n\
-         images: write it anew: images table --write sizes.md a=a.elf\n"
+         images: write it again: images table --write sizes.md a=a.elf\n"
     );
 }
 

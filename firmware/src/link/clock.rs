@@ -16,11 +16,11 @@
 //! Two figures say how wrong the time told may be (`known`). [`hard_bound`](FleetClock::hard_bound) is never exceeded,
 //! however unequal the two ways: it is half the least delay if they are equal. [`uncertainty`](FleetClock::uncertainty)
 //! is not exceeded in 99 % of the time **if the delays of both ways are random in the same manner**. A difference that
-//! is always there, of cable, queue or polling, can be seen by nobody; only the hard bound covers it. Both grow with the
+//! is always there, of cable, queue or polling, cannot be observed; only the hard bound covers it. Both grow with the
 //! time since the last exchange, so that a later `local` asks how sure the clock will still be then.
 //!
 //! An exchange that cannot be on the same two clocks as those before (no offset within 300 ppm of drift is left, or it
-//! is better than they by far more than they leave open) means that one of the clocks jumped: the clock begins anew from
+//! is better than they by far more than they leave open) means that one of the clocks jumped: the clock restarts from
 //! it, unsure.
 //!
 //! Simulated, loops at 1 kHz at both ends, 120 s, pauses by [`exchange_pause`](FleetClock::exchange_pause) for 1 ms; from

@@ -1,8 +1,8 @@
-//! The module's side of the conversation: learns the fleet time, takes cycles, acknowledges, reports, and stops.
+//! The module's end of the link: learns the fleet time, takes cycles, acknowledges, reports, and stops.
 //!
 //! Sans-IO: datagrams, measurements and the time on the module's own clock go in; datagrams come out of
 //! [`Endpoint::poll_transmit`]. Who may speak to it decides the [`Link`], what it may do the [`Failsafe`], what a cycle
-//! means the kind of [`Robot`]: [`Swimmer`](crate::modboat::swimmer::Swimmer) for a Modboat,
+//! means the kind of [`Robot`]: [`ModboatRobot`](crate::modboat::robot::ModboatRobot) for a Modboat,
 //! [`ThrustLease`](crate::rov::lease::ThrustLease) for an ROV.
 //!
 //! | what | when |
@@ -25,7 +25,7 @@ use protocol::{
 };
 
 use crate::link::clock::{Exchange, FleetClock};
-use crate::link::failsafe::{Conditions, Event, Failsafe};
+use crate::link::failsafe::{Conditions, Failsafe, FailsafeEvent};
 use crate::link::session::{Host, Identity, Link};
 use crate::modboat::schedule::HORIZON;
 
@@ -35,13 +35,13 @@ pub const HELLO_EVERY: Duration = Duration(200_000);
 /// Pause between two announcements, and two reports of health, from then on.
 pub const KEEP_EVERY: Duration = Duration(1_000_000);
 
-/// So long before its start it is decided whether a cycle may start.
+/// Time before the start of a cycle at which it is decided whether the cycle may start.
 pub const GATE: Duration = Duration(5_000);
 
 /// Messages that wait to be sent, at most; the oldest gives way.
 const OUTBOX: usize = 8;
 
-/// What every report begins with.
+/// State common to all reports of a module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Present {
     /// Fleet time (0 while unsynchronised).
@@ -104,17 +104,17 @@ pub trait Robot {
     fn latest(&self, now: FleetInstant) -> Option<u32>;
 
     /// Forgets every cycle, for another epoch of fleet time. A stop in force stays in force.
-    fn begin_anew(&mut self, now: FleetInstant);
+    fn start_new_epoch(&mut self, now: FleetInstant);
 
     /// The report that is due; nothing while there is nothing to report.
     fn report(&self, present: &Present, measurement: &Self::Measurement) -> Option<Message>;
 }
 
-/// What waits to be sent.
+/// A datagram that waits to be sent; it is sealed when it is sent.
 #[derive(Clone, Debug)]
-enum Letter {
+enum QueuedDatagram {
     Announcement,
-    Say(Message),
+    Message(Message),
 }
 
 /// Numbers of the newest commands of the session, so that one that was overtaken undoes nothing newer.
@@ -128,7 +128,7 @@ struct Newest {
     release: Option<u32>,
 }
 
-/// See the module's documentation.
+/// The module's end of the link, for one kind of [`Robot`].
 #[derive(Clone, Debug)]
 pub struct Endpoint<R> {
     link: Option<Link>,
@@ -139,7 +139,7 @@ pub struct Endpoint<R> {
     newest: Newest,
     /// Greatest number that was refused, and why. A refusal is final: the host tells others what it means.
     refused: Option<(u32, Refusal)>,
-    outbox: Deque<Letter, OUTBOX>,
+    outbox: Deque<QueuedDatagram, OUTBOX>,
     next_hello: LocalInstant,
     next_exchange: LocalInstant,
     next_report: LocalInstant,
@@ -181,12 +181,12 @@ impl<R: Robot> Endpoint<R> {
             self.next_health = now;
         }
         if heard.host == Host::Another {
-            // Another life of the host: its time and its cycle numbers begin anew.
+            // The host was restarted: its fleet time and its cycle numbers are new.
             let fleet = self.fleet(now);
-            self.robot.begin_anew(fleet);
+            self.robot.start_new_epoch(fleet);
             self.refused = None;
             self.clock.reset();
-            self.failsafe.handle(Event::HostChanged);
+            self.failsafe.handle(FailsafeEvent::HostChanged);
         }
         self.follow(now, &heard.opened.message, heard.opened.sequence);
         self.settle(now);
@@ -218,7 +218,7 @@ impl<R: Robot> Endpoint<R> {
                 if self.newest.release > Some(sequence) {
                     self.came_late();
                 } else {
-                    self.stop(now, Event::EmergencyStop);
+                    self.stop(now, FailsafeEvent::EmergencyStop);
                 }
             }
             Message::Release if self.newest.stop > Some(sequence) => self.came_late(),
@@ -227,7 +227,7 @@ impl<R: Robot> Endpoint<R> {
                 self.newest.release = self.newest.release.max(Some(sequence));
                 if self.failsafe.state() == ModuleState::Stopped {
                     self.robot.release();
-                    self.failsafe.handle(Event::Released);
+                    self.failsafe.handle(FailsafeEvent::Released);
                 }
             }
             // What modules say is not for modules; the call has said what it has to by being let in.
@@ -242,7 +242,7 @@ impl<R: Robot> Endpoint<R> {
     }
 
     /// Stops at once, for a reason of the module's own or the host's.
-    pub(crate) fn stop(&mut self, now: LocalInstant, reason: Event) {
+    pub(crate) fn stop(&mut self, now: LocalInstant, reason: FailsafeEvent) {
         let fleet = self.fleet(now);
         self.failsafe.handle(reason);
         if self.failsafe.state() == ModuleState::Stopped {
@@ -250,7 +250,7 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    /// Posts what is due at `now`, own clock.
+    /// Queues what is due at `now`, own clock.
     pub fn handle_timer(&mut self, now: LocalInstant, measurement: &R::Measurement) {
         self.robot.observe(measurement);
         self.gate(now);
@@ -261,14 +261,14 @@ impl<R: Robot> Endpoint<R> {
         let (incoming, report_every) = (*link.incoming(), link.identity().report_every);
         if now >= self.next_hello {
             self.next_hello = now.after(if hears_host { KEEP_EVERY } else { HELLO_EVERY });
-            self.post(Letter::Announcement);
+            self.enqueue(QueuedDatagram::Announcement);
         }
         if !is_open {
             return;
         }
         if now >= self.next_exchange {
             self.next_exchange = now.after(self.clock.exchange_pause(now, sure_within));
-            self.post(Letter::Say(Message::TimeRequest(TimeRequest { sent: now })));
+            self.enqueue(QueuedDatagram::Message(Message::TimeRequest(TimeRequest { sent: now })));
         }
         if now >= self.next_report {
             let at = self.fleet(now);
@@ -276,7 +276,7 @@ impl<R: Robot> Endpoint<R> {
             let present = Present { at, state, cycle: self.robot.latest(at).unwrap_or(0), faults };
             if let Some(report) = self.robot.report(&present, measurement) {
                 self.next_report = now.after(report_every);
-                self.post(Letter::Say(report));
+                self.enqueue(QueuedDatagram::Message(report));
             }
         }
         if now >= self.next_health {
@@ -284,7 +284,7 @@ impl<R: Robot> Endpoint<R> {
             self.next_health = now.after(if sure { KEEP_EVERY } else { HELLO_EVERY });
             let uncertainty = self.clock.uncertainty(now).unwrap_or(Duration(u32::MAX));
             let health = Health { incoming, uncertainty, drift_ppb: self.clock.drift_ppb() };
-            self.post(Letter::Say(Message::Health(health)));
+            self.enqueue(QueuedDatagram::Message(Message::Health(health)));
         }
     }
 
@@ -292,11 +292,11 @@ impl<R: Robot> Endpoint<R> {
     pub fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
         let link = self.link.as_mut()?;
         match self.outbox.pop_front()? {
-            Letter::Announcement => {
+            QueuedDatagram::Announcement => {
                 let hello = Hello { kind: R::KIND, firmware: VERSION, session: link.session() };
                 link.seal_announcement(&hello, buffer)
             }
-            Letter::Say(message) => link.seal(&message, buffer),
+            QueuedDatagram::Message(message) => link.seal(&message, buffer),
         }
     }
 
@@ -389,12 +389,12 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    fn post(&mut self, letter: Letter) {
+    fn enqueue(&mut self, queued: QueuedDatagram) {
         if self.outbox.is_full() {
             self.outbox.pop_front();
         }
         // There is room now, so nothing comes back.
-        let _ = self.outbox.push_back(letter);
+        let _ = self.outbox.push_back(queued);
     }
 
     /// Acknowledges a cycle or its commit that came with `sequence`.
@@ -407,7 +407,7 @@ impl<R: Robot> Endpoint<R> {
         } else {
             self.newest.cycle = self.newest.cycle.max(Some(sequence));
         }
-        self.post(Letter::Say(Message::Acknowledge(Acknowledge { cycle, verdict })));
+        self.enqueue(QueuedDatagram::Message(Message::Acknowledge(Acknowledge { cycle, verdict })));
     }
 
     fn came_late(&mut self) {
@@ -446,7 +446,7 @@ impl<R: Robot> Endpoint<R> {
         let Some(fleet) = self.clock.fleet(now).filter(|_| self.clock.is_synchronised()) else {
             return Verdict::Refused(Refusal::NotSynchronised);
         };
-        // Of a time beyond any plan nobody need be sure.
+        // Beyond the horizon the uncertainty does not matter.
         if cycle.start > fleet.after(HORIZON) {
             return Verdict::Refused(Refusal::TooFarAhead);
         }

@@ -1,4 +1,4 @@
-//! What a module may do now: the one state machine, and what everybody derives from it.
+//! The failsafe: the one state machine that decides what a module may do, and the permissions derived from its state.
 //!
 //! Events come in, [`TRANSITIONS`] says what they change, and nothing else does. An event that the table does not
 //! name for a state leaves it as it is. `firmware/docs/failsafe.svg` and `.md` are made from the same table.
@@ -41,12 +41,12 @@ use protocol::{Faults, ModuleState, Refusal};
 mod battery;
 mod lasting;
 mod stall;
-mod table;
+mod transitions;
 
 pub use battery::BatteryWatch;
 pub use lasting::{BLIND_FOR, Lasting};
 pub use stall::{StallLimits, StallWatch};
-pub use table::{Event, STATES, TRANSITIONS, Transition, transition};
+pub use transitions::{FailsafeEvent, STATES, TRANSITIONS, Transition, transition};
 
 /// Most transitions of one [`Failsafe::follow`]: from Boot to Executing there are four.
 const STEPS: usize = 6;
@@ -74,27 +74,27 @@ pub struct Conditions {
 impl Conditions {
     /// The event that brings `state` nearer to these conditions, if it is not in line with them.
     #[must_use]
-    pub const fn event(&self, state: ModuleState) -> Option<Event> {
+    pub const fn event(&self, state: ModuleState) -> Option<FailsafeEvent> {
         let &Self { configured, located, clock_known, armed, running, .. } = self;
         match state {
-            ModuleState::Boot if !configured => Some(Event::Unconfigured),
-            ModuleState::Boot if located => Some(Event::Located),
-            ModuleState::Unsynchronised if clock_known => Some(Event::ClockKnown),
+            ModuleState::Boot if !configured => Some(FailsafeEvent::Unconfigured),
+            ModuleState::Boot if located => Some(FailsafeEvent::Located),
+            ModuleState::Unsynchronised if clock_known => Some(FailsafeEvent::ClockKnown),
             ModuleState::Arming | ModuleState::Ready | ModuleState::Holding if !clock_known && !running => {
-                Some(Event::ClockLost)
+                Some(FailsafeEvent::ClockLost)
             }
-            ModuleState::Arming if armed => Some(Event::Armed),
+            ModuleState::Arming if armed => Some(FailsafeEvent::Armed),
             ModuleState::Ready | ModuleState::Executing | ModuleState::Holding if !armed => {
-                Some(Event::Disarmed)
+                Some(FailsafeEvent::Disarmed)
             }
-            ModuleState::Ready | ModuleState::Holding if running => Some(Event::CycleBegan),
-            ModuleState::Executing if !running => Some(Event::CycleEnded),
+            ModuleState::Ready | ModuleState::Holding if running => Some(FailsafeEvent::CycleBegan),
+            ModuleState::Executing if !running => Some(FailsafeEvent::CycleEnded),
             _ => None,
         }
     }
 }
 
-/// See the module's documentation.
+/// The failsafe state machine of one module.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Failsafe {
     state: ModuleState,
@@ -119,14 +119,14 @@ impl Failsafe {
     }
 
     /// Takes one event; the new state if it changed. A stop that comes while stopped adds its fault.
-    pub fn handle(&mut self, event: Event) -> Option<ModuleState> {
+    pub fn handle(&mut self, event: FailsafeEvent) -> Option<ModuleState> {
         let next = transition(self.state, event).map(|transition| transition.to);
         self.state = next.unwrap_or(self.state);
         match event {
-            Event::ClockLost => self.unsure = true,
-            Event::ClockKnown => self.unsure = false,
-            Event::Located if next.is_some() => self.located = true,
-            Event::Released if next.is_some() => {
+            FailsafeEvent::ClockLost => self.unsure = true,
+            FailsafeEvent::ClockKnown => self.unsure = false,
+            FailsafeEvent::Located if next.is_some() => self.located = true,
+            FailsafeEvent::Released if next.is_some() => {
                 self.located = false;
                 self.faults = Faults(self.faults.0 & Faults::LOW_BATTERY.0);
             }

@@ -1,4 +1,4 @@
-//! The module's way in and out: announces the module, lets one host in, and opens nothing that is not sealed by it.
+//! Sessions of the module: announces it, lets one host in, and opens nothing that is not sealed by that host.
 //!
 //! ```text
 //!            Call of a host                    silent for HOST_SILENCE, nothing runs,
@@ -6,8 +6,8 @@
 //! ```
 //!
 //! A module serves one host. While that one is heard, or a cycle of its runs, others are told nothing and change nothing. The
-//! boot nonce of an announcement serves for one session: its last four bytes count the sessions of this boot. Whoever plays
-//! an old session to the module finds that it looks for another nonce.
+//! boot nonce of an announcement serves for one session: its last four bytes count the sessions of this boot. A replayed
+//! session fails, as the module expects another nonce.
 //!
 //! | datagram | class |
 //! |---|---|
@@ -27,7 +27,7 @@ use protocol::{
     Announcer, EncodeError, FleetId, Frame, Hello, Kind, Message, ModuleId, ModuleKey, Nonce, Session, Side,
 };
 
-/// A host that has not been heard for so long may be dead: another one is let in. *Assumed*: the clock exchange brings an
+/// Silence of a host after which another host is let in. *Assumed*: the clock exchange brings an
 /// answer at least every second, and several are lost in a row now and then.
 pub const HOST_SILENCE: Duration = Duration(1_500_000);
 
@@ -40,7 +40,7 @@ pub struct Identity {
     pub fleet: FleetId,
     /// Its key.
     pub key: ModuleKey,
-    /// Drawn at boot, different from life to life; the last four bytes are counted on by the link.
+    /// Drawn at boot, different from boot to boot; the last four bytes are counted on by the link.
     pub boot: [u8; 12],
     /// Pause between two reports.
     pub report_every: Duration,
@@ -56,7 +56,7 @@ pub const SURE_WITHIN: Duration = Duration(2_000);
 pub struct Heard {
     /// What it says.
     pub opened: Opened,
-    /// A host was taken: the first, or another life.
+    /// A host was taken: the first, or another boot of it.
     pub host: Host,
 }
 
@@ -65,13 +65,13 @@ pub struct Heard {
 pub enum Host {
     /// The host that is served.
     Same,
-    /// The same life of the host, in another session: its epoch and its cycles go on.
+    /// The same boot of the host, in another session: its epoch and its cycles go on.
     Again,
-    /// The first one, or another life: its epoch and its cycle numbers begin anew.
+    /// The first host, or another boot of it: its epoch and its cycle numbers are new.
     Another,
 }
 
-/// See the module's documentation.
+/// The module's side of its sessions with hosts.
 #[derive(Clone, Debug)]
 pub struct Link {
     identity: Identity,
@@ -125,7 +125,7 @@ impl Link {
         self.former.plus(&self.session.as_ref().map_or(Outgoing::default(), Session::outgoing))
     }
 
-    /// Announcements sent since its boot. Nobody confirms them.
+    /// Announcements sent since its boot. They are not acknowledged.
     #[must_use]
     pub fn announced(&self) -> u64 {
         self.announced.saturating_add(u64::from(self.announcer.sent()))
@@ -143,7 +143,7 @@ impl Link {
         self.session.is_some() && now.since(self.heard) < HOST_SILENCE
     }
 
-    /// The nonce of the host whose session it is in: twelve bytes of that life, four of the session.
+    /// The nonce of the host whose session it is in: twelve bytes of that boot, four of the session.
     #[must_use]
     pub fn host_nonce(&self) -> Option<&Nonce> {
         self.session.as_ref().map(Session::host_nonce)

@@ -1,4 +1,4 @@
-//! From the counts of an absolute encoder to the pose, the turns and the rate of the tail.
+//! The encoder: from the counts of an absolute encoder to the pose, the turns and the rate of the tail.
 //!
 //! φ = 2π·(n − n₀)/N,   φ̇ₖ = φ̇ₖ₋₁ + α·(Δφₖ/Δt − φ̇ₖ₋₁),   α = 1 − exp(−2π·f_c·Δt)
 //!

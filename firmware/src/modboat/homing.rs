@@ -1,4 +1,4 @@
-//! How a tail finds its zero after boot, where the encoder does not know it by itself.
+//! Homing: the search for the tail's zero after boot, where the encoder is not absolute.
 //!
 //! d = min(ω_h/ω₀, [`DRIVE_MAX`])   counter-clockwise, without feedback, until the index is seen
 //!
@@ -7,12 +7,12 @@
 //! | d | drive, share of the supply | |
 //! | ω_h, ω₀ | homing speed of the configuration; no-load speed of the motor | rad/s |
 //!
-//! With ω_h = 0, the default of `flotilla provision`, the motor stays off until somebody has turned the tail over its magnet: nobody is
+//! With ω_h = 0, the default of `flotilla provision`, the motor stays off until the operator has turned the tail over its magnet: no person is
 //! hit. Otherwise the module waits first, so that a person can step back and docked modules can take turns. So weak a drive
 //! stops at whatever it meets.
 //!
 //! Assumptions and limits: the tail passes the index within [`TURNS`] turns at ω_h, or it is given up: the module stops, blind. A module
-//! that homes says nothing yet, so nobody swims with it; what a tail beside it does meanwhile is not asked.
+//! that homes sends nothing yet, so no plan includes it; what a tail beside it does meanwhile is not asked.
 
 use core::f32::consts::TAU;
 
@@ -36,7 +36,7 @@ pub enum Search {
     Fail,
 }
 
-/// See the module's documentation.
+/// The search for the encoder's index after boot.
 #[derive(Clone, Debug)]
 pub struct Homing {
     speed_rad_s: f32,
@@ -76,7 +76,7 @@ impl Homing {
         if turned_s * self.speed_rad_s > TURNS * TAU { Search::Fail } else { Search::Turn(self.drive) }
     }
 
-    /// The zero is known, or looked for no more: the next search begins anew.
+    /// The zero is known, or looked for no more: the next search starts over.
     pub const fn end(&mut self) {
         self.since = None;
     }

@@ -1,4 +1,4 @@
-//! What a tail may be asked to do. A cycle that asks for more is refused whole, before it is scheduled.
+//! Limits of a tail. A cycle that asks for more is refused whole, before it is scheduled.
 //!
 //! ω_peak = 2π|A|/T ≤ ω_max,   |Δφ|/(t_trans − tᵣ) ≤ ω_max,   tᵣ ≤ t_trans/2
 //!

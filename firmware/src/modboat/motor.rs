@@ -79,7 +79,7 @@ impl<P: SetDutyCycle, A: OutputPin, B: OutputPin> Bridge<P, A, B> {
     /// leaves the direction as it is. NaN coasts.
     ///
     /// # Errors
-    /// The output that failed. The next command writes all of them anew.
+    /// The output that failed. The next command writes all of them again.
     pub fn drive(&mut self, drive: f32) -> Result<(), ErrorOf<P, A, B>> {
         if drive.is_nan() {
             return self.coast();
@@ -96,7 +96,7 @@ impl<P: SetDutyCycle, A: OutputPin, B: OutputPin> Bridge<P, A, B> {
     /// Lets the motor run free.
     ///
     /// # Errors
-    /// The output that failed. The next command writes all of them anew.
+    /// The output that failed. The next command writes all of them again.
     pub fn coast(&mut self) -> Result<(), ErrorOf<P, A, B>> {
         self.enter(State::Coast)
     }
@@ -104,7 +104,7 @@ impl<P: SetDutyCycle, A: OutputPin, B: OutputPin> Bridge<P, A, B> {
     /// Shorts the motor, which holds it against slow movement.
     ///
     /// # Errors
-    /// The output that failed. The next command writes all of them anew.
+    /// The output that failed. The next command writes all of them again.
     pub fn brake(&mut self) -> Result<(), ErrorOf<P, A, B>> {
         if self.state == State::Brake {
             return Ok(());
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn writes_everything_anew_after_a_failure() {
+    fn rewrites_every_output_after_a_failure() {
         let board = Board::default();
         let mut bridge =
             Bridge::new(board.clone(), Line(board.clone(), Write::In1), Line(board.clone(), Write::In2));

@@ -26,7 +26,7 @@ pub const COUNTS_MAX: u32 = 1 << 24;
 /// An edge of the index counts where the tail has moved less than a turn by this since the update before: 3 rad/s at 1 kHz.
 pub const SLOW_PER_TURN: u32 = 2_000;
 
-/// See the module's documentation.
+/// Absolute readings from a quadrature count and an index switch.
 #[derive(Clone, Debug)]
 pub struct Quadrature {
     counts_per_turn: u32,

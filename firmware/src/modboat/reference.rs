@@ -1,4 +1,4 @@
-//! What the servo is to follow at one instant, and the circle its angles live on: wrapping, sine and cosine.
+//! The reference of the servo at one instant, and angles on the circle: wrapping, sine and cosine.
 //!
 //! A pose is a point on the circle: φ and φ + 2π are the same tail. Every cycle expresses its angles from its
 //! own end pose, wrapped into (−π, π], so that single precision never decays however many turns a tail has

@@ -1,4 +1,4 @@
-//! The cycle a module runs and the one it runs next.
+//! The schedule of a Modboat: the cycle that it runs and the one that it runs next.
 //!
 //! Two slots. A cycle is offered during the one before and begins exactly at its start on the fleet clock. When
 //! nothing valid follows, the tail holds the end pose of what it ran: holding is the safe act. Offers are
@@ -17,7 +17,7 @@
 //!   the cycle that has not started, and its number is free again.
 //! - Numbers only go up. What follows a hold may skip numbers.
 //! - A cycle that needs a commit and has none at its start is forgotten, and the tail holds: [`Delivery::Prepare`]. Until
-//!   then one of a greater number may take its place; nobody runs it, so no promise is broken.
+//!   then one of a greater number may take its place; no module runs it, so no promise is broken.
 //! - A cycle that runs, or ran last, and is offered again is a duplicate, so that a lost acknowledgement can
 //!   be given again.
 //!
@@ -253,7 +253,7 @@ impl Schedule {
     /// A schedule that has run nothing and rests where this one's reference is at `now` (fleet time): for another
     /// epoch of fleet time. A stop in force stays in force.
     #[must_use]
-    pub fn anew(&self, now: FleetInstant) -> Self {
+    pub fn for_new_epoch(&self, now: FleetInstant) -> Self {
         let rest = Radians(self.reference(now).angle_rad);
         Self { stopped: self.stopped, ..Self::new(self.limits, rest) }
     }

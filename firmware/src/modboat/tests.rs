@@ -32,7 +32,7 @@ struct Bench<E = RigEncoder> {
 impl Bench {
     fn boot(angle_rad: f64) -> Self {
         let rig = Rig::new(angle_rad);
-        let endpoint = Endpoint::new(Some(identity(1)), Swimmer::new(TailLimits::default()));
+        let endpoint = Endpoint::new(Some(identity(1)), ModboatRobot::new(TailLimits::default()));
         let boat = Modboat::new(endpoint, rig.tail());
         Self::on(rig, boat)
     }
@@ -212,7 +212,7 @@ fn stopped_by_the_host_it_holds_and_released_it_rests_where_it_was_turned() {
 #[test]
 fn unprovisioned_it_never_drives() {
     let rig = Rig::new(0.3);
-    let mut boat = Modboat::new(Endpoint::new(None, Swimmer::new(TailLimits::default())), rig.tail());
+    let mut boat = Modboat::new(Endpoint::new(None, ModboatRobot::new(TailLimits::default())), rig.tail());
     let mut host = Bench::ready(0.3);
     host.host.seal(&cycle(1, 2_000 * MS, 0.3, 1.0));
     for (k, datagram) in (0..).zip(host.host.recorded.iter().cycle().take(3_000)) {

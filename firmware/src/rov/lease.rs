@@ -1,4 +1,4 @@
-//! What a cycle means to an ROV: thrusts on a lease.
+//! The [`Robot`] of an ROV: thrusts on a lease.
 //!
 //! ```text
 //!      start                    start + lease
@@ -37,7 +37,7 @@ use crate::modboat::schedule::HORIZON;
 /// Cycles that may wait for their start.
 pub const WAITING: usize = 4;
 
-/// No cycle is taken while fleet time may be off by more: nobody's thrusts need begin together with another's, and a
+/// No cycle is taken while fleet time may be off by more: thrusts of two modules need not begin together, and a
 /// board that ticks two hundred times a second does not see an exchange closer than 5 ms. *Assumed.*
 pub const SURE_WITHIN: Duration = Duration(20_000);
 
@@ -68,7 +68,7 @@ impl Leased {
     }
 }
 
-/// See the module's documentation.
+/// The [`Robot`] of an ROV: the thrusts in force and those that wait.
 #[derive(Clone, Debug)]
 pub struct ThrustLease {
     /// How many thrusts a cycle has, exactly.
@@ -236,7 +236,7 @@ impl Robot for ThrustLease {
         self.begun(now).map(|leased| leased.number).or(self.latest)
     }
 
-    fn begin_anew(&mut self, _now: FleetInstant) {
+    fn start_new_epoch(&mut self, _now: FleetInstant) {
         *self = Self { stopped: self.stopped, armed: self.armed, ..Self::new(self.thrusters, self.limits) };
     }
 

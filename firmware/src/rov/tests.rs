@@ -18,7 +18,7 @@ use crate::rov::thruster::law;
 const SUPPLY: Supply = Supply { battery: Volts(16.0), current: Amperes(3.0) };
 const TICK: u64 = 5_000;
 
-/// A pin whose pulse, µs, everybody sees. 25 counts a microsecond at 400 Hz.
+/// A pin whose pulse, µs, the test reads. 25 counts a microsecond at 400 Hz.
 #[derive(Clone, Default)]
 struct Pin(Rc<RefCell<u16>>);
 
@@ -65,7 +65,7 @@ impl Bench {
         bench
     }
 
-    fn hear(&mut self, message: &Message) {
+    fn handle_message(&mut self, message: &Message) {
         self.host.say(self.now, &mut self.rov, message);
     }
 
@@ -190,13 +190,13 @@ fn a_stop_lasts_until_released() {
     bench.run(600_000);
     bench.offer(1, 600_000, [4.0, 4.0], 900_000);
     bench.run(650_000);
-    bench.hear(&Message::EmergencyStop);
+    bench.handle_message(&Message::EmergencyStop);
     bench.run(bench.now.0 + TICK);
     assert_eq!(bench.pulses_us(), [1500.0; 2]);
     assert_eq!(bench.rov.endpoint().state(bench.now), ModuleState::Stopped);
     let now = bench.now.0;
     assert_eq!(bench.offer(2, now, [4.0, 4.0], 900_000), Verdict::Refused(Refusal::Stopped));
-    bench.hear(&Message::Release);
+    bench.handle_message(&Message::Release);
     bench.run(bench.now.0 + TICK);
     assert_eq!(bench.pulses_us(), [1500.0; 2], "what was dropped stays dropped");
     let now = bench.now.0;

@@ -7,7 +7,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`table`] | the measured T200, as data |
+//! | [`t200`] | the measured T200, as data |
 //! | [`law`] | thrust ↔ pulse by battery voltage |
 //! | [`esc`] | what one speed controller may be asked, from instant to instant |
 //! | [`bank`] | all thrusters of a module on their pins: arming, order, direction |
@@ -18,4 +18,4 @@
 pub mod bank;
 pub mod esc;
 pub mod law;
-pub mod table;
+pub mod t200;

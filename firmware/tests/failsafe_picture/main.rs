@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use firmware::link::failsafe::{Event, Failsafe, STATES, TRANSITIONS};
+use firmware::link::failsafe::{Failsafe, FailsafeEvent, STATES, TRANSITIONS};
 use protocol::ModuleState;
 
 use layout::{FRAME, NODES, ROUTES, Route, START};
@@ -28,8 +28,8 @@ fn words(name: &impl std::fmt::Debug) -> String {
 }
 
 /// The events between every two states, in the order of the table.
-fn arrows() -> Vec<(ModuleState, ModuleState, Vec<Event>)> {
-    let mut arrows: Vec<(ModuleState, ModuleState, Vec<Event>)> = Vec::new();
+fn arrows() -> Vec<(ModuleState, ModuleState, Vec<FailsafeEvent>)> {
+    let mut arrows: Vec<(ModuleState, ModuleState, Vec<FailsafeEvent>)> = Vec::new();
     for t in TRANSITIONS {
         match arrows.iter_mut().find(|(from, to, _)| (*from, *to) == (t.from, t.to)) {
             Some((_, _, events)) => events.push(t.event),
@@ -47,7 +47,7 @@ fn come_to(state: ModuleState) -> Failsafe {
         if failsafe.state() == state {
             return failsafe;
         }
-        for event in Event::ALL {
+        for event in FailsafeEvent::ALL {
             let mut next = failsafe.clone();
             if next.handle(event).is_some_and(|to| seen.insert(to)) {
                 open.push_back(next);
@@ -60,14 +60,14 @@ fn come_to(state: ModuleState) -> Failsafe {
 fn markdown() -> String {
     let mut text = String::from(
         "# The failsafe\n\n\
-         Generated from `TRANSITIONS` in `firmware/src/link/failsafe/table.rs`, as is the picture; change that table and run\n\
+         Generated from `TRANSITIONS` in `firmware/src/link/failsafe/transitions.rs`, as is the picture; change that table and run\n\
          `FLOTILLA_WRITE_DOCS=1 cargo test -p firmware --test failsafe_picture`.\n\n\
          ![Every state of a module and what leads from one to the other](failsafe.svg)\n\n\
          ## Transitions\n\n\
          What is not in the table changes nothing.\n\n\
          | in | on | to | why |\n|---|---|---|---|\n",
     );
-    let mut rows: Vec<(Event, ModuleState, &str, Vec<String>)> = Vec::new();
+    let mut rows: Vec<(FailsafeEvent, ModuleState, &str, Vec<String>)> = Vec::new();
     for t in TRANSITIONS {
         match rows.iter_mut().find(|(event, to, why, _)| (*event, *to, *why) == (t.event, t.to, t.why)) {
             Some((_, _, _, from)) => from.push(format!("{:?}", t.from)),
@@ -100,7 +100,7 @@ fn markdown() -> String {
 /// After which of the stops a module may drive, and after which not.
 fn stopped() -> String {
     let mut after: BTreeMap<bool, Vec<String>> = BTreeMap::new();
-    for event in Event::ALL {
+    for event in FailsafeEvent::ALL {
         let mut failsafe = come_to(ModuleState::Executing);
         if failsafe.handle(event) == Some(ModuleState::Stopped) {
             after.entry(failsafe.may_drive()).or_default().push(words(&event));

@@ -28,7 +28,7 @@ const LEADING: f64 = 16.0;
 /// The whole picture.
 pub const CANVAS: Area = Area { left: 0.0, top: 0.0, right: 1260.0, bottom: 706.0 };
 
-/// About how wide a text is: on the wide side, for nobody knows the viewer's font.
+/// Estimated width of a text: on the wide side, as the viewer's font is unknown.
 fn text_width(text: &str, size: f64) -> f64 {
     let ems: f64 = text
         .chars()
@@ -183,7 +183,7 @@ pub fn picture() -> String {
         fonts = FONTS
     );
     text(&mut svg, (28.0, 34.0), Anchor::Start, (SIZE_HEADING, INK), BOLD, "The failsafe of a module");
-    let below = "Every arrow is a line of TRANSITIONS in firmware/src/link/failsafe/table.rs; every other event changes nothing.";
+    let below = "Every arrow is a line of TRANSITIONS in firmware/src/link/failsafe/transitions.rs; every other event changes nothing.";
     text(&mut svg, (28.0, 62.0), Anchor::Start, (SIZE_TEXT, MUTED), "", below);
     let mut right = FRAME.right;
     for (colour, meaning) in LEGEND.into_iter().rev() {

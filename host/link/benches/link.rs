@@ -6,7 +6,7 @@ use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use link::dispatcher::{Dispatcher, Event};
+use link::dispatcher::{Dispatcher, DispatcherEvent};
 use link::identity::HostIdentity;
 use link::loopback::{Ether, Node};
 use protocol::time::{Duration, FleetInstant};
@@ -35,9 +35,9 @@ fn boot(id: ModuleId) -> Nonce {
 
 /// A host and the modules' ends of its sessions, at the addresses that `address` gives them.
 fn fleet<A: Copy>(address: impl Fn(ModuleId) -> A) -> (Dispatcher<A>, Vec<Session>) {
-    let HostIdentity { key, boot: life } = identity();
+    let HostIdentity { key, boot: host_boot } = identity();
     let ids: Vec<ModuleId> = (1..=MODULES).map(ModuleId).collect();
-    let mut host = Dispatcher::new(&ids, &key, life);
+    let mut host = Dispatcher::new(&ids, &key, host_boot);
     let mut buffer = [0; MAX_DATAGRAM];
     let modules = ids.iter().map(|&id| {
         let (key, fleet, nonce) = (module_key(&key, id), key.fleet(), boot(id));
@@ -52,7 +52,7 @@ fn fleet<A: Copy>(address: impl Fn(ModuleId) -> A) -> (Dispatcher<A>, Vec<Sessio
         session.open(&frame).expect("the call of its host");
         let answer = session.seal(&Message::Health(protocol::Health::default()), &mut buffer).expect("room");
         let joined = host.handle_datagram(FleetInstant(1), address(id), answer).expect("a first word");
-        assert!(matches!(joined, Some(Event::Joined(_))));
+        assert!(matches!(joined, Some(DispatcherEvent::Joined(_))));
         session
     });
     let modules = modules.collect();
@@ -90,7 +90,7 @@ impl Cycles {
     }
 }
 
-/// One cycle to everybody: sealed, and handed to nobody, to the loopback of one process, to a socket.
+/// One cycle to every module: sealed only, handed to the loopback of one process, handed to a socket.
 fn dispatch(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("dispatch, 1,000 modules");
     group.sample_size(20).throughput(Throughput::Elements(u64::from(MODULES)));
@@ -174,7 +174,7 @@ impl Drop for Sink {
     }
 }
 
-/// Everybody's acknowledgement, opened and followed.
+/// The acknowledgements of all modules, opened and followed.
 fn acknowledge(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("acknowledge, 1,000 modules");
     group.sample_size(20).throughput(Throughput::Elements(u64::from(MODULES)));
@@ -197,7 +197,7 @@ fn acknowledge(criterion: &mut Criterion) {
                 let mut host = host.borrow_mut();
                 for (id, answer) in (1..).zip(&answers) {
                     let event = host.handle_datagram(now, Node(id), answer);
-                    assert!(matches!(event, Ok(Some(Event::Accepted { .. }))));
+                    assert!(matches!(event, Ok(Some(DispatcherEvent::Accepted { .. }))));
                 }
             },
             BatchSize::PerIteration,

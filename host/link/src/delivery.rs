@@ -1,4 +1,4 @@
-//! How one cycle gets to its module, and how a plan that not everybody may miss gets to all or none.
+//! Delivery of one cycle to its module, and of a plan that is not loss tolerant to all modules or none.
 //!
 //! ```text
 //! direct    Sent ──accepted──→ Taken
@@ -10,9 +10,9 @@
 //! [`RESEND_MAX`]; a commit every [`COMMIT_EVERY`], because it has less time. Within 0.3 s a cycle goes out 17 times: at 30 % loss it
 //! misses a module once in 10⁸.
 //!
-//! **What two phases can do, and what nobody can.** A prepared cycle runs only where a commit came; a commit is sent only
-//! when everybody certainly holds the cycle, and only while there is still time to repeat it ([`COMMIT_LEAD`]). So nobody runs a
-//! cycle that its neighbour never heard of. That the *commit* reaches all or none by a given instant, no
+//! **What two phases can do, and what no protocol can.** A prepared cycle runs only where a commit came; a commit is sent only
+//! when every module certainly holds the cycle, and only while there is still time to repeat it ([`COMMIT_LEAD`]). So no module
+//! runs a cycle that its neighbour never received. That the *commit* reaches all or none by a given instant, no
 //! protocol over a link that may lose without bound can promise (J. Gray, Notes on Data Base Operating Systems, 1978; J. Halpern and
 //! Y. Moses, JACM 37, 1990): the last message may always be the lost one. Plans that are loss tolerant need no promise,
 //! and the exact planner makes them wherever it can; `loss_tolerant = "require"` makes no others.
@@ -29,7 +29,7 @@ pub const COMMIT_EVERY: Duration = Duration(10_000);
 /// No commit is sent for the first time closer to the start: fifteen more fit in. *Assumed.*
 pub const COMMIT_LEAD: Duration = Duration(150_000);
 
-/// Whether a module has a cycle.
+/// What the host knows about whether a module has a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Knowledge {
     /// It reports that it runs or ran it.
@@ -40,9 +40,9 @@ pub enum Knowledge {
     CertainlyNot,
 }
 
-/// How far a cycle has got.
+/// State of the delivery of one cycle to one module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Standing {
+pub enum DeliveryState {
     /// The module was in no session: nothing was sent.
     Unsent,
     /// Sent, not answered.
@@ -55,12 +55,12 @@ pub enum Standing {
     Taken,
     /// The module does not run it.
     Refused,
-    /// No commit was sent in time: nobody runs it.
+    /// No commit was sent in time: no module runs it.
     Dropped,
 }
 
-impl Standing {
-    /// What an answer makes of it; nothing if the answer says nothing new.
+impl DeliveryState {
+    /// The state after an answer; `None` if the answer says nothing new.
     #[must_use]
     pub fn answered(self, verdict: Verdict) -> Option<Self> {
         match (self, verdict) {
@@ -97,13 +97,13 @@ impl Standing {
         matches!(self, Self::Unsent | Self::Sent | Self::Prepared | Self::Committing)
     }
 
-    /// What all of a fleet's standings in one cycle allow: commit, give up, or wait. `in_time`: a commit can still be repeated
-    /// before the start. Once a commit was sent there is nothing to give up: whoever has it runs the cycle.
+    /// What the states of all modules in one cycle allow: commit, give up, or wait. `in_time`: a commit can still be repeated
+    /// before the start. Once a commit was sent there is nothing to give up: a module that has it runs the cycle.
     #[must_use]
     pub fn decide(all: impl IntoIterator<Item = Self>, in_time: bool) -> Decision {
         let (mut ready, mut missing) = (true, false);
-        for standing in all {
-            match standing {
+        for state in all {
+            match state {
                 Self::Committing | Self::Taken => return Decision::Wait,
                 Self::Refused | Self::Dropped | Self::Unsent => missing = true,
                 Self::Prepared => {}
@@ -118,28 +118,28 @@ impl Standing {
     }
 }
 
-/// What is to be done about a prepared cycle.
+/// Decision about a prepared cycle, from its deliveries to all modules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Decision {
-    /// Not everybody has answered yet, or it is committed.
+    /// Some module has not answered yet, or it is committed.
     Wait,
-    /// Everybody holds it.
+    /// Every module holds it.
     Commit,
-    /// Somebody does not, or it is too late.
+    /// Some module does not hold it, or it is too late.
     Drop,
 }
 
-/// One cycle on its way to one module.
+/// The delivery of one cycle to one module.
 #[derive(Clone, Debug)]
-pub struct Course {
+pub struct CycleDelivery {
     /// Its number.
     pub number: u32,
     /// When it starts, fleet time.
     pub start: FleetInstant,
     /// When it makes no difference any more whether it arrives, fleet time.
     pub useful_until: FleetInstant,
-    /// How far it has got.
-    pub standing: Standing,
+    /// Its state.
+    pub state: DeliveryState,
     /// Nothing more is sent, and the ledger has counted it.
     pub(super) closed: bool,
     /// First sent.
@@ -149,42 +149,42 @@ pub struct Course {
     pause: Duration,
 }
 
-impl Course {
+impl CycleDelivery {
     /// Of a cycle that is sent for the first time at `now`, or cannot be.
     pub(super) fn new(now: FleetInstant, cycle: Cycle, sent: bool) -> Self {
         let useful_until = match &cycle.motion {
             Motion::Modboat(_) => cycle.start,
             Motion::Rov(thrusts) => cycle.start.after(thrusts.lease),
         };
-        let standing = if sent { Standing::Sent } else { Standing::Unsent };
+        let state = if sent { DeliveryState::Sent } else { DeliveryState::Unsent };
         let Cycle { number, start, .. } = cycle;
         let (pause, next_send) = (RESEND_FIRST, now.after(RESEND_FIRST));
-        Self { number, start, useful_until, standing, closed: false, sent: now, cycle, next_send, pause }
+        Self { number, start, useful_until, state, closed: false, sent: now, cycle, next_send, pause }
     }
 
-    /// Whether it runs only if everybody has it.
+    /// Whether it runs only if every module has it.
     pub(super) fn needs_all(&self) -> bool {
         self.cycle.delivery == Delivery::Prepare
     }
 
     /// Whether something is still to be sent.
     pub(super) fn is_open(&self) -> bool {
-        !self.closed && self.standing.is_open()
+        !self.closed && self.state.is_open()
     }
 
     /// Goes over to committing at `now`; the commit to send.
     pub(super) fn commit(&mut self, now: FleetInstant) -> Message {
-        self.standing = Standing::Committing;
+        self.state = DeliveryState::Committing;
         (self.pause, self.next_send) = (COMMIT_EVERY, now.after(COMMIT_EVERY));
         Message::Commit(self.number)
     }
 
     /// What is due to be sent again at `now`.
     pub(super) fn due(&mut self, now: FleetInstant) -> Option<Message> {
-        if self.standing == Standing::Prepared || now < self.next_send {
+        if self.state == DeliveryState::Prepared || now < self.next_send {
             return None;
         }
-        if self.standing == Standing::Committing {
+        if self.state == DeliveryState::Committing {
             self.next_send = now.after(COMMIT_EVERY);
             return Some(Message::Commit(self.number));
         }

@@ -16,19 +16,19 @@ use protocol::{
     Refusal, TimeReply, Verdict,
 };
 
-use super::delivery::{COMMIT_LEAD, Course, Decision, Standing};
+use super::delivery::{COMMIT_LEAD, CycleDelivery, Decision, DeliveryState};
 pub use super::member::ModuleLink;
 use super::member::{Heard, Joined};
 
 /// Pause between two sends of a stop or its release. *Assumed.*
 const ORDER_EVERY: Duration = Duration(20_000);
 
-/// So long after a release a stop of before it, or a report of before that, may still arrive. *Assumed.*
+/// Time after a release within which a stop sent before it, or a report of before that stop, may still arrive. *Assumed.*
 const RELEASE_SETTLES: Duration = Duration(300_000);
 
-/// What a datagram meant to the host.
+/// Event that a datagram of a module caused on the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Event {
+pub enum DispatcherEvent {
     /// A module is in a session for the first time.
     Joined(usize),
     /// A module is in a new session because it booted: it lost its memory and no longer has any cycle.
@@ -57,16 +57,16 @@ pub enum Event {
     Reported(usize),
 }
 
-/// Where the host came from: told apart from its other lives by twelve random bytes.
+/// Session nonces of one start of the host: twelve random bytes drawn at the start, then the number of the session.
 #[derive(Clone, Debug)]
-struct Life {
+struct SessionNonces {
     boot: [u8; 12],
     sessions: u32,
 }
 
-impl Life {
+impl SessionNonces {
     /// A nonce that no session has had.
-    fn nonce(&mut self) -> Nonce {
+    fn next(&mut self) -> Nonce {
         let mut nonce = [0; 16];
         nonce[..12].copy_from_slice(&self.boot);
         nonce[12..].copy_from_slice(&self.sessions.to_le_bytes());
@@ -75,44 +75,44 @@ impl Life {
     }
 }
 
-/// What waits to be sent to a module (index).
+/// A datagram that waits to be sent to a module (index); it is sealed when it is sent.
 #[derive(Clone, Debug)]
-enum Letter {
+enum QueuedDatagram {
     Call(usize, Nonce),
-    Say(usize, Message),
+    Message(usize, Message),
 }
 
-/// A stop, or its release, that is repeated until everybody has followed it.
+/// A stop, or its release, that is repeated until every module has followed it.
 #[derive(Clone, Debug)]
 enum Order {
-    /// In force until a release, for whoever joins or goes on meanwhile too.
+    /// In force until a release, for modules that join or go on meanwhile too.
     Stop { since: FleetInstant, next_send: FleetInstant },
     /// Over for each module that has followed it: what stops that one afterwards is another stop.
     Release { next_send: FleetInstant, settled: FleetInstant, followed: Vec<bool> },
 }
 
-/// See the module's documentation.
+/// The host's end of the link to every module of a roster.
 #[derive(Debug)]
 pub struct Dispatcher<A> {
     fleet: FleetId,
-    life: Life,
+    nonces: SessionNonces,
     modules: Vec<ModuleLink<A>>,
     /// Place of each id in the roster.
     places: HashMap<ModuleId, usize>,
-    outbox: VecDeque<Letter>,
+    outbox: VecDeque<QueuedDatagram>,
     order: Option<Order>,
     strays: Incoming,
 }
 
 impl<A: Copy> Dispatcher<A> {
-    /// For the modules of `roster`, whose keys follow from `key`; the random `boot` tells this life of the host from its
+    /// For the modules of `roster`, whose keys follow from `key`; the random `boot` tells this start of the host from its
     /// other ones.
     pub fn new(roster: &[ModuleId], key: &FleetKey, boot: [u8; 12]) -> Self {
         let fleet = key.fleet();
         let modules = roster.iter().map(|&id| ModuleLink::new(fleet, id, key.module(id))).collect();
         let places = roster.iter().enumerate().map(|(index, &id)| (id, index)).collect();
-        let (life, outbox) = (Life { boot, sessions: 0 }, VecDeque::new());
-        Self { fleet, life, modules, places, outbox, order: None, strays: Incoming::default() }
+        let (nonces, outbox) = (SessionNonces { boot, sessions: 0 }, VecDeque::new());
+        Self { fleet, nonces, modules, places, outbox, order: None, strays: Incoming::default() }
     }
 
     /// All modules, in the order of the roster.
@@ -134,26 +134,26 @@ impl<A: Copy> Dispatcher<A> {
         now: FleetInstant,
         from: A,
         datagram: &[u8],
-    ) -> Result<Option<Event>, Class> {
+    ) -> Result<Option<DispatcherEvent>, Class> {
         let addressed = Frame::parse(datagram).map_err(|_| Class::Corrupt).and_then(|frame| {
             let index = self.places.get(&frame.header.module).copied();
             let ours = frame.header.fleet == self.fleet && frame.header.kind.is_for_host();
             index.filter(|_| ours).map(|index| (index, frame)).ok_or(Class::Foreign)
         });
         let (index, frame) = addressed.inspect_err(|&class| self.strays.count(class))?;
-        let life = &mut self.life;
-        match self.modules[index].open(now, from, &frame, || life.nonce())? {
+        let nonces = &mut self.nonces;
+        match self.modules[index].open(now, from, &frame, || nonces.next())? {
             Heard::Call(boot) => {
-                self.outbox.push_back(Letter::Call(index, boot));
-                Ok(self.modules[index].is_elsewhere().then_some(Event::Elsewhere(index)))
+                self.outbox.push_back(QueuedDatagram::Call(index, boot));
+                Ok(self.modules[index].is_elsewhere().then_some(DispatcherEvent::Elsewhere(index)))
             }
-            Heard::Elsewhere => Ok(Some(Event::Elsewhere(index))),
+            Heard::Elsewhere => Ok(Some(DispatcherEvent::Elsewhere(index))),
             Heard::Known => Ok(None),
             Heard::Said { opened, joined } => {
                 let first = joined.map(|joined| match joined {
-                    Joined::First => Event::Joined(index),
-                    Joined::Rebooted => Event::Rebooted(index),
-                    Joined::Again => Event::Rejoined(index),
+                    Joined::First => DispatcherEvent::Joined(index),
+                    Joined::Rebooted => DispatcherEvent::Rebooted(index),
+                    Joined::Again => DispatcherEvent::Rejoined(index),
                 });
                 if joined == Some(Joined::Rebooted) {
                     self.forget(index);
@@ -164,11 +164,17 @@ impl<A: Copy> Dispatcher<A> {
         }
     }
 
-    fn follow(&mut self, now: FleetInstant, index: usize, sequence: u32, message: Message) -> Option<Event> {
+    fn follow(
+        &mut self,
+        now: FleetInstant,
+        index: usize,
+        sequence: u32,
+        message: Message,
+    ) -> Option<DispatcherEvent> {
         match message {
             Message::TimeRequest(request) => {
                 let reply = TimeReply { request_sent: request.sent, received: now, sent: now };
-                self.outbox.push_back(Letter::Say(index, Message::TimeReply(reply)));
+                self.outbox.push_back(QueuedDatagram::Message(index, Message::TimeReply(reply)));
                 None
             }
             Message::Acknowledge(acknowledge) => self.acknowledged(now, index, acknowledge),
@@ -176,7 +182,7 @@ impl<A: Copy> Dispatcher<A> {
             Message::Telemetry(_) | Message::RovTelemetry(_) => {
                 let link = &mut self.modules[index];
                 if link.note_report(now, sequence, message) {
-                    return Some(Event::Reported(index));
+                    return Some(DispatcherEvent::Reported(index));
                 }
                 link.came_late();
                 None
@@ -189,22 +195,29 @@ impl<A: Copy> Dispatcher<A> {
         }
     }
 
-    fn acknowledged(&mut self, now: FleetInstant, index: usize, acknowledge: Acknowledge) -> Option<Event> {
+    fn acknowledged(
+        &mut self,
+        now: FleetInstant,
+        index: usize,
+        acknowledge: Acknowledge,
+    ) -> Option<DispatcherEvent> {
         let Acknowledge { cycle, verdict } = acknowledge;
         let link = &mut self.modules[index];
-        let course = link.course.as_mut().filter(|course| course.number == cycle)?;
-        let standing = course.standing.answered(verdict)?;
-        if course.standing == Standing::Sent {
-            link.answers.add(now.since(course.sent));
+        let delivery = link.delivery.as_mut().filter(|delivery| delivery.number == cycle)?;
+        let state = delivery.state.answered(verdict)?;
+        if delivery.state == DeliveryState::Sent {
+            link.answers.add(now.since(delivery.sent));
         }
-        course.standing = standing;
+        delivery.state = state;
         // An answer that comes after the start still tells what the module has.
-        let counted = course.closed;
-        course.closed |= !standing.is_open();
-        let (count, event) = match (standing, verdict) {
-            (Standing::Taken, _) => (&mut link.ledger.acknowledged, Event::Accepted { module: index, cycle }),
-            (Standing::Refused, Verdict::Refused(reason)) => {
-                let event = Event::Refused { module: index, cycle, reason };
+        let counted = delivery.closed;
+        delivery.closed |= !state.is_open();
+        let (count, event) = match (state, verdict) {
+            (DeliveryState::Taken, _) => {
+                (&mut link.ledger.acknowledged, DispatcherEvent::Accepted { module: index, cycle })
+            }
+            (DeliveryState::Refused, Verdict::Refused(reason)) => {
+                let event = DispatcherEvent::Refused { module: index, cycle, reason };
                 let late = reason == Refusal::Late;
                 (if late { &mut link.ledger.late } else { &mut link.ledger.refused }, event)
             }
@@ -220,61 +233,70 @@ impl<A: Copy> Dispatcher<A> {
         for index in 0..self.modules.len() {
             let link = &mut self.modules[index];
             let in_session = link.is_known();
-            let Some(course) = link.course.as_mut().filter(|course| course.is_open()) else { continue };
-            if course.useful_until <= now {
-                // Whether it was taken nobody said; a commit that was never sent was taken by nobody.
-                let never = course.standing == Standing::Prepared;
-                let standing = if never { Standing::Dropped } else { course.standing };
-                self.abandon(index, standing);
-            } else if in_session && let Some(message) = course.due(now) {
-                if course.standing == Standing::Unsent {
-                    (course.standing, course.sent) = (Standing::Sent, now);
+            let Some(delivery) = link.delivery.as_mut().filter(|delivery| delivery.is_open()) else {
+                continue;
+            };
+            if delivery.useful_until <= now {
+                // No answer says whether it was taken; without a commit no module took it.
+                let never = delivery.state == DeliveryState::Prepared;
+                let state = if never { DeliveryState::Dropped } else { delivery.state };
+                self.abandon(index, state);
+            } else if in_session && let Some(message) = delivery.due(now) {
+                if delivery.state == DeliveryState::Unsent {
+                    (delivery.state, delivery.sent) = (DeliveryState::Sent, now);
                 } else {
                     link.ledger.resent += 1;
                 }
-                self.outbox.push_back(Letter::Say(index, message));
+                self.outbox.push_back(QueuedDatagram::Message(index, message));
             }
         }
         self.decide(now);
         self.repeat_order(now);
     }
 
-    /// The courses of cycle `number`.
-    fn courses(&self, number: u32) -> impl Iterator<Item = (usize, &Course)> {
-        let all =
-            self.modules.iter().enumerate().filter_map(|(index, link)| Some((index, link.course.as_ref()?)));
-        all.filter(move |(_, course)| course.number == number)
+    /// The deliveries of cycle `number`.
+    fn deliveries(&self, number: u32) -> impl Iterator<Item = (usize, &CycleDelivery)> {
+        let all = self
+            .modules
+            .iter()
+            .enumerate()
+            .filter_map(|(index, link)| Some((index, link.delivery.as_ref()?)));
+        all.filter(move |(_, delivery)| delivery.number == number)
     }
 
-    /// Commits a prepared cycle that everybody holds, or gives it up.
+    /// Commits a prepared cycle that every module holds, or gives it up.
     fn decide(&mut self, now: FleetInstant) {
         let prepared = |link: &ModuleLink<A>| {
-            link.course.as_ref().filter(|course| course.needs_all() && course.is_open()).cloned()
+            link.delivery.as_ref().filter(|delivery| delivery.needs_all() && delivery.is_open()).cloned()
         };
-        let Some(Course { number, start, .. }) = self.modules.iter().find_map(prepared) else { return };
-        let standings = self.courses(number).map(|(_, course)| course.standing);
-        let decision = Standing::decide(standings, now.after(COMMIT_LEAD) <= start);
-        let all: Vec<usize> = self.courses(number).map(|(index, _)| index).collect();
+        let Some(CycleDelivery { number, start, .. }) = self.modules.iter().find_map(prepared) else {
+            return;
+        };
+        let states = self.deliveries(number).map(|(_, delivery)| delivery.state);
+        let decision = DeliveryState::decide(states, now.after(COMMIT_LEAD) <= start);
+        let all: Vec<usize> = self.deliveries(number).map(|(index, _)| index).collect();
         match decision {
             Decision::Wait => {}
             Decision::Commit => {
                 for index in all {
-                    if let Some(course) = &mut self.modules[index].course {
-                        self.outbox.push_back(Letter::Say(index, course.commit(now)));
+                    if let Some(delivery) = &mut self.modules[index].delivery {
+                        self.outbox.push_back(QueuedDatagram::Message(index, delivery.commit(now)));
                     }
                 }
             }
-            Decision::Drop => all.into_iter().for_each(|index| self.abandon(index, Standing::Dropped)),
+            Decision::Drop => all.into_iter().for_each(|index| self.abandon(index, DeliveryState::Dropped)),
         }
     }
 
-    /// Whether cycle `number` was given up before its start: nobody runs it.
+    /// Whether cycle `number` was given up before its start: no module runs it.
     pub fn is_dropped(&self, number: u32) -> bool {
-        let standings = || {
-            self.courses(number).filter(|(_, course)| course.needs_all()).map(|(_, course)| course.standing)
+        let states = || {
+            self.deliveries(number)
+                .filter(|(_, delivery)| delivery.needs_all())
+                .map(|(_, delivery)| delivery.state)
         };
-        standings().any(|standing| matches!(standing, Standing::Dropped | Standing::Refused))
-            && !standings().any(|standing| matches!(standing, Standing::Committing | Standing::Taken))
+        states().any(|state| matches!(state, DeliveryState::Dropped | DeliveryState::Refused))
+            && !states().any(|state| matches!(state, DeliveryState::Committing | DeliveryState::Taken))
     }
 
     /// Sends every module its part of cycle `number`, in the order of the roster, and keeps at it; a module without a motion gets
@@ -294,22 +316,22 @@ impl<A: Copy> Dispatcher<A> {
             let cycle = Cycle { number, start, motion, delivery };
             let link = &mut self.modules[index];
             link.ledger.cycles += 1;
-            link.course = Some(Course::new(now, cycle.clone(), link.is_known()));
+            link.delivery = Some(CycleDelivery::new(now, cycle.clone(), link.is_known()));
             if link.is_known() {
-                self.outbox.push_back(Letter::Say(index, Message::Cycle(cycle)));
+                self.outbox.push_back(QueuedDatagram::Message(index, Message::Cycle(cycle)));
             }
         }
     }
 
-    /// Tells everybody to finish the running cycle and hold.
+    /// Tells every module to finish the running cycle and hold.
     pub fn hold(&mut self) {
         for index in 0..self.modules.len() {
             self.give_up(index);
-            self.outbox.push_back(Letter::Say(index, Message::Hold));
+            self.outbox.push_back(QueuedDatagram::Message(index, Message::Hold));
         }
     }
 
-    /// Tells everybody to freeze at once, until they have.
+    /// Tells every module to freeze at once, again until it has.
     pub fn emergency_stop(&mut self, now: FleetInstant) {
         self.order(now, Order::Stop { since: now, next_send: now });
     }
@@ -328,7 +350,7 @@ impl<A: Copy> Dispatcher<A> {
 
     fn repeat_order(&mut self, now: FleetInstant) {
         let Self { modules, outbox, order, .. } = self;
-        let mut tell = |index, message| outbox.push_back(Letter::Say(index, message));
+        let mut tell = |index, message| outbox.push_back(QueuedDatagram::Message(index, message));
         match order {
             Some(Order::Stop { since, next_send }) if *next_send <= now => {
                 *next_send = now.after(ORDER_EVERY);
@@ -359,12 +381,12 @@ impl<A: Copy> Dispatcher<A> {
     /// to.
     pub fn poll_transmit<'a>(&mut self, now: FleetInstant, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
         // A loop over indices: a datagram that cannot be written leaves the buffer to the next.
-        while let Some(letter) = self.outbox.pop_front() {
-            let sealed = match letter {
-                Letter::Call(index, boot) => {
+        while let Some(queued) = self.outbox.pop_front() {
+            let sealed = match queued {
+                QueuedDatagram::Call(index, boot) => {
                     self.modules[index].seal_call(boot, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
-                Letter::Say(index, mut message) => {
+                QueuedDatagram::Message(index, mut message) => {
                     if let Message::TimeReply(reply) = &mut message {
                         reply.sent = now;
                     }
@@ -378,29 +400,29 @@ impl<A: Copy> Dispatcher<A> {
         None
     }
 
-    /// Nothing that was sent to a module's former life is held any more, and nothing meant for that is to reach this one.
+    /// A module that rebooted holds nothing that was sent before, and nothing queued before is to reach it.
     fn forget(&mut self, index: usize) {
-        self.abandon(index, Standing::Dropped);
-        if let Some(course) = &mut self.modules[index].course {
-            course.standing = Standing::Dropped;
+        self.abandon(index, DeliveryState::Dropped);
+        if let Some(delivery) = &mut self.modules[index].delivery {
+            delivery.state = DeliveryState::Dropped;
         }
-        self.outbox.retain(|letter| !matches!(letter, Letter::Say(of, _) if *of == index));
+        self.outbox.retain(|queued| !matches!(queued, QueuedDatagram::Message(of, _) if *of == index));
     }
 
     /// Gives up the cycle that is on its way to a module, if one is: another takes its place.
     fn give_up(&mut self, index: usize) {
-        if let Some(standing) = self.modules[index].course.as_ref().map(|course| course.standing) {
-            self.abandon(index, standing);
+        if let Some(state) = self.modules[index].delivery.as_ref().map(|delivery| delivery.state) {
+            self.abandon(index, state);
         }
     }
 
-    /// Ends a cycle that is still open, with nobody's answer.
-    fn abandon(&mut self, index: usize, standing: Standing) {
+    /// Ends a cycle that is still open, without an answer.
+    fn abandon(&mut self, index: usize, state: DeliveryState) {
         let link = &mut self.modules[index];
-        if let Some(course) = link.course.as_mut().filter(|course| course.is_open()) {
+        if let Some(delivery) = link.delivery.as_mut().filter(|delivery| delivery.is_open()) {
             link.ledger.unanswered += 1;
-            course.standing = standing;
-            course.closed = true;
+            delivery.state = state;
+            delivery.closed = true;
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Random bytes from the operating system, for keys and nonces: what nobody may guess. Nothing here has a seed, and
+//! Random bytes from the operating system, for keys and nonces: what must not be guessable. Nothing here has a seed, and
 //! nothing that is to be repeated may be drawn here.
 
 use protocol::Nonce;

@@ -202,7 +202,7 @@ impl<R: Radio> Radio for Faulty<R> {
         if self.parameters.replay > 0.0 || self.parameters.forgery > 0.0 {
             self.intrude(now, to, in_burst);
             if !lost && !in_burst {
-                self.stranger.hear_sent(to, datagram);
+                self.stranger.record_sent(to, datagram);
             }
         }
         self.deliver(now)
@@ -218,7 +218,7 @@ impl<R: Radio> Radio for Faulty<R> {
         if let Some((length, from)) = received
             && self.parameters.forgery > 0.0
         {
-            self.stranger.hear_received(from, &buffer[..length]);
+            self.stranger.record_received(from, &buffer[..length]);
         }
         Ok(received)
     }

@@ -1,4 +1,4 @@
-//! Who the host is: the fleet's key, and what tells this life of it from its other ones.
+//! Identity of a host: the fleet's key, and random bytes that tell this start of it from its other ones.
 
 use protocol::FleetKey;
 use rand::{RngExt, SeedableRng};
@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::entropy::{self, EntropyError};
 
-/// See the module's documentation.
+/// Identity of a host: the fleet's key and the random bytes of this start.
 #[derive(Clone, Debug)]
 pub struct HostIdentity {
     /// The fleet's key.
@@ -26,11 +26,11 @@ impl HostIdentity {
         Ok(Self { key, boot })
     }
 
-    /// That of the `life`-th host of a simulation: the fleet's key and the host's bytes are decided by its seed. Never for a radio.
+    /// That of the `start`-th host of a simulation: the fleet's key and the host's bytes are decided by its seed. Never for a radio.
     #[must_use]
-    pub fn simulated(seed: u64, life: u64) -> Self {
+    pub fn simulated(seed: u64, start: u64) -> Self {
         let key = FleetKey::new(ChaCha8Rng::seed_from_u64(seed ^ 0x006B_6579).random());
-        let boot = ChaCha8Rng::seed_from_u64(seed.wrapping_add(life << 32) ^ 0x626F_6F74).random();
+        let boot = ChaCha8Rng::seed_from_u64(seed.wrapping_add(start << 32) ^ 0x626F_6F74).random();
         Self { key, boot }
     }
 }

@@ -1,13 +1,13 @@
 //! Key files: the fleet's key, and the key of a single module for where the fleet's has no business to be.
 //!
 //! ```toml
-//! # Flotilla fleet key. Whoever has it commands the fleet; keep it to yourself.
+//! # Flotilla fleet key. Its holder commands the fleet; keep it to yourself.
 //! fleet = "1f2e3d4c"                 # public
 //! key = "64 hexadecimal digits"
 //! ```
 //!
-//! A module's has `module = 3` before these, and the key is that module's: whoever has it can pass for module 3 and for
-//! nobody else. `fleet` is compared with a fleet's key when it is read; from a module's key it cannot be told.
+//! A module's has `module = 3` before these, and the key is that module's: with it one can pass for module 3 and for
+//! no other. `fleet` is compared with a fleet's key when it is read; from a module's key it cannot be told.
 //!
 //! They are files that only their owner reads ([`private_file`]). Errors and `Debug` show no digit of a key, not even of a file
 //! that is none.
@@ -50,7 +50,7 @@ impl ModuleCredentials {
 /// Why there is no key.
 #[derive(Debug, Error)]
 pub enum KeyFileError {
-    /// Nobody said where, and there is no home to look in.
+    /// No path was given, and there is no home to look in.
     #[error(
         "no key file is named, and neither XDG_CONFIG_HOME nor HOME is an absolute path to look for one in"
     )]
@@ -115,11 +115,11 @@ impl From<PrivateFileError> for KeyFileError {
     }
 }
 
-/// See the module's documentation.
+/// A key file: the key of a fleet or of one module.
 pub struct KeyFile;
 
 impl KeyFile {
-    /// Where the fleet's key is if nobody says otherwise: `flotilla/fleet.key` in `$XDG_CONFIG_HOME`, if that is an
+    /// Where the fleet's key is by default: `flotilla/fleet.key` in `$XDG_CONFIG_HOME`, if that is an
     /// absolute path, or else in `$HOME/.config`.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! What was sent to a module and what came back.
+//! Ledger of one module: what was sent to it and what came back.
 //!
 //! Datagrams are counted by [`protocol::ledger`], whose sums are exact. Here are the cycles that they carry, and how long
 //! an answer takes.

@@ -43,7 +43,7 @@ impl Radio for LoopbackRadio {
     type Error = Infallible;
 
     fn send(&mut self, _now: FleetInstant, to: Node, datagram: &[u8]) -> Result<(), Infallible> {
-        // To an address where nobody listens a datagram is lost, as on any radio.
+        // A datagram to an address without a receiver is lost, as on any radio.
         if let Some(inbox) = self.ether.inboxes.borrow_mut().get_mut(&to) {
             inbox.push_back((self.address, datagram.to_vec()));
         }

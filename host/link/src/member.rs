@@ -20,7 +20,7 @@ use protocol::{
     Session, Side, Telemetry,
 };
 
-use super::delivery::{Course, Knowledge};
+use super::delivery::{CycleDelivery, Knowledge};
 use super::ledger::{Durations, Ledger};
 
 /// Sessions offered at the same time, at most; the oldest offer gives way.
@@ -85,7 +85,7 @@ pub(super) enum Joined {
     Again,
 }
 
-/// See the module's documentation.
+/// What the host knows of one module: sessions, address, cycles sent, reports received.
 #[derive(Clone, Debug)]
 pub struct ModuleLink<A> {
     id: ModuleId,
@@ -98,7 +98,7 @@ pub struct ModuleLink<A> {
     sessions: u32,
     elsewhere: bool,
     heard: FleetInstant,
-    pub(super) course: Option<Course>,
+    pub(super) delivery: Option<CycleDelivery>,
     telemetry: Option<Telemetry>,
     rov_telemetry: Option<RovTelemetry>,
     /// When the last report came, fleet time.
@@ -125,7 +125,7 @@ impl<A: Copy> ModuleLink<A> {
             sessions: 0,
             elsewhere: false,
             heard: FleetInstant(0),
-            course: None,
+            delivery: None,
             telemetry: None,
             rov_telemetry: None,
             reported: FleetInstant(0),
@@ -212,14 +212,14 @@ impl<A: Copy> ModuleLink<A> {
 
     /// What is known of `cycle`, the last one that was dispatched to it.
     pub fn knowledge(&self, cycle: u32) -> Knowledge {
-        let course = self.course.as_ref().filter(|course| course.number == cycle);
+        let delivery = self.delivery.as_ref().filter(|delivery| delivery.number == cycle);
         let reported = self.reported().and_then(|(running, at)| {
             // It would have begun.
-            let begun = course.is_some_and(|course| at >= course.useful_until.after(CLOCK_GUARD));
+            let begun = delivery.is_some_and(|delivery| at >= delivery.useful_until.after(CLOCK_GUARD));
             (running == cycle || begun).then_some(running == cycle)
         });
-        match course {
-            Some(course) => course.standing.knowledge(reported),
+        match delivery {
+            Some(delivery) => delivery.state.knowledge(reported),
             None if reported == Some(true) => Knowledge::Certainly,
             None => Knowledge::Possibly,
         }
@@ -227,10 +227,12 @@ impl<A: Copy> ModuleLink<A> {
 
     /// Whether its last report is from when what it was sent last could not begin any more, unless it does not run that.
     pub fn is_up_to_date(&self) -> bool {
-        // Whoever planned that one had a report from after the start of all before it.
+        // The planner of that one had a report from after the start of all before it.
         let at = self.reported().map(|(_, at)| at);
         let after = |until: FleetInstant| at.is_some_and(|at| at >= until.after(CLOCK_GUARD));
-        self.course.as_ref().is_none_or(|course| course.standing.is_never_run() || after(course.useful_until))
+        self.delivery
+            .as_ref()
+            .is_none_or(|delivery| delivery.state.is_never_run() || after(delivery.useful_until))
     }
 
     /// Counts of its cycles.
@@ -318,7 +320,7 @@ impl<A: Copy> ModuleLink<A> {
         self.sessions += 1;
         self.boots += u32::from(joined != Joined::Again);
         self.elsewhere = false;
-        // Nothing said to its former life counts any more.
+        // Nothing sent before its reboot counts any more.
         (self.telemetry, self.rov_telemetry, self.health) = (None, None, None);
         joined
     }

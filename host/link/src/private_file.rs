@@ -38,7 +38,7 @@ pub enum PrivateFileError {
     /// Others than its owner can read or write it.
     #[error(
         "{}: mode {mode:04o} lets others than its owner read or write it: run `chmod 600 {}` (and change the secret in \
-         it if anybody may have read it)",
+         it if others may have read it)",
         path.display(), path.display()
     )]
     Open {
@@ -67,7 +67,7 @@ pub enum PrivateFileError {
         /// What the operating system said.
         source: io::Error,
     },
-    /// No random bytes for a name that nobody has.
+    /// No random bytes for an unused name.
     #[error(transparent)]
     Entropy(#[from] EntropyError),
 }
@@ -142,7 +142,7 @@ fn fill(path: &Path, file: &mut File, bytes: &[u8]) -> Result<(), PrivateFileErr
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(unwritable)
 }
 
-/// A name that nobody has, in the same folder.
+/// An unused name in the same folder.
 fn beside(path: &Path) -> Result<PathBuf, PrivateFileError> {
     let mut number = [0; 8];
     entropy::fill(&mut number)?;

@@ -64,7 +64,7 @@ impl Radio for UdpRadio {
             return match self.socket.recv_from(buffer) {
                 Ok(received) => Ok(Some(received)),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => Ok(None),
-                // The echo of an earlier send to nobody; something real may stand behind it in the queue.
+                // The echo of an earlier send to a closed port; something real may stand behind it in the queue.
                 Err(error) if is_passing(&error) => continue,
                 Err(error) => Err(error),
             };
@@ -120,7 +120,7 @@ mod tests {
         let gone = UdpRadio::bind("127.0.0.1:0").unwrap().local_address().unwrap();
         let mut buffer = [0; 512];
         for _ in 0..3 {
-            here.send(FleetInstant(0), gone, b"anybody?").unwrap();
+            here.send(FleetInstant(0), gone, b"hello?").unwrap();
             assert_eq!(here.receive(FleetInstant(0), &mut buffer).unwrap(), None);
         }
     }

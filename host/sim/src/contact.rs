@@ -1,10 +1,10 @@
-//! Watches for tails that touch, by the exact capsule test on the actual angles.
+//! Detection of tails that touch, by the exact capsule test on the actual angles.
 //!
-//! Two neighbours whose tails touch push each other off their docks: an undocking, counted once from the moment
+//! Two neighbours that touch with their tails push each other off their docks: an undocking, counted once from the moment
 //! the surfaces meet until they part again.
 //!
 //! A tail of length L that turns by Δφ moves none of its points by more than L·|Δφ|, so the clearance of a pair
-//! cannot shrink faster than L·(|Δφᵢ| + |Δφⱼ|). A pair is measured anew only once that bound has come down
+//! cannot shrink faster than L·(|Δφᵢ| + |Δφⱼ|). A pair is measured again only once that bound has come down
 //! to the least clearance seen so far: the events and the least clearance are the same as with a test of
 //! every pair at every step.
 //!
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_module_has_nobody_to_touch() {
+    fn a_lone_module_touches_nothing() {
         let structure = Structure::from_cells(&[[0, 0]]).expect("one");
         let mut watch = ContactWatch::new(&structure, &Parameters::default());
         watch.check(0.0, &tails(&[1.0]));

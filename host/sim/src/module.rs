@@ -10,8 +10,8 @@ use firmware::link::session::{Identity, Link, SURE_WITHIN};
 use firmware::modboat::Modboat;
 use firmware::modboat::encoder::Encoder;
 use firmware::modboat::motor::Bridge;
+use firmware::modboat::robot::ModboatRobot;
 use firmware::modboat::servo::{CurrentSense, ServoError};
-use firmware::modboat::swimmer::Swimmer;
 use firmware::modboat::tail::Tail;
 use firmware::module::Supply;
 use modboat::parameters::Parameters;
@@ -228,7 +228,7 @@ fn boot(build: &Build, motor: &SimMotor, boot: [u8; 12]) -> Result<Firmware, Mod
     let identity = Identity { module, fleet, key, boot, report_every, sure_within: SURE_WITHIN };
     let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
     let tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, servo)?;
-    Ok(Modboat::new(Endpoint::new(Some(identity), Swimmer::new(limits)), tail))
+    Ok(Modboat::new(Endpoint::new(Some(identity), ModboatRobot::new(limits)), tail))
 }
 
 /// The limits a module is provisioned with: those of the kind of Modboat it is.

@@ -1,4 +1,4 @@
-//! What every simulated module has whatever it drives: power, a clock of its own, and one end of a radio.
+//! Power, clock and radio of a simulated module of any kind.
 
 use firmware::link::session::Link;
 use firmware::module::{Module, Status, Supply};
@@ -22,7 +22,7 @@ impl LocalClock {
     }
 }
 
-/// See the module's documentation. Times are true time, which is the fleet's: the simulated host reads a clock without error.
+/// Power, clock and radio of one simulated module. Times are true time, which is the fleet's: the simulated host reads a clock without error.
 /// In `flotilla module` the clock of the process stands for it.
 pub(super) struct Node<M, R: Radio> {
     firmware: Option<M>,
@@ -46,7 +46,7 @@ impl<M: Module, R: Radio> Node<M, R> {
         Self { firmware: None, clock, radio, host, rng, boots_at, unheard: 0 }
     }
 
-    /// Random bytes for its next life.
+    /// random bytes for its next boot.
     pub(super) fn boot_nonce(&mut self) -> [u8; 12] {
         self.rng.random()
     }

@@ -1,4 +1,4 @@
-//! A tail that is somewhere else: its course between the reports that come over the radio.
+//! A remote tail: its angle between the reports that come over the radio.
 //!
 //! Shown [`DELAY`] late, so that two reports usually stand around the instant asked for; between them the angle
 //! is the cubic that has both angles and both rates. Later than the last report it rests where that left it.

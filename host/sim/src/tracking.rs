@@ -1,4 +1,4 @@
-//! How well a tail keeps to its planned angle: the firmware's servo on simulated motors, by phase of the motion.
+//! Tracking error of a tail: the firmware's servo on simulated motors, by phase of the motion.
 //!
 //! The planner keeps tails apart for every pair of errors up to these ([`Tracking`]), so they are measured and not guessed: the
 //! servo of the firmware crate, told the nominal constants, drives the motor of `plant` with every combination of the extremes of
@@ -36,7 +36,7 @@ const REST_S: f64 = 0.3;
 /// Longest period that is tried, s.
 const PERIOD_MAX_S: f64 = 5.0;
 
-/// An error in one phase of the motion, rad.
+/// Tracking error in one phase of the motion, rad: its greatest value and its root mean square.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Off {
     /// The greatest.

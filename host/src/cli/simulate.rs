@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Failure, filter};
 use crate::run::vehicles;
-use firmware::rov::thruster::{law, table};
+use firmware::rov::thruster::{law, t200};
 use protocol::units::{PulseMicros, Volts};
 use reconfiguration::body::Body;
 use reconfiguration::vehicle::{self, Vehicle};
@@ -157,11 +157,11 @@ fn pushed(vehicle: Option<&Vehicle>, pulses_us: &[f64], voltage_v: f64) -> Resul
     if pulses_us.len() != thrusters.len() {
         return Err(format!("pwm_us has {} pulses for {} thrusters", pulses_us.len(), thrusters.len()));
     }
-    let (low_v, high_v) = (f64::from(table::VOLTAGE_MIN_V), f64::from(table::VOLTAGE_MAX_V));
+    let (low_v, high_v) = (f64::from(t200::VOLTAGE_MIN_V), f64::from(t200::VOLTAGE_MAX_V));
     if !(low_v..=high_v).contains(&voltage_v) {
         return Err(format!("voltage_v = {voltage_v} V: must lie between {low_v} and {high_v}"));
     }
-    let (low_us, high_us) = (f64::from(table::PULSE_MIN_US), f64::from(table::PULSE_MAX_US));
+    let (low_us, high_us) = (f64::from(t200::PULSE_MIN_US), f64::from(t200::PULSE_MAX_US));
     let mut thrusts_n = Vec::with_capacity(thrusters.len());
     for (index, (thruster, &pulse_us)) in thrusters.iter().zip(pulses_us).enumerate() {
         if !(low_us..=high_us).contains(&pulse_us) {

@@ -29,7 +29,7 @@ use protocol::{Delivery, ModuleId, ModuleState, Motion};
 use std::sync::Arc;
 
 use link::delivery::Knowledge;
-use link::dispatcher::{Dispatcher, Event, ModuleLink};
+use link::dispatcher::{Dispatcher, DispatcherEvent, ModuleLink};
 use link::identity::HostIdentity;
 use modboat::control::{Controller, Observation, Target};
 use modboat::distance::DistanceToCollision;
@@ -132,9 +132,9 @@ impl<A: Copy> Pilot<A> {
     /// What it is, if it is not to be followed; it is counted and nothing happens.
     pub fn handle_datagram(&mut self, now: FleetInstant, from: A, datagram: &[u8]) -> Result<(), Class> {
         match self.dispatcher.handle_datagram(now, from, datagram)? {
-            Some(Event::Rebooted(_)) => self.reboots += 1,
-            Some(Event::Refused { .. }) => self.refusals += 1,
-            Some(Event::Reported(index))
+            Some(DispatcherEvent::Rebooted(_)) => self.reboots += 1,
+            Some(DispatcherEvent::Refused { .. }) => self.refusals += 1,
+            Some(DispatcherEvent::Reported(index))
                 if self.dispatcher.modules()[index].state() == Some(ModuleState::Stopped) =>
             {
                 self.let_go();

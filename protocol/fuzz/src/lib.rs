@@ -1,4 +1,4 @@
-//! What is asked of every input, by the fuzz targets as by the plain tests of `protocol/tests/fuzz.rs`.
+//! Checks on every input, shared by the fuzz targets and the plain tests of `protocol/tests/fuzz.rs`.
 //!
 //! Seals by itself, after the documentation, so that bytes which are no message at all can stand under a right tag.
 
@@ -49,7 +49,7 @@ impl Ends {
         Session::new(side, self.fleet.fleet(), MODULE, &self.key, &BOOT, HOST)
     }
 
-    /// By whoever it is for.
+    /// Opened by its receiver.
     fn open(&self, datagram: &[u8]) -> Result<Opened, Class> {
         let frame = Frame::parse(datagram).map_err(|_| Class::Corrupt)?;
         match frame.header.kind {

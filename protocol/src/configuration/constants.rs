@@ -15,7 +15,7 @@ pub use modboat::{EncoderConstants, EncoderMounting, ServoConstants, TailConstan
 pub use rov::{BankConstants, EscConstants, LeaseLimits, RovConstants, ThrusterMounting};
 pub use supply::{BatteryLimits, SupplyConstants};
 
-/// What the module is.
+/// The kind of robot, with the constants of its hardware.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Robot {
     /// One motor, one tail.

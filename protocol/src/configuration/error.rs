@@ -1,4 +1,4 @@
-//! Why a block of flash is no configuration.
+//! Errors of a configuration block.
 
 use core::fmt;
 

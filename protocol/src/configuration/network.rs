@@ -1,4 +1,4 @@
-//! How a module reaches its host.
+//! Network settings of a module: how it reaches its host.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};

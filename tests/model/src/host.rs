@@ -2,7 +2,7 @@
 //!
 //! | here | mirrors, in `host` |
 //! |---|---|
-//! | [`Standing`], [`Decision`], [`Knowledge`] | the real ones of `link/delivery.rs` |
+//! | [`DeliveryState`], [`Decision`], [`Knowledge`] | the real ones of `link/delivery.rs` |
 //! | [`Host::offers`], [`Host::offer`], [`Host::join`] | `link/member.rs` `announced`, `offer`, `join`; `link/dispatcher.rs` `handle_datagram` |
 //! | [`Host::acknowledged`] | `link/dispatcher.rs` `acknowledged` |
 //! | [`Host::reported`] | `link/member.rs` `note_report` |
@@ -11,7 +11,7 @@
 //! | [`Host::decide`] | `run/pilot.rs` `handle_timer`, `decide`, `pose_of`, `swimming_over_if_unknown`; `link/dispatcher.rs` `dispatch` |
 //! | [`Host::hold`], [`Host::order`] | `link/dispatcher.rs` `hold`, `order` |
 
-use link::delivery::{Decision, Knowledge, Standing};
+use link::delivery::{Decision, DeliveryState, Knowledge};
 use protocol::{Delivery, ModuleState, Refusal, Verdict};
 
 use crate::fleet::{Broken, Config};
@@ -51,7 +51,7 @@ pub struct Link {
     /// Its newest report.
     pub report: Option<Report>,
     /// How far the delivery of the cycle has got, and whether nothing more is sent for it.
-    standing: Option<(Standing, bool)>,
+    standing: Option<(DeliveryState, bool)>,
 }
 
 impl Link {
@@ -61,7 +61,7 @@ impl Link {
         self.sent
     }
 
-    fn standing(&self) -> Option<Standing> {
+    fn standing(&self) -> Option<DeliveryState> {
         self.standing.map(|(standing, _)| standing)
     }
 
@@ -69,7 +69,7 @@ impl Link {
         self.standing.is_some_and(|(standing, closed)| !closed && standing.is_open())
     }
 
-    fn abandon(&mut self, standing: Option<Standing>) {
+    fn abandon(&mut self, standing: Option<DeliveryState>) {
         if self.is_open() {
             self.standing = standing.or(self.standing()).map(|standing| (standing, true));
         }
@@ -128,18 +128,18 @@ impl Host {
         link.calling.clear();
         (link.accepted, link.report, link.sent, link.up) = (0, None, 0, up);
         if rebooted {
-            link.abandon(Some(Standing::Dropped));
+            link.abandon(Some(DeliveryState::Dropped));
         }
         let mut outgoing = Outgoing::new();
         if link.is_open()
             && let Some(cycle) = self.cycle
         {
             match link.standing() {
-                Some(Standing::Unsent | Standing::Sent) => {
-                    link.standing = Some((Standing::Sent, false));
+                Some(DeliveryState::Unsent | DeliveryState::Sent) => {
+                    link.standing = Some((DeliveryState::Sent, false));
                     outgoing.push((index, part(cycle, index)));
                 }
-                Some(Standing::Committing) => outgoing.push((index, Say::Commit(cycle.number))),
+                Some(DeliveryState::Committing) => outgoing.push((index, Say::Commit(cycle.number))),
                 _ => {}
             }
         }
@@ -162,7 +162,7 @@ impl Host {
         let Some((standing, closed)) = link.standing else { return Outgoing::new() };
         let Some(standing) = standing.answered(verdict) else { return Outgoing::new() };
         link.standing = Some((standing, closed || !standing.is_open()));
-        if standing == Standing::Taken {
+        if standing == DeliveryState::Taken {
             link.accepted = cycle.number;
         }
         self.settle(config, now, true)
@@ -177,7 +177,7 @@ impl Host {
     #[must_use]
     pub fn is_undecided(&self) -> bool {
         let prepare = self.cycle.is_some_and(|cycle| cycle.delivery == Delivery::Prepare);
-        let decided = [Standing::Committing, Standing::Taken];
+        let decided = [DeliveryState::Committing, DeliveryState::Taken];
         let all = || self.links.iter();
         prepare
             && all().any(Link::is_open)
@@ -190,13 +190,13 @@ impl Host {
         let Some(cycle) = self.cycle else { return outgoing };
         if cycle.delivery == Delivery::Prepare && self.links.iter().any(Link::is_open) {
             let all = || self.links.iter().filter_map(Link::standing);
-            let mut decision = Standing::decide(all(), in_time);
-            if config.broken == Some(Broken::DropAfterCommit) && all().any(Standing::is_never_run) {
+            let mut decision = DeliveryState::decide(all(), in_time);
+            if config.broken == Some(Broken::DropAfterCommit) && all().any(DeliveryState::is_never_run) {
                 decision = Decision::Drop;
             }
             if config.broken == Some(Broken::HastyCommit)
                 && decision == Decision::Wait
-                && all().any(|standing| standing == Standing::Prepared)
+                && all().any(|standing| standing == DeliveryState::Prepared)
             {
                 decision = Decision::Commit;
             }
@@ -204,12 +204,12 @@ impl Host {
                 Decision::Wait => {}
                 Decision::Commit => {
                     for (index, link) in self.links.iter_mut().enumerate() {
-                        link.standing = Some((Standing::Committing, false));
+                        link.standing = Some((DeliveryState::Committing, false));
                         outgoing.push((index, Say::Commit(cycle.number)));
                     }
                 }
                 Decision::Drop => {
-                    self.links.iter_mut().for_each(|link| link.abandon(Some(Standing::Dropped)));
+                    self.links.iter_mut().for_each(|link| link.abandon(Some(DeliveryState::Dropped)));
                 }
             }
         }
@@ -220,8 +220,8 @@ impl Host {
     fn forget_if_dropped(&mut self, config: &Config, now: u8, cycle: DispatchedCycle) {
         let all = || self.links.iter().filter_map(Link::standing);
         let dropped = cycle.delivery == Delivery::Prepare
-            && all().any(|standing| matches!(standing, Standing::Dropped | Standing::Refused))
-            && !all().any(|standing| matches!(standing, Standing::Committing | Standing::Taken));
+            && all().any(|standing| matches!(standing, DeliveryState::Dropped | DeliveryState::Refused))
+            && !all().any(|standing| matches!(standing, DeliveryState::Committing | DeliveryState::Taken));
         if self.swimming && now < cycle.start && dropped {
             (self.swimming, self.retry) = (false, cycle.start);
             if config.broken == Some(Broken::ReusedNumber) {
@@ -255,7 +255,7 @@ impl Host {
     fn is_up_to_date(&self, index: usize) -> bool {
         let link = &self.links[index];
         let at = link.report.map_or(0, |report| report.at);
-        let never_run = link.standing().is_none_or(Standing::is_never_run);
+        let never_run = link.standing().is_none_or(DeliveryState::is_never_run);
         never_run || self.cycle.is_none_or(|cycle| at >= cycle.start)
     }
 
@@ -295,7 +295,7 @@ impl Host {
         let mut outgoing = Outgoing::new();
         for (index, link) in self.links.iter_mut().enumerate() {
             let known = link.live.is_some();
-            link.standing = Some((if known { Standing::Sent } else { Standing::Unsent }, false));
+            link.standing = Some((if known { DeliveryState::Sent } else { DeliveryState::Unsent }, false));
             if known {
                 outgoing.push((index, part(cycle, index)));
             }
@@ -327,8 +327,8 @@ impl Host {
         for (index, link) in self.links.iter().enumerate().filter(|(_, link)| link.live.is_some()) {
             let cycle = self.cycle.filter(|_| link.is_open());
             match (cycle, link.standing()) {
-                (Some(cycle), Some(Standing::Sent)) => outgoing.push((index, part(cycle, index))),
-                (Some(cycle), Some(Standing::Committing)) => {
+                (Some(cycle), Some(DeliveryState::Sent)) => outgoing.push((index, part(cycle, index))),
+                (Some(cycle), Some(DeliveryState::Committing)) => {
                     outgoing.push((index, Say::Commit(cycle.number)));
                 }
                 _ => {}
@@ -347,7 +347,7 @@ impl Host {
     /// Whether it has given up the cycle, as far as one module goes.
     #[must_use]
     pub fn has_dropped(&self, index: usize) -> bool {
-        self.links[index].standing() == Some(Standing::Dropped)
+        self.links[index].standing() == Some(DeliveryState::Dropped)
     }
 
     /// What it stops, or no longer stops, until now.

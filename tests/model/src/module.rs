@@ -8,9 +8,9 @@
 //! | `Module::take_cycle` | `endpoint.rs` `take_cycle` |
 //! | `Module::settle` | `endpoint.rs` `conditions`, `settle`; the state machine is the real one |
 //! | [`Module::slot_begins`] | `endpoint.rs` `gate`; `schedule.rs` `settle` is the real one |
-//! | [`Module::report`] | `endpoint.rs` `handle_timer`, `swimmer.rs` `report` |
+//! | [`Module::report`] | `endpoint.rs` `handle_timer`, `robot.rs` `report` |
 
-use firmware::link::failsafe::{Conditions, Event, Failsafe};
+use firmware::link::failsafe::{Conditions, Failsafe, FailsafeEvent};
 use protocol::window::{Arrival, Window};
 use protocol::{Delivery, ModuleState};
 
@@ -157,7 +157,7 @@ impl Module {
             self.slots.reset(now);
             self.refused = 0;
             self.clock_known = false;
-            self.failsafe.handle(Event::HostChanged);
+            self.failsafe.handle(FailsafeEvent::HostChanged);
         }
         self.settle(now);
     }
@@ -176,11 +176,11 @@ impl Module {
 
     /// A fault of its own stops it.
     pub fn stall(&mut self, now: u8) {
-        self.stop(now, Event::MotorStalled);
+        self.stop(now, FailsafeEvent::MotorStalled);
         self.settle(now);
     }
 
-    fn stop(&mut self, now: u8, reason: Event) {
+    fn stop(&mut self, now: u8, reason: FailsafeEvent) {
         self.failsafe.handle(reason);
         if self.failsafe.state() == ModuleState::Stopped && !self.slots.is_stopped() {
             let mut past = self.past.clone();
@@ -218,7 +218,7 @@ impl Module {
             Say::Stop => {
                 self.newest.stop = self.newest.stop.max(sequence);
                 if self.newest.release <= sequence {
-                    self.stop(now, Event::EmergencyStop);
+                    self.stop(now, FailsafeEvent::EmergencyStop);
                 }
                 self.fence(sequence);
             }
@@ -228,7 +228,7 @@ impl Module {
                 self.fence(sequence);
                 if self.failsafe.state() == ModuleState::Stopped {
                     self.slots.resume(now);
-                    self.failsafe.handle(Event::Released);
+                    self.failsafe.handle(FailsafeEvent::Released);
                 }
             }
         }

@@ -148,7 +148,7 @@ impl Slots {
     /// [`Schedule::anew`].
     pub fn reset(&mut self, now: u8) {
         let tail = self.tail(now);
-        self.with(now, None, |real, now| *real = real.anew(now));
+        self.with(now, None, |real, now| *real = real.for_new_epoch(now));
         (self.rest, self.latest) = (tail, 0);
     }
 

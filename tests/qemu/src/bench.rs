@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 
-use link::dispatcher::{Dispatcher, Event};
+use link::dispatcher::{Dispatcher, DispatcherEvent};
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
 use protocol::time::{Duration, FleetInstant};
@@ -64,7 +64,7 @@ impl Bench {
     ///
     /// # Panics
     /// If the socket fails.
-    pub fn turn(&mut self) -> Vec<Event> {
+    pub fn turn(&mut self) -> Vec<DispatcherEvent> {
         self.modules.step();
         self.now = self.now.after(STEP);
         let (now, mut events, mut buffer) = (self.now, Vec::new(), [0; MAX_DATAGRAM]);
@@ -75,7 +75,7 @@ impl Bench {
             let Ok(Some(event)) = self.dispatcher.handle_datagram(now, from, &buffer[..length]) else {
                 continue;
             };
-            if let Event::Reported(index) = event {
+            if let DispatcherEvent::Reported(index) = event {
                 self.keep(index);
             }
             events.push(event);
@@ -99,7 +99,11 @@ impl Bench {
     ///
     /// # Panics
     /// If it does not come within a minute.
-    pub fn until(&mut self, what: &str, mut is: impl FnMut(&Self, &[Event]) -> bool) -> Vec<Event> {
+    pub fn until(
+        &mut self,
+        what: &str,
+        mut is: impl FnMut(&Self, &[DispatcherEvent]) -> bool,
+    ) -> Vec<DispatcherEvent> {
         let (deadline, mut all) = (self.now.after(PATIENCE), Vec::new());
         loop {
             let events = self.turn();

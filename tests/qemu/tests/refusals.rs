@@ -1,6 +1,6 @@
 //! Refusals of a module: invalid configurations, and cycles beyond its time or its limits.
 
-use link::dispatcher::Event;
+use link::dispatcher::DispatcherEvent;
 use link::identity::HostIdentity;
 use protocol::configuration::{FORMAT, IMAGE_MAX, MAGIC};
 use protocol::time::{Duration, FleetInstant};
@@ -129,8 +129,8 @@ fn cycles_beyond_its_time_or_its_limits_are_refused_reported_and_not_executed() 
     ] {
         let start = FleetInstant(bench.now().0.saturating_add_signed(starts_in_us));
         bench.dispatch(of_number, start, &[Motion::Modboat(cycle)]);
-        let refused = |event: &Event| match event {
-            Event::Refused { cycle, reason, .. } if *cycle == of_number => Some(*reason),
+        let refused = |event: &DispatcherEvent| match event {
+            DispatcherEvent::Refused { cycle, reason, .. } if *cycle == of_number => Some(*reason),
             _ => None,
         };
         let events = bench.until("refusal", |_, events| events.iter().any(|event| refused(event).is_some()));

@@ -20,7 +20,7 @@
 //!                        └ none → blink
 //! ```
 //!
-//! In reset nobody drives the pins, and the two resistors pull both inputs of the bridge high: a TB6612FNG then brakes the motor, whatever
+//! In reset the pins are not driven, and the two resistors pull both inputs of the bridge high: a TB6612FNG then brakes the motor, whatever
 //! PWM does. They win over the pull-downs of the chip, tens of kΩ, and of the bridge, 200 kΩ. Once it runs, the program lets the tail
 //! free until it knows where it is.
 //!

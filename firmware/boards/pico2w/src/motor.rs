@@ -1,4 +1,4 @@
-//! The PWM of the motor bridge, whose zero is at the pin at once.
+//! PWM output of the motor bridge, at zero duty from its first instant.
 //!
 //! `firmware::modboat::motor::Bridge` changes the direction while the duty is zero. The timer takes a new duty with its next period, 50 µs
 //! later at most, and until then the old one would drive the new direction. So with a duty of zero the timer is set to the end of
@@ -9,7 +9,7 @@
 use embassy_rp::pwm::{Pwm, PwmError, SetDutyCycle};
 use embedded_hal::pwm::ErrorType;
 
-/// See the module's documentation.
+/// PWM output of the motor bridge; it starts at zero duty.
 pub struct MotorPwm(pub Pwm<'static>);
 
 impl ErrorType for MotorPwm {

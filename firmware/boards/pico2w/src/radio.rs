@@ -30,13 +30,13 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::{BOARD_LED, LINK};
 
-/// A radio that does not work so long after it was switched on gets another reset. *Assumed*; usual is half a second.
+/// Time after switch-on within which the radio must work; otherwise it is reset again. *Assumed*; usual is half a second.
 const STARTS_WITHIN: Duration = Duration::from_secs(10);
 
-/// A network that has not let the module in for so long is asked anew. *Assumed*; usual are some seconds.
+/// Time to join the network; then the request is repeated. *Assumed*; usual are some seconds.
 const JOINS_WITHIN: Duration = Duration::from_secs(20);
 
-/// Pause before it is asked anew. *Assumed.*
+/// Pause before that request. *Assumed.*
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
 /// The output of the radio on which the board's LED hangs.

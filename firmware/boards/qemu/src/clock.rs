@@ -1,6 +1,6 @@
 //! Microseconds since boot on one CMSDK timer, the tick on another (Arm DDI 0479, "APB timer"; both count down at 25 MHz).
 //!
-//! The free timer wraps every 171 s; whoever asks for the time at least that often, as the tick does, never sees it. Microseconds
+//! The free timer wraps every 171 s; a caller that reads the time at least that often, as the tick does, never sees it. Microseconds
 //! are added up as they pass, which takes no division of 64 bits.
 
 use core::cell::RefCell;
@@ -69,7 +69,7 @@ static FREE: Mutex<RefCell<Free>> = Mutex::new(RefCell::new(Free {
 }));
 
 fn with<T: Default>(use_it: impl FnOnce(&mut Free) -> T) -> T {
-    // Nobody holds it while interrupts are off, but the compiler cannot know.
+    // The cell is not borrowed while interrupts are off, but the compiler cannot know.
     critical_section::with(|cs| {
         FREE.borrow(cs).try_borrow_mut().map_or_else(|_| T::default(), |mut free| use_it(&mut free))
     })

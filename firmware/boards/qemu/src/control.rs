@@ -65,7 +65,7 @@ pub struct Statistics {
     pub running: u32,
 }
 
-/// See the module's documentation.
+/// The control loop of the emulated board.
 pub struct Control {
     firmware: Firmware,
     supply: SupplyConstants,
@@ -114,7 +114,7 @@ impl Control {
     fn turn(&mut self) {
         let began = clock::now();
         if self.tick.take() {
-            // Read anew: it may have come due since.
+            // Read again: it may have come due since.
             let now = clock::now();
             self.count_tick(now);
             self.let_motor_run(now);

@@ -1,10 +1,10 @@
-//! The lamp: the board's first user LED (Arm DAI 0386, "FPGA system control", FPGAIO_LED0).
+//! The status LED: the board's first user LED (Arm DAI 0386, "FPGA system control", FPGAIO_LED0).
 
 use crate::registers::Registers;
 
 const LED0: usize = 0x00;
 
-/// See the module's documentation.
+/// The status LED of the emulated board.
 #[derive(Debug)]
 pub struct Lamp {
     registers: Registers,

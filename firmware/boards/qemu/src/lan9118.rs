@@ -56,7 +56,7 @@ const FRAME: usize = 1514;
 /// And with it, up to a word.
 const BUFFER: usize = 1520;
 
-/// See the module's documentation.
+/// Driver of the LAN9118 Ethernet controller.
 #[derive(Debug)]
 pub struct Lan9118 {
     registers: Registers,

@@ -38,7 +38,7 @@ static WIRES: Mutex<RefCell<Wires>> = Mutex::new(RefCell::new(Wires {
 }));
 
 fn with<T: Default>(use_it: impl FnOnce(&mut Wires) -> T) -> T {
-    // Nobody holds them while interrupts are off, but the compiler cannot know.
+    // The cell is not borrowed while interrupts are off, but the compiler cannot know.
     critical_section::with(|cs| {
         WIRES.borrow(cs).try_borrow_mut().map_or_else(|_| T::default(), |mut wires| use_it(&mut wires))
     })

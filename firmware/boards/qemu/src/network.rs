@@ -1,4 +1,4 @@
-//! The module's place in the network: an address, given or fixed, and one UDP socket. The stack is smoltcp.
+//! The network interface of the module: an address, given or fixed, and one UDP socket. The stack is smoltcp.
 
 use protocol::configuration::{Network as Settings, Own};
 use protocol::time::LocalInstant;
@@ -52,7 +52,7 @@ pub fn ethernet_address(fleet: FleetId, module: ModuleId) -> EthernetAddress {
     EthernetAddress([0x02, a, b, c, high, low])
 }
 
-/// See the module's documentation.
+/// The module's network interface: one address and one UDP socket.
 pub struct Network {
     device: Lan9118,
     interface: Interface,
@@ -68,7 +68,7 @@ pub struct Network {
 
 impl Network {
     /// Of the module with this Ethernet address, as its configuration wants it; it listens on the number of its host's port.
-    /// `seed` makes port numbers and transaction numbers differ from life to life.
+    /// `seed` makes port numbers and transaction numbers differ from boot to boot.
     pub fn new(
         mut device: Lan9118,
         address: EthernetAddress,
@@ -110,9 +110,9 @@ impl Network {
         }
     }
 
-    /// Moves frames both ways, and hands every datagram that came to `hear`: one frame after the other, as the controller has room for
+    /// Moves frames both ways, and hands every datagram that came to `handle_datagram`: one frame after the other, as the controller has room for
     /// more of them than the stack.
-    pub fn poll(&mut self, now: LocalInstant, mut hear: impl FnMut(&[u8])) {
+    pub fn poll(&mut self, now: LocalInstant, mut handle_datagram: impl FnMut(&[u8])) {
         #[expect(clippy::cast_possible_wrap, reason = "292 000 years of microseconds")]
         let at = Instant::from_micros(now.0 as i64);
         self.interface.poll_maintenance(at);
@@ -121,7 +121,7 @@ impl Network {
             let socket = self.sockets.get_mut::<udp::Socket<'_>>(self.udp);
             while let Ok((datagram, _)) = socket.recv() {
                 self.received = self.received.wrapping_add(1);
-                hear(datagram);
+                handle_datagram(datagram);
             }
             if matches!(taken, PollIngressSingleResult::None) {
                 break;

@@ -9,7 +9,7 @@ impl Registers {
     ///
     /// # Safety
     /// A block of registers must be there, and the bytes at the offsets used must be registers of it that may be read and written in
-    /// this way. Nobody else may hold one that this one interferes with.
+    /// this way. No other block may exist that this one interferes with.
     pub const unsafe fn at(address: usize) -> Self {
         Self(address)
     }

@@ -1,4 +1,4 @@
-//! What only an emulator has: the PC's dice, a line to its terminal, and a status to end with (Arm IHI 0100, semihosting).
+//! Semihosting: the PC's random numbers, a line to its terminal, and an exit status (Arm IHI 0100).
 //!
 //! A real board draws its boot nonce from a generator of its own. This machine has none, so that of the PC serves.
 
@@ -6,7 +6,7 @@ use core::ffi::CStr;
 
 use cortex_m_semihosting::{debug, hprintln, nr, syscall, syscall1};
 
-/// Different from life to life, from the PC's `/dev/urandom`.
+/// Different from boot to boot, from the PC's `/dev/urandom`.
 ///
 /// Nothing where it cannot be read: a module without it would let recordings in.
 #[must_use]

@@ -1,4 +1,4 @@
-//! How deep the stack has been: `cortex-m-rt` paints it before `main`, and what is not that colour any more was used.
+//! Stack depth: `cortex-m-rt` paints the stack before `main`, and what is not that colour any more was used.
 
 /// What it is painted with (feature `paint-stack`).
 const PAINT: u32 = 0xcccc_cccc;

@@ -19,7 +19,7 @@ unsafe extern "C" {
 /// There is none, or none that this build reads.
 pub fn read() -> Result<Configuration, ConfigurationError> {
     // SAFETY: `memory.x` places the symbol at a whole sector of flash, in which the linker puts nothing. Bytes of any value
-    // are valid, they stay mapped, and nobody writes them while a program runs.
+    // are valid, they stay mapped, and no code writes them while a program runs.
     let sector = unsafe { &__configuration };
     Configuration::read(sector)
 }

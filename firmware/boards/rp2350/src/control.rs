@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Datagrams are taken in as they come, not at the next tick: the fleet time is worked out from when an answer came. A tick that is
-//! due goes before a datagram that waits, so somebody who floods the module delays a tick by one datagram at most.
+//! due goes before a datagram that waits, so a sender that floods the module delays a tick by one datagram at most.
 //!
 //! Assumptions and limits: it runs where nothing but short interrupts delays it ([`priority`](crate::priority)), and no tick
 //! takes as long as an interval.

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! The lines before and the lines now make the four bits of an address; what stands there is a jump to what that means: one
-//! more, one less, or nothing. Both lines at once mean nothing: one edge was missed, and which way it went nobody knows.
+//! more, one less, or nothing. Both lines at once mean nothing: one edge was missed, and its direction is unknown.
 //!
 //! The count is put into [`ENTRY`] of the state machine's receive queue over and over: the queue is four registers then
-//! (`FJOIN_RX_PUT`), and whoever reads one gets the newest count, without a wait and without a stale one before it.
+//! (`FJOIN_RX_PUT`), and a reader of one gets the newest count, without a wait and without a stale one before it.
 //!
 //! | register | what it holds |
 //! |---|---|

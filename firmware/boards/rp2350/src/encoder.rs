@@ -26,7 +26,7 @@ bind_interrupts!(struct Interrupts {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotHomed;
 
-/// See the module's documentation.
+/// An incremental encoder with an index switch, as a tail's encoder.
 pub struct IndexedEncoder {
     counter: StateMachine<'static, PIO1, 0>,
     index: Input<'static>,

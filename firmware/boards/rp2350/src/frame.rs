@@ -1,4 +1,4 @@
-//! The timer of an output that makes one pulse a frame.
+//! PWM output that sends one pulse a frame, as speed controllers want it.
 //!
 //! N = ⌈f_c/(f·65 534)⌉,   T = round(f_c/(f·N)),   pulse of duty d: d·N/f_c = d/(f·T)
 //!
@@ -9,12 +9,12 @@
 //! | N | divider: a whole number, so that no step is longer than another | |
 //! | T | top: the timer counts 0..=T | |
 //!
-//! T is the frame's length to whoever sets a duty (it is the greatest duty of `SetDutyCycle`), so the pulse is right; as the timer
+//! T is the frame's length to the caller that sets a duty (it is the greatest duty of `SetDutyCycle`), so the pulse is right; as the timer
 //! counts to T + 1, the frame is longer by one step. At 150 MHz a step is 0.04 µs at 400 Hz and 0.31 µs at 50 Hz.
 //!
 //! Source: RP2350 datasheet, section 12.5.2: the period is (T + 1)·N, and a new duty begins with a frame. N may be up to 256.
 
-/// See the module's documentation.
+/// PWM output that sends one pulse a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
     /// N.

@@ -1,4 +1,4 @@
-//! The Ethernet address of a board that comes without one.
+//! The Ethernet address of a board that has none of its own.
 //!
 //! ```text
 //! 02 │ second to fourth byte of the fleet 3 │ number of the module 2, big endian

@@ -1,4 +1,4 @@
-//! The lamp: what it says is in `firmware::indicator`.
+//! The status LED of the board; `firmware::indicator` decides when it is lit.
 //!
 //! A board has two: one of its own on a pin, which is seen through a hull, and the one that is soldered to it. On the Pico 2 W that
 //! one hangs on the radio, so it is only told to it when it changes, and is dark without a network.
@@ -10,7 +10,7 @@ use firmware::indicator;
 use protocol::time::LocalInstant;
 use protocol::{Faults, ModuleState};
 
-/// A lamp that somebody else switches: true is lit.
+/// Signal for a lamp that another task switches: true is lit.
 pub type Switch = Signal<CriticalSectionRawMutex, bool>;
 
 /// One lamp.
@@ -21,7 +21,7 @@ pub enum Light {
     Switch(&'static Switch),
 }
 
-/// See the module's documentation.
+/// The status LEDs of a board.
 pub struct Lamp {
     lights: [Light; 2],
     lit: Option<bool>,

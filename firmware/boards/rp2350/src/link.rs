@@ -1,9 +1,9 @@
-//! Datagrams between the network, in thread mode, and the control loop above it.
+//! Queues of datagrams between the network, in thread mode, and the control loop above it.
 //!
-//! Two queues of fixed length. What finds its queue full is dropped: it is UDP, and whoever sent it counts on that. What waits while
+//! Two queues of fixed length. What finds its queue full is dropped: it is UDP, and the sender counts on that. What waits while
 //! there is no network is dropped too, as it would be old by the time there is one.
 //!
-//! Everybody may send to the socket: what is let in decides `firmware::link::session`. What the module says goes to the one host
+//! The socket takes datagrams from any sender: `firmware::link::session` decides what is let in. What the module says goes to the one host
 //! of the configuration, from the port of the same number.
 
 use embassy_futures::join::join;
@@ -30,7 +30,7 @@ const OUTGOING: usize = 8;
 /// Datagrams in the socket, each way. It moves them on at once.
 const IN_SOCKET: usize = 4;
 
-/// See the module's documentation.
+/// Queues of datagrams between the network task and the control loop.
 pub struct Link {
     incoming: Channel<CriticalSectionRawMutex, Datagram, INCOMING>,
     outgoing: Channel<CriticalSectionRawMutex, Datagram, OUTGOING>,
@@ -71,7 +71,7 @@ impl Link {
         loop {
             let datagram = match socket.recv_from(&mut buffer).await {
                 Ok((length, _)) => buffer.get(..length).and_then(|bytes| Vec::from_slice(bytes).ok()),
-                // No datagram of ours is so long.
+                // No datagram of this protocol has that length.
                 Err(RecvError::Truncated) => None,
             };
             if let Some(datagram) = datagram {

@@ -1,4 +1,4 @@
-//! A filter for what is measured once an interval.
+//! A first-order low-pass filter for measurements at a fixed interval.
 //!
 //! y ← y + (x − y)·Δt/(τ + Δt)
 //!
@@ -10,7 +10,7 @@
 //!
 //! The first measurement is taken as it is.
 
-/// See the module's documentation.
+/// A first-order low-pass filter, updated at a fixed interval.
 #[derive(Clone, Copy, Debug)]
 pub struct LowPass {
     share: f32,

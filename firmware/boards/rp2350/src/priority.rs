@@ -1,4 +1,4 @@
-//! Where the control loop runs: in an interrupt of its own, above thread mode, in which the network works.
+//! Priority of the control loop: an interrupt of its own, above thread mode, in which the network works.
 //!
 //! Priorities, the most urgent first: P0 the timer and other interrupts that do no more than wake a task; P1 control; P3 the DMA and the
 //! pins, as embassy-rp sets them; thread mode.

@@ -1,8 +1,8 @@
-//! What is drawn at boot, from the chip's generator of true random numbers.
+//! Random values of one boot, from the chip's generator of true random numbers.
 //!
 //! Assumptions and limits: the generator's own tests are on. It samples its oscillator every 100 cycles instead of 25, which takes some
 //! ten milliseconds for a block, rarely a hundred times that, and seldom fails a test (RP2350 datasheet, sections 12.12.2 and
-//! 12.12.4). Where one fails all the same the driver panics or waits for ever: the chip resets, and draws anew.
+//! 12.12.4). Where one fails all the same the driver panics or waits for ever: the chip resets, and draws again.
 
 use embassy_rp::Peri;
 use embassy_rp::bind_interrupts;
@@ -16,10 +16,10 @@ bind_interrupts!(struct Interrupts {
     TRNG_IRQ => InterruptHandler<TRNG>;
 });
 
-/// See the module's documentation.
+/// Random values of one boot.
 #[derive(Clone, Copy, Debug)]
 pub struct Drawn {
-    /// What tells this life of the module from every other: `firmware::link::session::Identity::boot`.
+    /// What tells this boot of the module from every other: `firmware::link::session::Identity::boot`.
     pub boot: [u8; 12],
     /// What the network's ports and numbers begin with.
     pub seed: u64,

@@ -1,4 +1,4 @@
-//! Battery voltage and current, on two analogue inputs.
+//! Measurement of battery voltage and current, on two analogue inputs.
 //!
 //! U = code·U_ref/4096, low-passed, times the factors of the configuration (`firmware::provision`)
 //!
@@ -55,7 +55,7 @@ impl Input {
     }
 }
 
-/// See the module's documentation.
+/// Measures battery voltage and current.
 pub struct PowerSensor {
     converter: Adc<'static, Blocking>,
     battery: Option<Input>,

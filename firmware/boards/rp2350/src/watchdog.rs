@@ -8,10 +8,10 @@
 //! | the control loop has not fed it for [`TIMEOUT`] | the watchdog, by itself |
 //! | booting takes longer than [`BOOT_TIMEOUT`] | the same |
 //! | a panic, a fault of the processor | at once |
-//! | an interrupt that nobody handles, an endless loop with interrupts off | the watchdog, as the control loop does not run |
+//! | an interrupt without a handler, an endless loop with interrupts off | the watchdog, as the control loop does not run |
 //!
 //! Assumptions and limits: the watchdog restarts the chip from its oscillators on, and with that resets the peripherals and the pads
-//! (RP2350 datasheet, sections 7.4.1, 7.5 and 9.7), which a reset of the processor alone may leave as they are. Nobody else
+//! (RP2350 datasheet, sections 7.4.1, 7.5 and 9.7), which a reset of the processor alone may leave as they are. Nothing else
 //! feeds it. The chip's pull-down is weak, and on its revision A2 weaker than the leakage of an input (erratum E9; not that of a pin
 //! after a reset): a level that matters then has a resistor of its own, 10 kΩ or less to 3.3 V or 8.2 kΩ or less to ground.
 
@@ -23,13 +23,13 @@ use embassy_rp::peripherals::WATCHDOG;
 use embassy_rp::watchdog;
 use embassy_time::Duration;
 
-/// So long without food, and the chip is reset: ten times the longest interval of a control loop. *Assumed.*
+/// The chip is reset when not fed for this time: ten times the longest interval of a control loop. *Assumed.*
 pub const TIMEOUT: Duration = Duration::from_millis(100);
 
 /// The same until the control loop runs. *Assumed*: the random numbers may take a second.
 pub const BOOT_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// See the module's documentation.
+/// The watchdog timer; the control loop feeds it.
 pub struct Watchdog(watchdog::Watchdog);
 
 impl Watchdog {
@@ -49,7 +49,7 @@ impl Watchdog {
 
 /// Resets the chip now.
 pub fn reset() -> ! {
-    // SAFETY: whoever else has the watchdog can do no more than feed it, and the chip is about to forget both.
+    // SAFETY: another holder of the watchdog can do no more than feed it, and the chip is about to forget both.
     let peripheral = unsafe { WATCHDOG::steal() };
     watchdog::Watchdog::new(peripheral).trigger_reset();
     // It takes some cycles.

@@ -26,7 +26,7 @@ use crate::LINK;
 /// Greatest clock of the bus, Hz.
 const BUS_HZ: u32 = 33_000_000;
 
-/// A controller that does not answer so long after its reset gets another one. *Assumed*; usual is a tenth of it.
+/// Time after its reset within which the controller must answer; otherwise it is reset again. *Assumed*; usual is a tenth of it.
 const STARTS_WITHIN: Duration = Duration::from_secs(2);
 
 /// Frames that wait, each way.

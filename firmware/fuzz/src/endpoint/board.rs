@@ -25,7 +25,7 @@ struct State {
     blocked: bool,
 }
 
-/// See the module's documentation.
+/// A motor without inertia, with its encoder and pins.
 #[derive(Clone, Default)]
 pub struct Board(Rc<RefCell<State>>);
 

@@ -1,4 +1,4 @@
-//! A Modboat, its host, and what may never be.
+//! A Modboat and its host under fuzzing, and the invariants that are checked.
 
 use std::collections::HashSet;
 
@@ -6,9 +6,9 @@ use firmware::link::endpoint::{Endpoint, Robot};
 use firmware::link::session::{Identity, SURE_WITHIN};
 use firmware::modboat::Modboat;
 use firmware::modboat::reference::{Reference, wrap};
+use firmware::modboat::robot::ModboatRobot;
 use firmware::modboat::schedule::POSE_TOLERANCE;
 use firmware::modboat::servo::NoSense;
-use firmware::modboat::swimmer::Swimmer;
 use firmware::module::{Module, Supply};
 use protocol::configuration::TailLimits;
 use protocol::ledger::Class;
@@ -71,7 +71,7 @@ fn boat(board: &Board, life: u32) -> Modboat<Eye, NoSense, Pwm, Pin, Pin> {
         sure_within: SURE_WITHIN,
     };
     let tail: BoardTail = board.tail();
-    Modboat::new(Endpoint::new(Some(identity), Swimmer::new(TailLimits::default())), tail)
+    Modboat::new(Endpoint::new(Some(identity), ModboatRobot::new(TailLimits::default())), tail)
 }
 
 impl World {
@@ -183,7 +183,10 @@ impl World {
         if let Some(reference) = endpoint.reference(now) {
             assert!(reference.is_finite(), "{reference:?}");
             let running = endpoint.clock().fleet(now).and_then(|fleet| endpoint.robot().running(fleet));
-            assert!(running.is_none_or(|number| self.sealed.contains(&number)), "runs what nobody sent");
+            assert!(
+                running.is_none_or(|number| self.sealed.contains(&number)),
+                "runs a cycle that was not sent"
+            );
             self.look(now.0, state, running, reference);
         }
         self.released = false;

@@ -1,4 +1,4 @@
-//! What is kept of the exchanges: the best of each direction, block of time by block of time.
+//! The exchanges that are kept: the best of each direction, block of time by block of time.
 //!
 //! A block is the time between two multiples of 2ˢ µs of the own clock. Of its exchanges it keeps the least
 //! f = t2 − t1, the greatest b = t3 − t4 and how many there were; which is best is told after taking out the drift as
@@ -63,7 +63,7 @@ impl Block {
     }
 }
 
-/// See the module's documentation.
+/// The best exchanges of each direction, by block of time.
 #[derive(Clone, Debug)]
 pub(super) struct Blocks {
     kept: Deque<Block, BLOCKS>,

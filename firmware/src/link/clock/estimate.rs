@@ -67,7 +67,7 @@ impl Prior {
     pub(super) const QUARTZ: Self = Self { drift_ppm: 0.0, deviation_ppm: 60.0 };
 }
 
-/// See the module's documentation. Offsets are above the reference.
+/// Offset and drift with their uncertainty. Offsets are above the reference.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
     pub offset_us: f32,

@@ -1,4 +1,4 @@
-//! How well the clock does over links of many kinds: the table in the documentation of [`clock`](super).
+//! Test of the clock's errors over links of many kinds: the table in the documentation of [`clock`](super).
 //!
 //! Two modules a seed, their loops and the host's at 1 kHz, each at a phase of its own; stamps are of the loop's turn.
 //! Once sure for the first time a cycle always runs. Sampled every 50 ms.

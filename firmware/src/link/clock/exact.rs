@@ -1,4 +1,4 @@
-//! The few conversions of the clock, none of which can overflow.
+//! Integer conversions of the clock, none of which can overflow.
 
 /// The longest time a drift is followed over: 2⁴⁰ µs, twelve days.
 const FAR_US: i64 = 1 << 40;

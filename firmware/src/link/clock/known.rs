@@ -1,4 +1,4 @@
-//! What the exchanges so far say, and how sure that is.
+//! Offset and drift known from the exchanges so far, and their uncertainty.
 //!
 //! ```text
 //! o_low − 300 ppm·age ≤ offset ≤ o_high + 300 ppm·age                  always
@@ -23,7 +23,7 @@ const POLL_US: f32 = 450.0;
 const SURPRISE: f32 = 4.0;
 const SURPRISE_US: f32 = 1_000.0;
 
-/// See the module's documentation. Times are of the own clock, offsets fleet clock less own clock.
+/// Offset, drift and uncertainty at the last exchange. Times are of the own clock, offsets fleet clock less own clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Known {
     /// t4 of the last exchange. All that follows holds at this time.

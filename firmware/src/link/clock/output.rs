@@ -1,4 +1,4 @@
-//! What the clock tells: a line, and on the way to it a line that is up to 500 ppm steeper or flatter.
+//! The fleet time that the clock gives out: a line, and on the way to it a line that is up to 500 ppm steeper or flatter.
 //!
 //! ```text
 //! fleet(local) = local + offset + rate·age + sgn(rest)·min(500 ppm·age, |rest|),   age = local − from ≥ 0
@@ -21,7 +21,7 @@ const SLEW_Q32: i64 = ppb_q32(SLEW_PPB);
 /// The longest rest, nine minutes: to slew it would take twelve days.
 const REST_MAX_US: i64 = 1 << 29;
 
-/// See the module's documentation.
+/// The line of fleet time over own time that the clock gives out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Output {
     from_us: u64,

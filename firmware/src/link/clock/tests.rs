@@ -124,7 +124,7 @@ fn steps_when_idle_and_slews_while_a_cycle_runs() {
 }
 
 #[test]
-fn begins_anew_when_a_clock_jumped() {
+fn restarts_when_a_clock_jumped() {
     // Farther than the delay allows; nearer, but far beyond what the exchanges leave open.
     for jump in [-500_000_i64, 500_000, 20_000] {
         let mut clock = FleetClock::new();

@@ -1,4 +1,4 @@
-//! The last answer: a tick asks for the fleet time of one and the same moment several times.
+//! Cache of the last answer: a tick asks for the fleet time of one and the same moment several times.
 
 use core::cell::Cell;
 use core::fmt;

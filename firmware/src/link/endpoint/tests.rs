@@ -4,10 +4,10 @@ use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
 use protocol::{Delivery, FleetKey, ModboatCycle, ModuleId, Motion, RovCycle};
 
 use super::*;
-use crate::bench_host::{AHEAD, BenchHost, Ends, assert_exact, identity, in_session};
+use crate::bench_host::{AHEAD, BenchHost, Counterpart, assert_exact, identity, in_session};
 use crate::link::session::HOST_SILENCE;
 use crate::modboat::reference::Reference;
-use crate::modboat::swimmer::{Measurement, Swimmer};
+use crate::modboat::robot::{Measurement, ModboatRobot};
 use protocol::configuration::TailLimits;
 
 mod hosts;
@@ -24,7 +24,7 @@ const AT_ZERO: Measurement = Measurement {
 
 /// A module that ticks every millisecond, and its host.
 struct Bench {
-    endpoint: Endpoint<Swimmer>,
+    endpoint: Endpoint<ModboatRobot>,
     host: BenchHost,
     now: LocalInstant,
     tail: Measurement,
@@ -33,7 +33,7 @@ struct Bench {
 impl Bench {
     /// Booted, and nothing has been said.
     fn boot() -> Self {
-        let endpoint = Endpoint::new(Some(identity(1)), Swimmer::new(TailLimits::default()));
+        let endpoint = Endpoint::new(Some(identity(1)), ModboatRobot::new(TailLimits::default()));
         Self { endpoint, host: BenchHost::new(1), now: LocalInstant(0), tail: AT_ZERO }
     }
 
@@ -68,7 +68,7 @@ impl Bench {
         self.host.say(self.now, &mut self.endpoint, message)
     }
 
-    /// Brings a datagram of anybody's.
+    /// Delivers a datagram of any sender.
     fn bring(&mut self, datagram: &[u8]) -> Result<(), Class> {
         let heard = self.endpoint.handle_datagram(self.now, datagram);
         assert_exact(&self.endpoint);
@@ -80,7 +80,7 @@ impl Bench {
     }
 
     fn incoming(&self) -> protocol::ledger::Incoming {
-        Ends::incoming(&self.endpoint)
+        Counterpart::incoming(&self.endpoint)
     }
 
     fn is_frozen_at(&self, angle_rad: f32) -> bool {
@@ -252,7 +252,7 @@ fn what_is_not_for_it_changes_nothing() {
 fn a_cycle_is_refused_while_the_time_at_its_start_is_unsure() {
     let mut bench = Bench::boot();
     let strict = Identity { sure_within: Duration(0), ..identity(1) };
-    bench.endpoint = Endpoint::new(Some(strict), Swimmer::new(TailLimits::default()));
+    bench.endpoint = Endpoint::new(Some(strict), ModboatRobot::new(TailLimits::default()));
     bench.run(1_000 * MS);
     assert_eq!(bench.state(), ModuleState::Ready);
     assert_eq!(bench.ask(&direct(1, 2_000 * MS)), refused(Refusal::Unsure));

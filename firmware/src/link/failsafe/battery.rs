@@ -1,4 +1,4 @@
-//! Whether the battery is low.
+//! Detection of a low battery.
 //!
 //! Low once U < U_low for the hold-off, and no longer once U ≥ U_recover for the hold-off.
 //!
@@ -17,7 +17,7 @@ use protocol::units::Volts;
 
 use super::lasting::Lasting;
 
-/// See the module's documentation.
+/// Detects a low battery, with hysteresis and a hold-off.
 #[derive(Clone, Debug)]
 pub struct BatteryWatch {
     limits: BatteryLimits,
@@ -85,7 +85,7 @@ mod tests {
         assert!(feed(&mut watch, &mut now, 3000, 12.0));
         assert!(feed(&mut watch, &mut now, 60_000, 13.59), "between the two nothing changes");
         assert!(feed(&mut watch, &mut now, 1990, 13.6));
-        assert!(feed(&mut watch, &mut now, 10, 13.5), "a break begins it anew");
+        assert!(feed(&mut watch, &mut now, 10, 13.5), "a break restarts it");
         assert!(!feed(&mut watch, &mut now, 2010, 13.6));
         assert!(!feed(&mut watch, &mut now, 60_000, 13.3), "and between them from above");
     }

@@ -1,8 +1,8 @@
-//! Whether something has been the case for long enough without a break.
+//! A condition that counts once it has lasted for long enough without a break.
 
 use protocol::time::{Duration, LocalInstant};
 
-/// After so long without a believable reading of the encoder the module stops, *assumed*. Until then the tail coasts
+/// Time without a believable reading of the encoder after which the module stops, *assumed*. Until then the tail coasts
 /// and goes on when it sees again.
 pub const BLIND_FOR: Duration = Duration(100_000);
 
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_break_begins_it_anew() {
+    fn a_break_restarts_it() {
         let mut lasting = Lasting::new();
         let mut update = |now, is| lasting.update(LocalInstant(now), is, Duration(100));
         assert!(!update(0, false) && !update(1000, true) && !update(1099, true));

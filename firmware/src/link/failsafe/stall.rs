@@ -1,4 +1,4 @@
-//! Whether the tail is held by something: a motor that is driven and does not follow.
+//! Stall detection: a motor that is driven and does not follow, as something holds the tail.
 //!
 //! Stalled once |d| ≥ d_min and |φ̇| ≤ φ̇_max and |φ_ref − φ| ≥ e_min for the hold-off
 //!
@@ -47,7 +47,7 @@ impl Default for StallLimits {
     }
 }
 
-/// See the module's documentation.
+/// Detects a motor that is driven and does not follow.
 #[derive(Clone, Debug)]
 pub struct StallWatch {
     limits: StallLimits,
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn all_three_are_needed_and_a_break_begins_it_anew() {
+    fn all_three_are_needed_and_a_break_restarts_it() {
         let held = (1.0, 1.0, 0.0);
         for other in [(0.29, 1.0, 0.0), (1.0, 0.14, 0.0), (1.0, 1.0, 0.51), (f32::NAN, 1.0, 0.0)] {
             let mut watch = StallWatch::new(StallLimits::default());

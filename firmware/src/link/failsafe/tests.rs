@@ -49,7 +49,7 @@ fn every_failsafe() -> HashSet<Failsafe> {
     let mut seen = HashSet::from([Failsafe::new()]);
     let mut open = Vec::from([Failsafe::new()]);
     while let Some(failsafe) = open.pop() {
-        let by_event = Event::ALL.map(|event| {
+        let by_event = FailsafeEvent::ALL.map(|event| {
             let mut next = failsafe.clone();
             next.handle(event);
             next
@@ -84,7 +84,7 @@ fn the_table_is_a_function_and_says_why() {
         assert!(!t.why.ends_with('.') && !t.why.contains('|'), "{t:?} stands in a table");
     }
     let used: HashSet<_> = TRANSITIONS.iter().map(|t| t.event).collect();
-    assert_eq!(used, HashSet::from(Event::ALL), "an event that nothing listens to");
+    assert_eq!(used, HashSet::from(FailsafeEvent::ALL), "an event that nothing listens to");
 }
 
 #[test]
@@ -98,13 +98,13 @@ fn every_state_is_reached_and_leads_back() {
 
 #[test]
 fn stops_stop_everything_and_only_a_release_ends_them() {
-    for event in Event::ALL {
+    for event in FailsafeEvent::ALL {
         let stops = event.fault() != Faults(0);
         for state in STATES.into_iter().filter(|&state| state != Unprovisioned && state != Stopped) {
             let to = transition(state, event).map(|t| t.to);
             assert_eq!(to == Some(Stopped), stops, "{event:?} in {state:?}");
         }
-        assert_eq!(transition(Stopped, event).is_some(), event == Event::Released, "{event:?}");
+        assert_eq!(transition(Stopped, event).is_some(), event == FailsafeEvent::Released, "{event:?}");
     }
 }
 
@@ -177,13 +177,13 @@ fn a_day_of_a_module() {
     assert_eq!(failsafe.follow(&running), None);
     assert_eq!(failsafe.follow(&READY), Some(Holding));
     assert_eq!(failsafe.follow(&running), Some(Executing));
-    assert_eq!(failsafe.handle(Event::EmergencyStop), Some(Stopped));
+    assert_eq!(failsafe.handle(FailsafeEvent::EmergencyStop), Some(Stopped));
     assert_eq!(failsafe.follow(&running), None, "latched");
     assert!(failsafe.may_drive() && failsafe.faults() == Faults::EMERGENCY, "holds the frozen pose");
-    assert_eq!(failsafe.handle(Event::MotorStalled), None);
+    assert_eq!(failsafe.handle(FailsafeEvent::MotorStalled), None);
     assert_eq!(failsafe.faults(), Faults::EMERGENCY.with(Faults::STALLED), "both are shown");
     assert!(!failsafe.may_drive(), "and now it coasts");
-    assert_eq!(failsafe.handle(Event::Released), Some(Boot));
+    assert_eq!(failsafe.handle(FailsafeEvent::Released), Some(Boot));
     assert!(!failsafe.may_drive() && failsafe.faults() == Faults(0));
     assert_eq!(failsafe.follow(&READY), Some(Ready));
 }
@@ -195,10 +195,10 @@ fn the_cycle_outlives_the_clock() {
     let lost = Conditions { clock_known: false, running: true, ..READY };
     assert_eq!(failsafe.follow(&lost), None);
     assert_eq!(failsafe.takes_cycles(), Err(Refusal::NotSynchronised), "but takes no other");
-    assert_eq!(failsafe.handle(Event::HostChanged), None, "nor another host");
+    assert_eq!(failsafe.handle(FailsafeEvent::HostChanged), None, "nor another host");
     assert_eq!(failsafe.follow(&Conditions { running: false, ..lost }), Some(Unsynchronised));
     assert_eq!(failsafe.follow(&READY), Some(Ready));
-    assert_eq!(failsafe.handle(Event::HostChanged), Some(Unsynchronised));
+    assert_eq!(failsafe.handle(FailsafeEvent::HostChanged), Some(Unsynchronised));
 }
 
 #[test]
@@ -219,8 +219,8 @@ fn a_low_battery_lets_the_cycle_end_and_recovers() {
     assert_eq!((failsafe.state(), failsafe.takes_cycles()), (Executing, Err(Refusal::LowBattery)));
     assert_eq!(failsafe.follow(&low), Some(Holding));
     assert!(failsafe.may_drive(), "it holds its pose");
-    failsafe.handle(Event::EmergencyStop);
-    failsafe.handle(Event::Released);
+    failsafe.handle(FailsafeEvent::EmergencyStop);
+    failsafe.handle(FailsafeEvent::Released);
     assert!(failsafe.faults().has(Faults::LOW_BATTERY), "a release does not charge it");
     failsafe.follow(&READY);
     assert_eq!((failsafe.faults(), failsafe.takes_cycles()), (Faults(0), Ok(())));
@@ -229,17 +229,17 @@ fn a_low_battery_lets_the_cycle_end_and_recovers() {
 #[test]
 fn an_encoder_dead_from_the_start_is_said() {
     let mut failsafe = following(Conditions { located: false, ..READY });
-    assert_eq!(failsafe.handle(Event::Blind), Some(Stopped));
+    assert_eq!(failsafe.handle(FailsafeEvent::Blind), Some(Stopped));
     assert!(failsafe.announces() && !failsafe.may_drive());
-    failsafe.handle(Event::Released);
-    assert_eq!(failsafe.handle(Event::EmergencyStop), Some(Stopped));
-    assert!(!failsafe.may_drive(), "still nobody knows where the tail is");
+    failsafe.handle(FailsafeEvent::Released);
+    assert_eq!(failsafe.handle(FailsafeEvent::EmergencyStop), Some(Stopped));
+    assert!(!failsafe.may_drive(), "the tail angle is still unknown");
 }
 
 proptest! {
     /// Whatever happens, in whatever order: nothing is driven before the module has looked where it is.
     #[test]
-    fn never_drives_unseen(steps in proptest::collection::vec((0..Event::ALL.len(), 0..64_usize, any::<bool>()), 0..200)) {
+    fn never_drives_unseen(steps in proptest::collection::vec((0..FailsafeEvent::ALL.len(), 0..64_usize, any::<bool>()), 0..200)) {
         let conditions: Vec<_> = all_conditions().collect();
         let mut failsafe = Failsafe::new();
         let mut seen = false;
@@ -248,9 +248,9 @@ proptest! {
                 seen |= failsafe.state() == Boot && conditions[tick].located;
                 failsafe.follow(&conditions[tick]);
             } else {
-                let event = Event::ALL[event];
-                let released = event == Event::Released && failsafe.state() == Stopped;
-                seen = event == Event::Located || (seen && !released);
+                let event = FailsafeEvent::ALL[event];
+                let released = event == FailsafeEvent::Released && failsafe.state() == Stopped;
+                seen = event == FailsafeEvent::Located || (seen && !released);
                 failsafe.handle(event);
             }
             let silent = matches!(failsafe.state(), Boot | Unprovisioned);

@@ -28,7 +28,7 @@ impl Bench<RigIndexed> {
     fn indexed_as(identity: Option<crate::link::session::Identity>, angle_rad: f64, homing: Homing) -> Self {
         let rig = Rig::new(angle_rad);
         rig.put_magnet(Some(MAGNET_RAD));
-        let endpoint = Endpoint::new(identity, Swimmer::new(TailLimits::default()));
+        let endpoint = Endpoint::new(identity, ModboatRobot::new(TailLimits::default()));
         let boat = Modboat::new(endpoint, rig.indexed_tail(MAGNET_RAD)).with_homing(homing);
         Self::on(rig, boat)
     }
@@ -170,7 +170,7 @@ fn without_an_index_it_gives_up_until_it_is_released() {
     bench.say(&Message::Release);
     assert_eq!((bench.state(), bench.faults()), (ModuleState::Boot, Faults(0)));
     bench.searches_in_vain();
-    // Now somebody has glued the magnet on.
+    // The magnet is glued on.
     bench.rig.put_magnet(Some(MAGNET_RAD));
     bench.say(&Message::Release);
     bench.run_while_booting(bench.now.0 + 12_000 * MS, |_| ());
@@ -210,7 +210,7 @@ fn unconfigured_it_never_searches() {
         bench.now.0 += MS;
     };
     (0..5_000).for_each(|_| step(&mut bench));
-    // Not when somebody turns it over the magnet either.
+    // Not when the tail is turned over the magnet by hand either.
     for _ in 0..10_000 {
         bench.rig.turn(0.001);
         step(&mut bench);

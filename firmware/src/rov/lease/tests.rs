@@ -136,7 +136,7 @@ fn hold_is_neutral_and_a_stop_stays() {
     lease.emergency_stop(FleetInstant(60_000));
     assert_eq!(number(&lease, 60_000), None);
     assert_eq!(lease.offer(FleetInstant(60_000), &cycle(3, 70_000)), refused(Refusal::Stopped));
-    lease.begin_anew(FleetInstant(60_000));
+    lease.start_new_epoch(FleetInstant(60_000));
     assert_eq!(lease.offer(FleetInstant(60_000), &cycle(1, 70_000)), refused(Refusal::Stopped));
     lease.release();
     assert_eq!(lease.offer(FleetInstant(60_000), &cycle(1, 70_000)), Verdict::Accepted);

@@ -21,7 +21,7 @@ use protocol::units::{Newtons, PulseMicros, Volts};
 
 use super::esc::Esc;
 use super::law::{self, NEUTRAL};
-use super::table::PULSE_STEP_US;
+use super::t200::PULSE_STEP_US;
 
 /// Least and greatest rate of frames, Hz: what a Basic ESC reads.
 pub const FRAME_RATE_HZ: (f32, f32) = (50.0, 400.0);
@@ -74,7 +74,7 @@ struct Channel {
     esc: Esc,
 }
 
-/// See the module's documentation.
+/// All thrusters of a module on their pins.
 #[derive(Debug)]
 pub struct Bank<P> {
     pins: Vec<P, MAX_THRUSTERS>,

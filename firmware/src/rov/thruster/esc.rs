@@ -1,4 +1,4 @@
-//! What one speed controller may be asked from instant to instant.
+//! Limits of one speed controller from instant to instant.
 //!
 //! - Thrust grows by at most [`EscConstants::slew_n_s`]; it falls at once. Growth is what draws current from the
 //!   battery, letting go is always safe, and neutral must come in the very tick in which a lease ends.

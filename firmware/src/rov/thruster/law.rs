@@ -1,6 +1,6 @@
 //! Thrust ↔ pulse of one T200, by battery voltage.
 //!
-//! F(p, V) is linear in p between the rows of the [`table`](super::table) and linear in V between its columns:
+//! F(p, V) is linear in p between the rows of the [`t200`](super::t200) table and linear in V between its columns:
 //!
 //! F(p, V) = (1 − w)·F_low(p) + w·F_high(p),   w = (V − V_low)/2 V
 //!
@@ -27,7 +27,7 @@
 
 use protocol::units::{Amperes, Newtons, PulseMicros, Volts};
 
-use super::table::{
+use super::t200::{
     COLUMNS, CURRENT_A, FORCE_N, NEUTRAL_ROW, PULSE_MAX_US, PULSE_MIN_US, PULSE_STEP_US, ROWS, VOLTAGE_MAX_V,
     VOLTAGE_MIN_V, VOLTAGE_STEP_V,
 };

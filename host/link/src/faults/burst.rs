@@ -1,4 +1,4 @@
-//! Losses that come together: the medium is good or bad, and nothing gets through a bad one.
+//! Burst losses: the medium is good or bad, and nothing gets through a bad one.
 //!
 //! ```text
 //! P(bad at t + Δ) = p + ([bad at t] − p)·exp(−Δ / (T·(1 − p)))

@@ -1,4 +1,4 @@
-//! What is under way, in the order of its arrival.
+//! Datagrams under way, in the order of their arrival.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;

@@ -1,4 +1,4 @@
-//! How bad the medium is: the table `[radio]` of a scenario.
+//! Fault parameters of the medium: the table `[radio]` of a scenario.
 
 use quantity::{ParameterError, Range, check_ranges};
 use serde::{Deserialize, Serialize};

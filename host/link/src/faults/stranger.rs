@@ -1,4 +1,4 @@
-//! Somebody without keys who hears what passes, sends it again, and makes datagrams of their own.
+//! An attacker without keys that receives what passes, sends it again, and makes datagrams of its own.
 //!
 //! Recorded are the last [`RECORDED`] datagrams sent, while replay or forgery is on, and for reflection the last
 //! [`RECORDED`] received, while forgery is; a record is kept however old it gets. Four kinds of forgery are drawn alike; where the record has nothing for a kind, noise takes
@@ -60,13 +60,13 @@ impl<Address: Copy + Eq> Stranger<Address> {
         Self { rng, sent: VecDeque::new(), received: VecDeque::new() }
     }
 
-    /// Hears what is sent to `to`.
-    pub(super) fn hear_sent(&mut self, to: Address, datagram: &[u8]) {
+    /// Records what is sent to `to`.
+    pub(super) fn record_sent(&mut self, to: Address, datagram: &[u8]) {
         record(&mut self.sent, to, datagram);
     }
 
-    /// Hears what comes from `from`.
-    pub(super) fn hear_received(&mut self, from: Address, datagram: &[u8]) {
+    /// Records what comes from `from`.
+    pub(super) fn record_received(&mut self, from: Address, datagram: &[u8]) {
         record(&mut self.received, from, datagram);
     }
 

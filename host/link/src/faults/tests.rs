@@ -47,7 +47,7 @@ fn flood(parameters: FaultParameters, seed: u64, datagrams: u32) -> (Vec<(u64, u
             host.send(now, MODULE, &number.to_le_bytes()).unwrap();
         }
         let mut buffer = [0; 16];
-        assert_eq!(host.receive(now, &mut buffer), Ok(None), "nobody sends to the host");
+        assert_eq!(host.receive(now, &mut buffer), Ok(None), "nothing is sent to the host");
         while let Ok(Some((4, HOST))) = module.receive(now, &mut buffer) {
             arrivals.push((ms, u32::from_le_bytes(buffer[..4].try_into().unwrap())));
         }

@@ -64,7 +64,7 @@ fn the_format_stays() {
     assert_eq!(
         fleet_text(),
         format!(
-            "# Flotilla fleet key. Whoever has it commands the fleet; keep it to yourself.\n\
+            "# Flotilla fleet key. Its holder commands the fleet; keep it to yourself.\n\
              fleet = \"{fleet}\"\nkey = \"{digits}\"\n"
         )
     );
@@ -72,7 +72,7 @@ fn the_format_stays() {
     assert_eq!(
         text::of_module(&credentials).as_str(),
         format!(
-            "# Flotilla key of module 3. Whoever has it can pass for this module; keep it to yourself.\n\
+            "# Flotilla key of module 3. Its holder can pass for this module; keep it to yourself.\n\
              module = 3\nfleet = \"{fleet}\"\nkey = \"{digits}\"\n"
         )
     );

@@ -27,14 +27,14 @@ pub(super) enum Content {
 }
 
 pub(super) fn of_fleet(key: &FleetKey) -> Zeroizing<String> {
-    let head = "# Flotilla fleet key. Whoever has it commands the fleet; keep it to yourself.";
+    let head = "# Flotilla fleet key. Its holder commands the fleet; keep it to yourself.";
     written(head, key.fleet(), key.bytes())
 }
 
 pub(super) fn of_module(credentials: &ModuleCredentials) -> Zeroizing<String> {
     let ModuleCredentials { id, fleet, key } = credentials;
     let head = format!(
-        "# Flotilla key of module {id}. Whoever has it can pass for this module; keep it to yourself.\nmodule = {id}"
+        "# Flotilla key of module {id}. Its holder can pass for this module; keep it to yourself.\nmodule = {id}"
     );
     written(&head, *fleet, key.bytes())
 }

@@ -16,7 +16,7 @@
 //! | P, L | linear and angular momentum about the cluster's origin | kg·m/s, kg·m²/s |
 //! | rᵢ | member i from the cluster's origin | m |
 //!
-//! Assumptions and limits: connectors are rigid and take hold at once; nobody touches who is not docked; hulls do not
+//! Assumptions and limits: connectors are rigid and take hold at once; undocked robots do not touch; hulls do not
 //! disturb each other's water.
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -31,7 +31,7 @@ use thiserror::Error;
 /// Longest step, s. The error of a step of 10 ms is far below what a propeller's lag makes.
 pub const STEP_MOST_S: f64 = 0.010;
 
-/// Why there is no such water.
+/// Errors of a [`Basin`].
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BasinError {
     /// A pose that is none.
@@ -80,7 +80,7 @@ struct Raft {
     state: State,
 }
 
-/// See the module's documentation.
+/// The water with all robots and tools in it, and their docked clusters.
 #[derive(Clone, Debug)]
 pub struct Basin {
     bodies: Vec<Floating>,
@@ -189,7 +189,7 @@ impl Basin {
         })
     }
 
-    /// Clusters anew after somebody let go or took hold.
+    /// Forms the clusters again after an undocking or a docking.
     fn regroup(&mut self) -> Result<(), BasinError> {
         let docked: Vec<usize> = (0..self.bodies.len()).filter(|&body| self.bodies[body].docked).collect();
         let placed: Vec<(Pose, &Vehicle)> =

@@ -24,7 +24,7 @@ use firmware::module::Supply;
 use firmware::rov::Rov;
 use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
 use firmware::rov::thruster::bank::{Bank, BankError};
-use firmware::rov::thruster::table::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
+use firmware::rov::thruster::t200::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
 use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, PulseMicros, Volts};
@@ -39,7 +39,7 @@ use super::node::Node;
 /// Counts of the pins' timer in one frame: 25 a microsecond at 400 Hz.
 const MAX_DUTY: u16 = 62_500;
 
-/// Why there is no ROV.
+/// Errors of an ROV's setup.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RovError {
     /// The firmware cannot drive such thrusters.

@@ -1,4 +1,4 @@
-//! An ROV that is somewhere else: its thrusts, from the pulses that it reports over the radio.
+//! A remote ROV: its thrusts, from the pulses that it reports over the radio.
 //!
 //! The pulses last reported hold until the next report. After [`SILENCE`] without one the propellers are taken to
 //! stand: a module that lives reports, and one that does not puts out no pulse.
@@ -9,7 +9,7 @@ use protocol::units::Volts;
 
 use super::propellers::Propellers;
 
-/// After so long without a report nothing turns any more. *Assumed.*
+/// Time without a report after which no propeller turns any more. *Assumed.*
 pub const SILENCE: Duration = Duration(500_000);
 
 /// One remote ROV.

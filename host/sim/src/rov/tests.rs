@@ -1,5 +1,5 @@
 use super::remote::RemoteRov;
-use link::dispatcher::{Dispatcher, Event};
+use link::dispatcher::{Dispatcher, DispatcherEvent};
 use link::faults::{FaultParameters, Faulty};
 use link::loopback::{Ether, LoopbackRadio, Node as Address};
 use protocol::configuration::EscConstants;
@@ -59,11 +59,11 @@ impl Bench {
             let now = self.now;
             while let Ok(Some((length, from))) = self.host.receive(now, &mut buffer) {
                 match self.dispatcher.handle_datagram(now, from, &buffer[..length]) {
-                    Ok(Some(Event::Reported(0))) => {
+                    Ok(Some(DispatcherEvent::Reported(0))) => {
                         let report = self.dispatcher.modules()[0].rov_telemetry().expect("a report");
                         self.remote.report(report, now);
                     }
-                    Ok(Some(Event::Rebooted(0))) => self.reboots += 1,
+                    Ok(Some(DispatcherEvent::Rebooted(0))) => self.reboots += 1,
                     // Nothing is damaged here; what the medium doubled comes twice, and what a reboot overtook is stale.
                     Ok(_) | Err(Class::Duplicate) => {}
                     Err(Class::Stale) if self.reboots > 0 => {}

@@ -118,7 +118,7 @@ pub fn run<F: Fleet>(
         let mut now = clock.now(tick);
         while let Some((length, from)) = fleet.radio().receive(now, &mut buffer).map_err(Into::into)? {
             // What does not decode is counted; there is nothing else to do about it.
-            if let Ok(Some(dispatcher::Event::Rebooted(robot))) =
+            if let Ok(Some(dispatcher::DispatcherEvent::Rebooted(robot))) =
                 dispatcher.handle_datagram(now, from, &buffer[..length])
             {
                 reboots += 1;

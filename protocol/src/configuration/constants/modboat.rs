@@ -109,7 +109,7 @@ pub struct EncoderConstants {
     pub mounting: EncoderMounting,
     /// Speed at which the tail looks for the index after boot, counter-clockwise; 0: it is turned by hand.
     pub homing_speed: RadiansPerSecond,
-    /// It waits for so long after boot before it does.
+    /// Wait after boot before it does.
     pub homing_after: Duration,
 }
 

@@ -51,7 +51,7 @@ impl Default for LeaseLimits {
 pub struct BankConstants {
     /// Frames a second at every pin, Hz.
     pub frame_rate_hz: f32,
-    /// Neutral for so long after boot.
+    /// Time in neutral after boot.
     pub arming: Duration,
     /// What each controller may be asked.
     pub esc: EscConstants,

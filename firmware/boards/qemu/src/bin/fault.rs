@@ -1,4 +1,4 @@
-//! Does on purpose what no firmware should, to show that a fault ends the emulator and is told.
+//! Faults on purpose, to show that a fault ends the emulator and is reported.
 #![no_std]
 #![no_main]
 

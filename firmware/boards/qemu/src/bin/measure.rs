@@ -1,4 +1,4 @@
-//! Counts what the firmware core takes: a host on the same processor serves one Modboat that swims for half a minute.
+//! Counts the instructions of the firmware core: a host on the same processor serves one Modboat that swims for half a minute.
 //!
 //! Run with `-icount shift=10`, in which each instruction takes 1024 ns of the emulator's time, so that the timer counts
 //! instructions exactly. The time that the firmware is told is made up: a tick is a millisecond, whatever it takes.
@@ -159,18 +159,18 @@ impl Bench {
         let length = seal(session, &cycle(number, FleetInstant(now.0 + AHEAD + 500_000)), &mut buffer).len();
         let (costs, overhead) = (&mut self.costs, self.overhead);
         let sealed = &mut buffer[..length];
-        let mut hear =
+        let mut deliver =
             |cost, bytes: &[u8]| count(cost, overhead, || self.firmware.handle_datagram(now, bytes));
-        assert_eq!(hear(&mut costs.cycle, sealed), Ok(()));
-        assert_eq!(hear(&mut costs.duplicate, sealed), Err(Class::Duplicate));
+        assert_eq!(deliver(&mut costs.cycle, sealed), Ok(()));
+        assert_eq!(deliver(&mut costs.duplicate, sealed), Err(Class::Duplicate));
         // A number that has not come yet, and a byte that is changed.
         let next = seal(session, &Message::Hold, &mut buffer).len();
         let guarded = next - 4;
         buffer[guarded - 1] ^= 1;
-        assert_eq!(hear(&mut costs.damaged, &buffer[..next]), Err(Class::Corrupt));
+        assert_eq!(deliver(&mut costs.damaged, &buffer[..next]), Err(Class::Corrupt));
         let checksum = crc32(&buffer[..guarded]);
         buffer[guarded..next].copy_from_slice(&checksum.to_le_bytes());
-        assert_eq!(hear(&mut costs.forged, &buffer[..next]), Err(Class::Forged));
+        assert_eq!(deliver(&mut costs.forged, &buffer[..next]), Err(Class::Forged));
     }
 }
 

@@ -143,6 +143,6 @@ unsafe fn DefaultHandler(number: i16) {
         TICK => control::interrupted(),
         ETHERNET => lan9118::interrupted(),
         STEP => steps::interrupted(),
-        other => panic!("interrupt {other} is nobody's"),
+        other => panic!("interrupt {other} has no handler"),
     }
 }

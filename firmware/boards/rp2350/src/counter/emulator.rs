@@ -6,7 +6,7 @@
 use pio::{Program, RP2040_MAX_PROGRAM_SIZE};
 use std::vec::Vec;
 
-/// See the module's documentation.
+/// An emulated state machine of a PIO block.
 pub struct StateMachine {
     code: Vec<u16>,
     wrap: (u8, u8),

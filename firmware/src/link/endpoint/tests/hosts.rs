@@ -32,7 +32,7 @@ fn another_host_waits_until_the_first_is_silent_and_nothing_runs() {
     bench.run(4_010 * MS);
     let pose = bench.reference();
     assert_eq!(bench.bring(&call), Ok(()), "the same call, for its announcement is in force");
-    assert_eq!(bench.state(), ModuleState::Unsynchronised, "its time begins anew");
+    assert_eq!(bench.state(), ModuleState::Unsynchronised, "its time is new");
     assert_eq!(bench.reference(), pose, "the pose is held");
     // The first one has lost it.
     let late = bench.host.seal(&Message::EmergencyStop);
@@ -40,7 +40,7 @@ fn another_host_waits_until_the_first_is_silent_and_nothing_runs() {
     let first = std::mem::replace(&mut bench.host, other);
     bench.run(5_000 * MS);
     assert_eq!(bench.state(), ModuleState::Ready);
-    assert_eq!(bench.ask(&direct(1, 6_000 * MS)), Verdict::Accepted, "numbers begin anew");
+    assert_eq!(bench.ask(&direct(1, 6_000 * MS)), Verdict::Accepted, "its numbers are new");
     let outgoing = bench.endpoint.link().unwrap().outgoing();
     assert!(outgoing.lost > 0, "what was under way to the first is lost: {outgoing:?}");
     drop(first);
@@ -74,7 +74,7 @@ fn the_same_life_of_a_host_goes_on_in_another_session() {
     assert_eq!(bench.ask(&direct(2, 5_000 * MS)), Verdict::Accepted);
 }
 
-/// Somebody has copied the fleet key and starts a host of his own.
+/// A second host runs with a copy of the fleet key.
 #[test]
 fn a_clone_of_the_host_moves_nothing_while_the_first_is_heard() {
     let mut bench = Bench::ready();
@@ -118,7 +118,7 @@ fn a_whole_session_played_again_after_the_host_has_changed_is_stale() {
     }
     bench.host.tells_time = false;
     bench.run(6_000 * MS);
-    // Nobody is there: now the recording is played, its call first, and then again to the next host's session.
+    // No host is there: now the recording is played, its call first, and then again to the next host's session.
     for next_host in [false, true] {
         if next_host {
             bench.host = BenchHost::new(2);
@@ -140,7 +140,7 @@ fn a_whole_session_played_again_after_the_host_has_changed_is_stale() {
     bench.run(10_000 * MS);
     let before = inside(&bench);
     for datagram in &recorded {
-        assert_eq!(bench.bring(datagram), Err(Class::Stale), "nor when nobody is heard");
+        assert_eq!(bench.bring(datagram), Err(Class::Stale), "nor when no host is heard");
     }
     assert_eq!(inside(&bench), before);
 }
@@ -167,7 +167,7 @@ fn everything_ever_recorded_is_stale_after_a_reboot() {
     recorded.append(&mut bench.host.recorded);
     // Power is lost; its clock begins at zero, as then.
     bench = Bench {
-        endpoint: Endpoint::new(Some(identity(2)), Swimmer::new(TailLimits::default())),
+        endpoint: Endpoint::new(Some(identity(2)), ModboatRobot::new(TailLimits::default())),
         ..Bench::boot()
     };
     for datagram in &recorded {
@@ -176,7 +176,7 @@ fn everything_ever_recorded_is_stale_after_a_reboot() {
     bench.run(1_000 * MS);
     let before = inside(&bench);
     for datagram in &recorded {
-        assert_eq!(bench.bring(datagram), Err(Class::Stale), "in the session of its new life");
+        assert_eq!(bench.bring(datagram), Err(Class::Stale), "in the session of its new boot");
     }
     assert_eq!((inside(&bench), bench.state()), (before, ModuleState::Ready));
     assert_eq!(bench.incoming().stale as usize, 2 * recorded.len());

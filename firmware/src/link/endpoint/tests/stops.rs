@@ -20,7 +20,7 @@ fn an_emergency_stop_latches_until_released_and_then_it_rests_where_it_is_found(
     let told = |message: &&Message| matches!(message, Message::Telemetry(_));
     let Some(Message::Telemetry(report)) = said.iter().rfind(told) else { panic!("no report") };
     assert_eq!((report.state, report.faults), (ModuleState::Stopped, Faults::EMERGENCY));
-    // Somebody turned the tail.
+    // The tail was turned by hand.
     bench.tail.tail = Some(Radians(0.7));
     bench.run(9_010 * MS);
     assert_eq!(bench.reference(), frozen, "not yet");
@@ -150,7 +150,7 @@ proptest! {
         let genuine = [&direct(1, 2_000 * MS), &Message::Release, &Message::EmergencyStop, &Message::Release]
             .map(|message| host.host.seal(message));
         let recorded = host.host.recorded.clone();
-        let mut endpoint = Endpoint::new(None, Swimmer::new(TailLimits::default()));
+        let mut endpoint = Endpoint::new(None, ModboatRobot::new(TailLimits::default()));
         let measurement = Measurement { tail: Some(Radians(f32::from_bits(tail))), ..AT_ZERO };
         for (now, datagram) in (0..).step_by(700).zip(noise.iter().chain(&genuine).chain(&recorded)) {
             endpoint.handle_timer(LocalInstant(now), &measurement);

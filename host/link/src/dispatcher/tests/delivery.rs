@@ -24,7 +24,10 @@ fn a_cycle_goes_out_again_until_it_is_answered() {
     assert_eq!(numbers(&bench.at(10_000)), [(0, 1), (1, 1)]);
     assert_eq!(bench.link(1).knowledge(1), Knowledge::Possibly);
     bench.now = FleetInstant(15_000);
-    assert_eq!(bench.say(0, &answer(1, Verdict::Accepted)), Some(Event::Accepted { module: 0, cycle: 1 }));
+    assert_eq!(
+        bench.say(0, &answer(1, Verdict::Accepted)),
+        Some(DispatcherEvent::Accepted { module: 0, cycle: 1 })
+    );
     assert_eq!(bench.say(0, &answer(1, Verdict::Duplicate)), None, "its answer to the second");
     assert_eq!(numbers(&bench.at(22_000)), [(1, 1)]);
     assert!(bench.at(100_000).is_empty(), "the cycle has started");
@@ -69,12 +72,12 @@ fn thrusts_twenty_times_a_second_are_each_accounted_for() {
         if k == 1 {
             bench.now = FleetInstant(25_000);
             let event = bench.say(0, &answer(1, Verdict::Accepted));
-            assert_eq!(event, Some(Event::Accepted { module: 0, cycle: 1 }));
+            assert_eq!(event, Some(DispatcherEvent::Accepted { module: 0, cycle: 1 }));
         }
     }
     bench.now = FleetInstant(120_000);
     assert_eq!(bench.say(0, &answer(2, Verdict::Accepted)), None);
-    // It goes on past its start, until its lease is over; so long it may still be taken.
+    // It goes on past its start, until its lease is over; until then it may still be taken.
     bench.say(0, &rov_report(200_000, 1));
     assert_eq!(bench.link(0).knowledge(3), Knowledge::Possibly);
     assert_eq!(numbers(&bench.at(329_999)), [(0, 3)]);
@@ -84,7 +87,7 @@ fn thrusts_twenty_times_a_second_are_each_accounted_for() {
     assert_eq!(ledger.resent, 4);
     // What it reports counts as an answer as far as having it goes.
     assert!(!bench.link(0).has(3));
-    assert_eq!(bench.say(0, &rov_report(210_000, 3)), Some(Event::Reported(0)));
+    assert_eq!(bench.say(0, &rov_report(210_000, 3)), Some(DispatcherEvent::Reported(0)));
     let link = bench.link(0);
     assert!(link.has(3) && link.telemetry().is_none());
     assert_eq!(link.rov_telemetry().map(|report| report.pulses.len()), Some(1));
@@ -101,7 +104,7 @@ fn under_way() -> Bench {
 }
 
 #[test]
-fn what_nobody_has_answered_is_known_from_reports_of_after_its_start() {
+fn a_cycle_without_an_answer_is_known_from_reports_of_after_its_start() {
     for (at, cycle, expected) in [
         (0, 4, Knowledge::Possibly),
         (999_000, 4, Knowledge::Possibly),
@@ -149,7 +152,7 @@ fn refusals_are_counted_and_those_for_lateness_apart() {
     for (reason, late) in [(Refusal::Late, true), (Refusal::PoseMismatch, false), (Refusal::Stopped, false)] {
         let mut bench = under_way();
         let event = bench.say(0, &answer(5, Verdict::Refused(reason)));
-        assert_eq!(event, Some(Event::Refused { module: 0, cycle: 5, reason }));
+        assert_eq!(event, Some(DispatcherEvent::Refused { module: 0, cycle: 5, reason }));
         let ledger = *bench.link(0).ledger();
         assert_eq!((ledger.late, ledger.refused), (u64::from(late), u64::from(!late)));
         assert_eq!((ledger.open(), bench.link(0).knowledge(5)), (0, Knowledge::CertainlyNot));
@@ -165,19 +168,19 @@ fn a_reboot_forgets_what_was_accepted() {
     bench.say(0, &answer(5, Verdict::Accepted));
     assert_eq!(bench.link(0).knowledge(5), Knowledge::Possibly);
     bench.modules[0].reboot();
-    assert_eq!(bench.join(0), Some(Event::Rebooted(0)));
+    assert_eq!(bench.join(0), Some(DispatcherEvent::Rebooted(0)));
     assert_eq!(bench.link(0).knowledge(5), Knowledge::CertainlyNot);
     assert!(bench.link(0).is_up_to_date());
     let ledger = *bench.link(0).ledger();
     assert_eq!((ledger.acknowledged, ledger.unanswered, ledger.open()), (1, 0, 0), "counted once");
-    // What was still to be sent to its former life does not reach this one.
+    // What was queued before its reboot does not reach it.
     bench.modules[0].reboot();
     bench.now = FleetInstant(100_000);
     let announcement = bench.modules[0].announce();
     bench.deliver(0, &announcement).expect("genuine");
     bench.heard();
     bench.dispatch(6, 2_000_000, &SWIM, Delivery::Direct);
-    assert_eq!(bench.say(0, &health()), Some(Event::Rebooted(0)));
+    assert_eq!(bench.say(0, &health()), Some(DispatcherEvent::Rebooted(0)));
     assert!(bench.heard().is_empty() && bench.at(500_000).is_empty());
     assert_eq!(bench.link(0).knowledge(6), Knowledge::CertainlyNot);
     assert_eq!((bench.link(0).ledger().unanswered, bench.link(0).ledger().open()), (1, 0));
@@ -190,7 +193,7 @@ fn another_session_of_the_same_boot_leaves_it_open_what_the_module_has() {
     bench.say(0, &answer(5, Verdict::Accepted));
     bench.modules[0].session = None;
     bench.now = FleetInstant(100_000);
-    assert_eq!(bench.join(0), Some(Event::Rejoined(0)));
+    assert_eq!(bench.join(0), Some(DispatcherEvent::Rejoined(0)));
     assert_eq!(bench.link(0).knowledge(5), Knowledge::Possibly);
     bench.say(0, &report(1_100_000, 0, ModuleState::Ready));
     assert_eq!(bench.link(0).knowledge(5), Knowledge::CertainlyNot);

@@ -14,8 +14,8 @@ fn a_module_is_taken_in_when_it_has_answered_the_call() {
     assert_eq!(bench.deliver(0, &announcement), Ok(None));
     assert!(!bench.link(0).is_known(), "it may be a recording");
     assert_eq!(bench.heard(), [(0, Message::Called)]);
-    assert!(!bench.link(0).is_known(), "nobody has answered");
-    assert_eq!(bench.say(0, &health()), Some(Event::Joined(0)));
+    assert!(!bench.link(0).is_known(), "no module has answered");
+    assert_eq!(bench.say(0, &health()), Some(DispatcherEvent::Joined(0)));
     assert_eq!((bench.link(0).boots(), bench.link(0).sessions()), (1, 1));
     // From then on it announces what its next session would be: nothing new.
     bench.now = FleetInstant(1_000_000);
@@ -26,7 +26,7 @@ fn a_module_is_taken_in_when_it_has_answered_the_call() {
     assert_eq!(bench.say(0, &health()), None);
 }
 
-/// Recordings of boots that this life of the host knows nothing of.
+/// Recordings of boots that this start of the host knows nothing of.
 fn recordings(bench: &mut Bench, count: usize) -> Vec<Vec<u8>> {
     let record = |_| {
         let recording = bench.modules[0].announce();
@@ -41,7 +41,7 @@ fn a_replayed_announcement_changes_nothing() {
     let mut bench = Bench::new(1);
     let recordings = recordings(&mut bench, 3);
     let own = bench.modules[0].announce();
-    assert_eq!(bench.join(0), Some(Event::Joined(0)));
+    assert_eq!(bench.join(0), Some(DispatcherEvent::Joined(0)));
     bench.dispatch(1, 5_000_000, &SWIM, Delivery::Direct);
     bench.heard();
     bench.say(0, &answer(1, Verdict::Accepted));
@@ -59,7 +59,7 @@ fn a_replayed_announcement_changes_nothing() {
         let calls = bench.sent();
         assert_eq!(calls.len(), if round == 1 { 3 } else { 0 });
         for (to, call) in calls {
-            assert_eq!((to, bench.modules[0].hear(&call)), ('x', Err(Class::Stale)));
+            assert_eq!((to, bench.modules[0].handle_datagram(&call)), ('x', Err(Class::Stale)));
         }
     }
     let link = bench.link(0);
@@ -67,7 +67,7 @@ fn a_replayed_announcement_changes_nothing() {
     assert_eq!((link.knowledge(1), link.ledger().acknowledged), (Knowledge::Possibly, 1));
     assert!(link.telemetry().copied() == before && link.incoming().is_exact());
     // The session in force goes on, at the module's address.
-    assert_eq!(bench.say(0, &report(20, 0, ModuleState::Ready)), Some(Event::Reported(0)));
+    assert_eq!(bench.say(0, &report(20, 0, ModuleState::Ready)), Some(DispatcherEvent::Reported(0)));
     bench.dispatcher.hold();
     assert_eq!(bench.heard(), [(0, Message::Hold)]);
 }
@@ -82,8 +82,11 @@ fn a_replay_on_its_heels_does_not_take_a_call_away() {
     bench.dispatcher.handle_datagram(bench.now, 'x', &recordings[1]).expect("genuine, though old");
     let sent = bench.sent();
     assert_eq!(sent.iter().map(|(to, _)| *to).collect::<String>(), "xax");
-    assert_eq!(bench.modules[0].hear(&sent[1].1).map(|opened| opened.message), Ok(Message::Called));
-    assert_eq!(bench.say(0, &health()), Some(Event::Joined(0)));
+    assert_eq!(
+        bench.modules[0].handle_datagram(&sent[1].1).map(|opened| opened.message),
+        Ok(Message::Called)
+    );
+    assert_eq!(bench.say(0, &health()), Some(DispatcherEvent::Joined(0)));
 }
 
 #[test]
@@ -93,21 +96,21 @@ fn a_reboot_is_told_from_another_session_of_the_same_boot() {
     let (announcement, said) = (bench.modules[0].announce(), bench.modules[0].say(&health()));
     bench.modules[0].reboot();
     let other_life = bench.modules[0].announce();
-    assert_eq!(bench.join(0), Some(Event::Rebooted(0)));
+    assert_eq!(bench.join(0), Some(DispatcherEvent::Rebooted(0)));
     assert_eq!((bench.link(0).boots(), bench.link(0).sessions()), (2, 2));
-    assert_eq!(bench.link(0).telemetry(), None, "its former life's");
-    // What it said in its former life comes late, and is no news of a reboot.
+    assert_eq!(bench.link(0).telemetry(), None, "of its former boot");
+    // What it said before its reboot comes late, and is no news of a reboot.
     assert_eq!(bench.deliver(0, &said), Err(Class::Stale));
     assert_eq!(bench.deliver(0, &other_life), Err(Class::Stale), "its nonce is used up");
     assert_eq!(bench.deliver(0, &announcement), Ok(None), "called, to no effect");
     for (_, call) in bench.sent() {
-        assert_eq!(bench.modules[0].hear(&call), Err(Class::Stale));
+        assert_eq!(bench.modules[0].handle_datagram(&call), Err(Class::Stale));
     }
     assert_eq!((bench.link(0).boots(), bench.link(0).incoming().stale), (2, 2));
     // It leaves the session without a reboot.
     bench.modules[0].session = None;
     bench.now = FleetInstant(1_000_000);
-    assert_eq!(bench.join(0), Some(Event::Rejoined(0)));
+    assert_eq!(bench.join(0), Some(DispatcherEvent::Rejoined(0)));
     assert_eq!((bench.link(0).boots(), bench.link(0).sessions()), (2, 3));
 }
 
@@ -136,7 +139,7 @@ fn calls_are_few_however_many_announcements_come() {
     let outgoing = bench.link(0).outgoing();
     assert_eq!(outgoing.lost, outgoing.sent - outgoing.under_way(), "{outgoing:?}");
     assert!(outgoing.under_way() <= 4 * 20, "offers that are still open: {outgoing:?}");
-    assert_eq!(bench.join(0), Some(Event::Joined(0)));
+    assert_eq!(bench.join(0), Some(DispatcherEvent::Joined(0)));
     let outgoing = bench.link(0).outgoing();
     assert_eq!((outgoing.sent, outgoing.acknowledged, outgoing.under_way()), (outgoing.lost + 1, 1, 0));
 }
@@ -182,7 +185,7 @@ fn a_module_that_serves_another_host_is_told_from_one_that_is_to_be_called() {
     let announcement = bench.modules[0].announce();
     other.handle_datagram(FleetInstant(0), 'a', &announcement).expect("genuine");
     let (_, call) = other.poll_transmit(FleetInstant(0), &mut buffer).expect("a call");
-    bench.modules[0].hear(call).expect("it opens");
+    bench.modules[0].handle_datagram(call).expect("it opens");
     // It names the other's session, and answers none of our calls.
     let mut told = Vec::new();
     for round in 0..15 {
@@ -192,14 +195,14 @@ fn a_module_that_serves_another_host_is_told_from_one_that_is_to_be_called() {
         assert_eq!(bench.sent().len(), 1, "it is called all the same");
     }
     let first = told.iter().position(Option::is_some);
-    assert_eq!((first, told.last()), (Some(10), Some(&Some(Event::Elsewhere(0)))));
+    assert_eq!((first, told.last()), (Some(10), Some(&Some(DispatcherEvent::Elsewhere(0)))));
     assert!(bench.link(0).is_elsewhere() && !bench.link(0).is_known());
     // The other falls silent: it comes.
     bench.now = FleetInstant(4_000_000);
     let announcement = bench.modules[0].announce();
     bench.deliver(0, &announcement).expect("genuine");
     bench.heard();
-    assert_eq!(bench.say(0, &health()), Some(Event::Joined(0)));
+    assert_eq!(bench.say(0, &health()), Some(DispatcherEvent::Joined(0)));
     assert!(!bench.link(0).is_elsewhere());
 }
 
@@ -232,7 +235,7 @@ fn clocks_are_answered() {
 fn an_older_report_does_not_replace_a_newer_one() {
     let mut bench = Bench::joined(1);
     let reports = [1, 2].map(|cycle| bench.modules[0].say(&report(0, cycle, ModuleState::Executing)));
-    assert_eq!(bench.deliver(0, &reports[1]), Ok(Some(Event::Reported(0))));
+    assert_eq!(bench.deliver(0, &reports[1]), Ok(Some(DispatcherEvent::Reported(0))));
     assert_eq!(bench.deliver(0, &reports[0]), Ok(None));
     assert_eq!(bench.link(0).telemetry().map(|report| report.cycle), Some(2));
     assert_eq!(bench.deliver(0, &reports[1]), Err(Class::Duplicate));
@@ -246,5 +249,5 @@ fn an_older_report_does_not_replace_a_newer_one() {
     bench.heard();
     let answered = bench.modules[0].say(&answer(3, Verdict::Accepted));
     bench.say(0, &report(0, 2, ModuleState::Executing));
-    assert_eq!(bench.deliver(0, &answered), Ok(Some(Event::Accepted { module: 0, cycle: 3 })));
+    assert_eq!(bench.deliver(0, &answered), Ok(Some(DispatcherEvent::Accepted { module: 0, cycle: 3 })));
 }

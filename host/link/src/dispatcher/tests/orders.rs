@@ -28,7 +28,7 @@ fn stopping() -> Bench {
 }
 
 #[test]
-fn a_stop_is_repeated_until_everybody_has_stopped() {
+fn a_stop_is_repeated_until_every_module_has_stopped() {
     let mut bench = stopping();
     assert!((0..3).all(|index| bench.link(index).ledger().open() == 0), "no cycle is sent any more");
     assert!(bench.at(EVERY - 1).is_empty());
@@ -43,13 +43,13 @@ fn a_stop_is_repeated_until_everybody_has_stopped() {
     bench.say(2, &report(1, 0, ModuleState::Stopped));
     assert!(bench.at(5 * EVERY).is_empty());
     bench.modules[0].reboot();
-    assert_eq!(bench.join(0), Some(Event::Rebooted(0)));
+    assert_eq!(bench.join(0), Some(DispatcherEvent::Rebooted(0)));
     bench.say(0, &report(0, 0, ModuleState::Unsynchronised));
     assert_eq!(told(&mut bench, 6 * EVERY, &Message::EmergencyStop), [0]);
 }
 
 #[test]
-fn a_release_is_repeated_until_everybody_goes_on() {
+fn a_release_is_repeated_until_every_module_goes_on() {
     let mut bench = stopping();
     for index in [0, 1] {
         bench.say(index, &report(1, 1, ModuleState::Stopped));
@@ -69,7 +69,7 @@ fn a_release_is_repeated_until_everybody_goes_on() {
     assert_eq!(told(&mut bench, settled + EVERY, &Message::Release), [1]);
     bench.say(1, &report(4, 1, ModuleState::Ready));
     assert!(bench.at(settled + 2 * EVERY).is_empty());
-    // What stops a module that has followed is another stop: nobody ends it unasked.
+    // What stops a module that has followed is another stop: it is not ended unasked.
     bench.say(1, &report(5, 1, ModuleState::Stopped));
     assert!(bench.at(settled + 3 * EVERY).is_empty());
     // Who was not there is released when it comes.
@@ -98,7 +98,7 @@ fn a_stop_right_after_a_release_is_sent_at_once() {
 }
 
 #[test]
-fn hold_reaches_everybody_and_ends_what_is_under_way() {
+fn hold_reaches_every_module_and_ends_what_is_under_way() {
     let mut bench = Bench::joined(2);
     bench.dispatch(1, 500_000, &SWIM, Delivery::Direct);
     bench.heard();

@@ -106,7 +106,7 @@ impl Played {
     }
 
     /// Follows whatever host calls it.
-    pub(super) fn hear(&mut self, datagram: &[u8]) -> Result<Opened, Class> {
+    pub(super) fn handle_datagram(&mut self, datagram: &[u8]) -> Result<Opened, Class> {
         let frame = Frame::parse(datagram).map_err(|_| Class::Corrupt)?;
         let header = frame.header;
         if (header.fleet, header.module) != (self.fleet, self.id) || header.kind.is_for_host() {
@@ -155,13 +155,13 @@ impl Bench {
     pub(super) fn joined(count: u16) -> Self {
         let mut bench = Self::new(count);
         for index in 0..usize::from(count) {
-            assert_eq!(bench.join(index), Some(Event::Joined(index)));
+            assert_eq!(bench.join(index), Some(DispatcherEvent::Joined(index)));
         }
         bench
     }
 
     /// Announcement, call, and the first word in the session.
-    pub(super) fn join(&mut self, index: usize) -> Option<Event> {
+    pub(super) fn join(&mut self, index: usize) -> Option<DispatcherEvent> {
         let announcement = self.modules[index].announce();
         assert_eq!(self.deliver(index, &announcement), Ok(None));
         assert_eq!(self.heard(), [(index, Message::Called)]);
@@ -173,12 +173,16 @@ impl Bench {
     }
 
     /// The host hears `datagram` from where module `index` is.
-    pub(super) fn deliver(&mut self, index: usize, datagram: &[u8]) -> Result<Option<Event>, Class> {
+    pub(super) fn deliver(
+        &mut self,
+        index: usize,
+        datagram: &[u8],
+    ) -> Result<Option<DispatcherEvent>, Class> {
         self.dispatcher.handle_datagram(self.now, address(index), datagram)
     }
 
     /// Module `index` says something, and is heard.
-    pub(super) fn say(&mut self, index: usize, message: &Message) -> Option<Event> {
+    pub(super) fn say(&mut self, index: usize, message: &Message) -> Option<DispatcherEvent> {
         let datagram = self.modules[index].say(message);
         self.deliver(index, &datagram).expect("it is followed")
     }
@@ -196,11 +200,11 @@ impl Bench {
     /// The same, heard by its modules: who hears what.
     pub(super) fn heard(&mut self) -> Vec<(usize, Message)> {
         let sent = self.sent();
-        let hear = |(to, datagram): (char, Vec<u8>)| {
+        let deliver = |(to, datagram): (char, Vec<u8>)| {
             let index = (0..self.modules.len()).find(|&index| address(index) == to).expect("of the fleet");
-            (index, self.modules[index].hear(&datagram).expect("it opens").message)
+            (index, self.modules[index].handle_datagram(&datagram).expect("it opens").message)
         };
-        sent.into_iter().map(hear).collect()
+        sent.into_iter().map(deliver).collect()
     }
 
     /// Lets it be `us`: what the modules hear then.
@@ -210,7 +214,7 @@ impl Bench {
         self.heard()
     }
 
-    /// The same motion for everybody.
+    /// Dispatches the same motion to every module.
     pub(super) fn dispatch(&mut self, number: u32, start: u64, motion: &Motion, delivery: Delivery) {
         let motions = vec![Some(motion.clone()); self.modules.len()];
         self.dispatcher.dispatch(self.now, number, FleetInstant(start), &motions, delivery);

@@ -107,7 +107,7 @@ impl Storm {
         let mut say: Vec<Message> = due.to_vec();
         let mut buffer = [0; MAX_DATAGRAM];
         while let Ok(Some((length, _))) = radio.receive(self.now, &mut buffer) {
-            let heard = module.hear(&buffer[..length]);
+            let heard = module.handle_datagram(&buffer[..length]);
             tally.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));
             let Ok(opened) = heard else { continue };
             tally.let_in += 1;
@@ -172,14 +172,14 @@ impl Storm {
     fn check(&self) {
         for (link, (module, _, tally)) in self.dispatcher.modules().iter().zip(&self.modules) {
             let (ledger, incoming, outgoing) = (link.ledger(), link.incoming(), link.outgoing());
-            let open = u64::from(link.course.as_ref().is_some_and(Course::is_open));
+            let open = u64::from(link.delivery.as_ref().is_some_and(CycleDelivery::is_open));
             let decided = ledger.acknowledged + ledger.late + ledger.refused + ledger.unanswered;
             assert_eq!((ledger.cycles, ledger.open()), (decided + open, open), "{:?}: {ledger:?}", self.now);
             assert!(incoming.is_exact() && tally.incoming.is_exact(), "{:?}: {incoming:?}", self.now);
             assert_eq!(outgoing.sent, tally.from_host, "{:?}", self.now);
             let told = outgoing.acknowledged + outgoing.late + outgoing.lost;
             assert_eq!(outgoing.sent, told + outgoing.under_way(), "{:?}: {outgoing:?}", self.now);
-            // Nobody is told of more than there was.
+            // No more is reported than there was.
             assert!(outgoing.acknowledged + outgoing.late <= tally.let_in, "{outgoing:?}, {tally:?}");
             assert!(outgoing.late <= tally.late, "{outgoing:?}, {tally:?}");
             if let Some(session) = &module.session {
@@ -191,7 +191,7 @@ impl Storm {
         assert!(self.dispatcher.strays().is_exact());
     }
 
-    /// What the medium says came out of it, and what everybody says came in.
+    /// What the medium says came out of it, and what all receivers say came in.
     fn check_received(&self) {
         let mediums = self.modules.iter().map(|(_, radio, _)| radio.count()).chain([self.host.count()]);
         let medium = mediums.fold(FaultCount::default(), |sum, count| sum + count);

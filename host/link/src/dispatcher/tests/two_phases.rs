@@ -8,7 +8,7 @@ const START: u64 = 500_000;
 /// The last instant at which a commit is sent for the first time.
 const LAST: u64 = START - COMMIT_LEAD.0 as u64;
 
-/// Three modules that have heard of cycle 1, which nobody may miss.
+/// Three modules that have received cycle 1, which none may miss.
 fn prepared() -> Bench {
     let mut bench = Bench::joined(3);
     bench.dispatch(1, START, &SWIM, Delivery::Prepare);
@@ -20,7 +20,7 @@ fn knowledge(bench: &Bench) -> [Knowledge; 3] {
     [0, 1, 2].map(|index| bench.link(index).knowledge(1))
 }
 
-/// Nobody ever gets a commit.
+/// No module ever gets a commit.
 #[track_caller]
 fn assert_dropped(bench: &mut Bench) {
     assert!(bench.dispatcher.is_dropped(1));
@@ -40,7 +40,7 @@ fn assert_dropped(bench: &mut Bench) {
 }
 
 #[test]
-fn a_commit_goes_out_when_everybody_has_prepared_and_again_until_acknowledged() {
+fn a_commit_goes_out_when_every_module_has_prepared_and_again_until_acknowledged() {
     let mut bench = prepared();
     for index in [0, 1] {
         assert_eq!(bench.say(index, &answer(1, Verdict::Prepared)), None);
@@ -54,11 +54,17 @@ fn a_commit_goes_out_when_everybody_has_prepared_and_again_until_acknowledged() 
     bench.say(2, &answer(1, Verdict::Prepared));
     assert_eq!(bench.at(12_000), [0, 1, 2].map(|index| (index, Message::Commit(1))));
     assert_eq!(knowledge(&bench), [Knowledge::Possibly; 3]);
-    assert_eq!(bench.say(0, &answer(1, Verdict::Accepted)), Some(Event::Accepted { module: 0, cycle: 1 }));
+    assert_eq!(
+        bench.say(0, &answer(1, Verdict::Accepted)),
+        Some(DispatcherEvent::Accepted { module: 0, cycle: 1 })
+    );
     assert!(bench.at(21_999).is_empty());
     assert_eq!(bench.at(22_000), [1, 2].map(|index| (index, Message::Commit(1))));
     // The first answer was lost; this is the one to the second.
-    assert_eq!(bench.say(1, &answer(1, Verdict::Duplicate)), Some(Event::Accepted { module: 1, cycle: 1 }));
+    assert_eq!(
+        bench.say(1, &answer(1, Verdict::Duplicate)),
+        Some(DispatcherEvent::Accepted { module: 1, cycle: 1 })
+    );
     let commits: usize = (32..500).map(|ms| bench.at(ms * 1_000).len()).sum();
     assert_eq!(commits, 47, "every 10 ms until the start");
     assert!(bench.at(START).is_empty());
@@ -88,7 +94,7 @@ fn a_commit_is_sent_for_the_first_time_only_while_it_can_be_repeated() {
 }
 
 #[test]
-fn it_is_dropped_when_somebody_does_not_answer_in_time() {
+fn it_is_dropped_when_a_module_does_not_answer_in_time() {
     let mut bench = prepared();
     bench.say(0, &answer(1, Verdict::Prepared));
     bench.say(2, &answer(1, Verdict::Prepared));
@@ -101,12 +107,12 @@ fn it_is_dropped_when_somebody_does_not_answer_in_time() {
 }
 
 #[test]
-fn it_is_dropped_when_somebody_refuses() {
+fn it_is_dropped_when_a_module_refuses() {
     for reason in [Refusal::PoseMismatch, Refusal::Late, Refusal::Unsure] {
         let mut bench = prepared();
         bench.say(0, &answer(1, Verdict::Prepared));
         let event = bench.say(1, &answer(1, Verdict::Refused(reason)));
-        assert_eq!(event, Some(Event::Refused { module: 1, cycle: 1, reason }));
+        assert_eq!(event, Some(DispatcherEvent::Refused { module: 1, cycle: 1, reason }));
         bench.say(2, &answer(1, Verdict::Prepared));
         bench.at(5_000);
         assert_dropped(&mut bench);
@@ -114,11 +120,11 @@ fn it_is_dropped_when_somebody_refuses() {
 }
 
 #[test]
-fn it_is_dropped_when_somebody_reboots_before_the_commit() {
+fn it_is_dropped_when_a_module_reboots_before_the_commit() {
     let mut bench = prepared();
     (0..3).for_each(|index| assert_eq!(bench.say(index, &answer(1, Verdict::Prepared)), None));
     bench.modules[1].reboot();
-    assert_eq!(bench.join(1), Some(Event::Rebooted(1)));
+    assert_eq!(bench.join(1), Some(DispatcherEvent::Rebooted(1)));
     bench.at(5_000);
     assert!(bench.dispatcher.is_dropped(1));
     assert_eq!(knowledge(&bench), [Knowledge::CertainlyNot; 3]);
@@ -132,7 +138,7 @@ fn a_reboot_after_the_commit_is_known_of_that_module_alone() {
     assert_eq!(bench.at(5_000).len(), 3);
     bench.say(0, &answer(1, Verdict::Accepted));
     bench.modules[1].reboot();
-    assert_eq!(bench.join(1), Some(Event::Rebooted(1)));
+    assert_eq!(bench.join(1), Some(DispatcherEvent::Rebooted(1)));
     assert_eq!(bench.at(15_000), [(2, Message::Commit(1))]);
     assert_eq!(knowledge(&bench), [Knowledge::Possibly, Knowledge::CertainlyNot, Knowledge::Possibly]);
     assert!(!bench.dispatcher.is_dropped(1));
@@ -147,14 +153,14 @@ fn a_commit_that_is_refused_leaves_the_others_to_go_on() {
     bench.say(0, &answer(1, Verdict::Accepted));
     let reason = Refusal::NotPrepared;
     let event = bench.say(1, &answer(1, Verdict::Refused(reason)));
-    assert_eq!(event, Some(Event::Refused { module: 1, cycle: 1, reason }));
+    assert_eq!(event, Some(DispatcherEvent::Refused { module: 1, cycle: 1, reason }));
     assert_eq!(bench.at(15_000), [(2, Message::Commit(1))]);
     assert_eq!(bench.link(1).knowledge(1), Knowledge::CertainlyNot);
     assert!(!bench.dispatcher.is_dropped(1));
 }
 
 #[test]
-fn it_is_dropped_at_once_when_somebody_is_in_no_session() {
+fn it_is_dropped_at_once_when_a_module_is_in_no_session() {
     let mut bench = Bench::new(3);
     bench.join(0);
     bench.join(1);

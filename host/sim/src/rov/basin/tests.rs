@@ -24,7 +24,7 @@ fn unmoved(before: (Vector3<f64>, Vector3<f64>), after: (Vector3<f64>, Vector3<f
     assert!(off < 1e-9 * scale, "{what}: {before:?} {after:?}");
 }
 
-/// Nothing pushes and nothing drags: momentum stays whoever lets go, drifts, and takes hold again.
+/// Nothing pushes and nothing drags: momentum stays when robots let go, drift, and take hold again.
 #[test]
 fn momentum_stays_through_parting_drifting_and_meeting() {
     let robot = vehicle("bluerov1", false);

@@ -1,4 +1,4 @@
-//! The transitions, and the events that cause them. Nothing else in Flotilla changes a module's state.
+//! The transition table of the failsafe, and the events that cause transitions. Nothing else in Flotilla changes a module's state.
 
 use protocol::{Faults, ModuleState};
 
@@ -14,9 +14,9 @@ pub const STATES: [ModuleState; 8] = [
     ModuleState::Stopped,
 ];
 
-/// What can happen to a module.
+/// Events that the failsafe acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Event {
+pub enum FailsafeEvent {
     /// No valid configuration was found.
     Unconfigured,
     /// It has seen where it is.
@@ -47,7 +47,7 @@ pub enum Event {
     Released,
 }
 
-impl Event {
+impl FailsafeEvent {
     /// Every event.
     pub const ALL: [Self; 14] = [
         Self::Unconfigured,
@@ -88,13 +88,13 @@ impl Event {
     }
 }
 
-/// One line of the table.
+/// One line of the transition table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Transition {
     /// In this state
     pub from: ModuleState,
     /// this event
-    pub event: Event,
+    pub event: FailsafeEvent,
     /// leads to this one,
     pub to: ModuleState,
     /// for this reason.
@@ -105,7 +105,7 @@ macro_rules! table {
     ($($event:ident: $($from:ident)|+ => $to:ident, $why:literal;)+) => {
         &[$($(Transition {
             from: ModuleState::$from,
-            event: Event::$event,
+            event: FailsafeEvent::$event,
             to: ModuleState::$to,
             why: $why,
         },)+)+]
@@ -130,12 +130,12 @@ pub const TRANSITIONS: &[Transition] = table! {
     Blind: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,
         "a closed loop without eyes would run away";
     OutputFailed: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,
-        "nobody knows what the board puts out";
+        "what the board puts out is unknown";
     Released: Stopped => Boot, "it looks again where it is, for the tail may have been turned";
 };
 
 /// The transition that `event` causes in the state `from`, if any.
 #[must_use]
-pub fn transition(from: ModuleState, event: Event) -> Option<&'static Transition> {
+pub fn transition(from: ModuleState, event: FailsafeEvent) -> Option<&'static Transition> {
     TRANSITIONS.iter().find(|transition| transition.from == from && transition.event == event)
 }

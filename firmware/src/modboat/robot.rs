@@ -1,6 +1,6 @@
-//! What a cycle means to a Modboat: the [`Schedule`] behind the link, and the tail's reports.
+//! The [`Robot`] of a Modboat: runs cycles through a [`Schedule`], and reports the tail.
 //!
-//! The schedule begins with the first measurement: before it nobody knows where the tail is, and every cycle is refused.
+//! The schedule begins with the first measurement: before it the tail angle is unknown, and every cycle is refused.
 //! After a stop it goes on from the next one, wherever the tail was turned meanwhile.
 
 use protocol::time::{FleetInstant, LocalInstant};
@@ -27,9 +27,9 @@ pub struct Measurement {
     pub battery: Volts,
 }
 
-/// See the module's documentation.
+/// The [`Robot`] of a Modboat: its schedule of cycles and its tail reports.
 #[derive(Clone, Debug)]
-pub struct Swimmer {
+pub struct ModboatRobot {
     limits: TailLimits,
     schedule: Option<Schedule>,
     /// Where the tail was seen last.
@@ -38,7 +38,7 @@ pub struct Swimmer {
     released: bool,
 }
 
-impl Swimmer {
+impl ModboatRobot {
     /// One that has not seen its tail yet.
     #[must_use]
     pub const fn new(limits: TailLimits) -> Self {
@@ -46,7 +46,7 @@ impl Swimmer {
     }
 }
 
-impl Endpoint<Swimmer> {
+impl Endpoint<ModboatRobot> {
     /// What the tail is to do at `now`, own clock; nothing before the first measurement.
     #[must_use]
     pub fn reference(&self, now: LocalInstant) -> Option<Reference> {
@@ -54,7 +54,7 @@ impl Endpoint<Swimmer> {
     }
 }
 
-impl Robot for Swimmer {
+impl Robot for ModboatRobot {
     const KIND: ModuleKind = ModuleKind::Modboat;
     type Measurement = Measurement;
 
@@ -118,8 +118,8 @@ impl Robot for Swimmer {
         self.schedule.as_ref()?.latest(now)
     }
 
-    fn begin_anew(&mut self, now: FleetInstant) {
-        self.schedule = self.schedule.as_ref().map(|schedule| schedule.anew(now));
+    fn start_new_epoch(&mut self, now: FleetInstant) {
+        self.schedule = self.schedule.as_ref().map(|schedule| schedule.for_new_epoch(now));
     }
 
     fn report(&self, present: &Present, measurement: &Measurement) -> Option<Message> {
