@@ -4,22 +4,30 @@ use std::fs;
 use std::path::Path;
 
 /// What is searched, below the top: folders whole, and files.
-const AREAS: [&str; 16] = [
+const AREAS: [&str; 24] = [
+    ".cargo",
+    ".ci",
     "CHANGELOG.md",
     "CONTRIBUTING.md",
     "README.md",
+    "deny.toml",
     "host/benches",
+    "host/data",
     "host/docs",
     "host/grid",
     "host/judge",
     "host/modboat",
     "host/plot",
     "host/quantity",
+    "host/reader",
     "host/reconfiguration",
     "host/record",
     "host/rov",
+    "host/scenarios",
+    "host/src",
     "host/tests",
     "protocol/docs",
+    "rust-toolchain.toml",
     "tests",
 ];
 /// Files that may use one of the words, and why.

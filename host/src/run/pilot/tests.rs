@@ -175,7 +175,7 @@ fn a_cycle_that_nobody_may_miss_is_swum_by_nobody_if_one_is_deaf() {
     }
 }
 
-/// It lets go of its cycle, and nobody knows where its tail will be: no plan counts on it.
+/// The module lets go of its cycle, and where its tail will be is unknown: no plan counts on it.
 #[test]
 fn a_module_that_has_stopped_is_not_planned_for() {
     let mut drill = Drill::ready();
