@@ -468,7 +468,8 @@ fn planner_for<'a>(
     }
     if partial.as_ref().is_none_or(|(known, _)| known != participation) {
         let Scenario { structure, modboat, planner, .. } = scenario;
-        let among = Planner::among(structure, modboat, planner, Arc::clone(distance), participation.to_vec())?;
+        let among =
+            Planner::among(structure, modboat, planner, Arc::clone(distance), participation.to_vec())?;
         *partial = Some((participation.to_vec(), among));
     }
     partial.as_mut().map(|(_, planner)| planner)

@@ -286,7 +286,11 @@ impl<'a> Conductor<'a> {
     }
 
     fn now(&self) -> Reference {
-        if self.astray { Reference::at_rest(self.trajectory.at(self.t_s).pose) } else { self.trajectory.at(self.t_s) }
+        if self.astray {
+            Reference::at_rest(self.trajectory.at(self.t_s).pose)
+        } else {
+            self.trajectory.at(self.t_s)
+        }
     }
 
     /// The reference when the thrusts of now will act, across the end of the action if that is going to come.
