@@ -17,7 +17,7 @@ struct Refusal {
     error: String,
 }
 
-/// Answers line by line until the input ends or nobody reads any more; `answer` is told the line's number, from 1.
+/// Answers line by line until the input ends or the output is closed; `answer` is told the line's number, from 1.
 pub(super) fn run(mut answer: impl FnMut(u64, &str) -> Result<String, String>) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     let mut bad = 0;
@@ -63,7 +63,7 @@ fn next_line(input: &mut impl BufRead) -> std::io::Result<Option<Result<String, 
         return Ok(Some(Err(format!("is longer than {LINE_MAX} bytes"))));
     }
     Ok(Some(match String::from_utf8(line) {
-        // One line out for each in: who waits for the answer to an empty line must not wait for ever.
+        // One line out for each in: a program that waits for the answer to an empty line must not wait for ever.
         Ok(line) if line.trim().is_empty() => Err("is empty: a request is a JSON object".to_owned()),
         // Without its end, so that what is cut short is told at its last column.
         Ok(line) => Ok(line.trim_end().to_owned()),

@@ -62,7 +62,7 @@ fn module(arguments: &Arguments, id: ModuleId) -> Result<(String, String), KeyFi
     let credentials = KeyFile::create_module(&path, &fleet, id, arguments.force)?;
     let made = format!("{}: key of module {id} in fleet {}", path.display(), credentials.fleet);
     let next = format!(
-        "next: take it to the module by a way that nobody listens to; flotilla module --id {id} --key {} there",
+        "next: take it to the module by a way that cannot be listened to; flotilla module --id {id} --key {} there",
         path.display()
     );
     Ok((made, next))
@@ -84,7 +84,7 @@ pub(super) fn module_credentials(path: Option<&Path>, id: u16) -> Result<ModuleC
     named(path).and_then(|path| KeyFile::credentials(&path, ModuleId(id))).map_err(failure)
 }
 
-/// Only the operating system's dice are nobody's mistake.
+/// A failure of the operating system's random source is not the user's mistake; every other failure is.
 fn failure(error: KeyFileError) -> Failure {
     match error {
         KeyFileError::Entropy(_) => Failure::Could(error.to_string()),

@@ -98,7 +98,7 @@ fn complain(message: &str) {
     tell(&format!("flotilla: {message}"));
 }
 
-/// One line to standard error, if anybody reads there (`eprintln` panics if not).
+/// One line to standard error; a closed standard error is ignored (`eprintln` panics there).
 fn tell(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

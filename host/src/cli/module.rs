@@ -171,7 +171,7 @@ fn resolve(address: &str) -> Result<SocketAddr, Failure> {
         .map_err(|error| Failure::Bad(format!("--host {address}: {error} (it takes ADDRESS:PORT)")))?;
     match found.next() {
         Some(found) if found.port() != 0 => Ok(found),
-        Some(_) => Err(Failure::Bad(format!("--host {address}: port 0 is nobody's"))),
+        Some(_) => Err(Failure::Bad(format!("--host {address}: port 0 cannot be sent to"))),
         None => Err(Failure::Bad(format!("--host {address}: no such address"))),
     }
 }

@@ -83,7 +83,7 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum CriterionKind {
-    /// Electric energy of the mover and of those who balance
+    /// Electric energy of the mover and of the robots that balance
     Energy,
     /// Length of the paths
     Euclidean,
@@ -131,7 +131,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     }
     let loss = FaultParameters { loss: arguments.loss, ..FaultParameters::default() };
     loss.validate().map_err(|error| Failure::Bad(format!("--loss: {error}")))?;
-    // The port comes first: an execution that nobody can join is not begun.
+    // The port comes first: an execution that no robot can join is not begun.
     let mut radio = match arguments.radio {
         RadioKind::Loopback => None,
         RadioKind::Udp if arguments.criterion.is_none() => {
@@ -161,7 +161,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
                 continue;
             }
         };
-        // A plan that breaks a condition is not handed out, whoever made it.
+        // A plan that breaks a condition is not handed out, whichever planner made it.
         if let Some(violation) = judge::verify(&scenario.problem, &planned.plan).first() {
             return Err(Failure::Could(format!("{title}: the plan breaks a condition: {violation}")));
         }

@@ -95,7 +95,7 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
         )));
     }
     let seed = arguments.seed.unwrap_or(scenario.seed);
-    // Port and folder come first: a run that nobody can join, or whose results have nowhere to go, is not begun.
+    // Port and folder come first: a run that no module can join, or whose results have nowhere to go, is not begun.
     let radio = match arguments.radio {
         RadioKind::Loopback => None,
         RadioKind::Udp => Some(remote(&arguments, &scenario)?),
@@ -198,7 +198,7 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
         RunError::Silent { modules, waited_s, .. } => {
             let Some(first) = modules.first() else {
                 return Failure::Could(format!(
-                    "no cycle was found for {waited_s} s in which no tails meet; everybody held"
+                    "no cycle was found for {waited_s} s in which no tails meet; every module held"
                 ));
             };
             let hint = match invitation {

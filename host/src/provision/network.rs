@@ -77,7 +77,7 @@ fn known_host(text: &str) -> Result<SocketAddrV4, String> {
     let host: SocketAddrV4 =
         text.parse().map_err(|_| "it takes ADDRESS:PORT, such as 192.168.4.1:4870".to_owned())?;
     if host.port() == 0 {
-        return Err("port 0 is nobody's".to_owned());
+        return Err("port 0 cannot be sent to".to_owned());
     }
     if host.ip().is_loopback() {
         return Err(

@@ -1,7 +1,7 @@
 //! Several planners on one scenario, each with the same seeds: the same water, noise and losses.
 //!
 //! Every run is a closed loop of its own; two at a time, as the machine has cores. What comes back is each planner's
-//! figures over its runs, mean and worst, and the courses for the pictures.
+//! figures over its runs, mean and worst, and the records for the pictures.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -119,7 +119,7 @@ pub struct Contender {
     pub figures: BTreeMap<&'static str, Spread>,
     /// Every run, by seed.
     pub runs: Vec<Summary>,
-    /// The courses of every run.
+    /// The record of every run.
     #[serde(skip)]
     pub records: Vec<RunRecord>,
 }
@@ -168,7 +168,7 @@ pub fn compare(
             scenario
         })
         .collect();
-    // A table that somebody searches by is made once; the runs read it.
+    // A table that a planner searches by is made once; the runs read it.
     scenarios
         .iter()
         .for_each(|scenario| drop(distances::table(&scenario.modboat, &scenario.planner, progress)));

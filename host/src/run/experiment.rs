@@ -39,7 +39,7 @@ pub enum Pace {
 pub struct RunResult {
     /// The figures.
     pub summary: Summary,
-    /// The courses.
+    /// Everything over time.
     pub record: RunRecord,
     /// Every decision, as it was dispatched.
     pub decisions: Vec<Decision>,
@@ -194,7 +194,7 @@ pub fn run_watched<F: Fleet>(
     Ok(RunResult { summary, record, decisions: pilot.decisions().to_vec() })
 }
 
-/// Whose tails nobody knows, and why if that is known.
+/// The modules whose tail angles are unknown, and why if that is known.
 fn missing<A: Copy>(pilot: &Pilot<A>) -> String {
     let modules = pilot.dispatcher().modules();
     let one = |index: usize| {
@@ -212,7 +212,7 @@ fn missing<A: Copy>(pilot: &Pilot<A>) -> String {
     pilot.missing().into_iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Who swims.
+/// Which modules swim.
 fn swimming<A: Copy>(pilot: &Pilot<A>) -> String {
     let missing = pilot.decisions().last().map_or(&[][..], |decision| &decision.missing);
     let missing: Vec<String> = pilot
@@ -225,7 +225,7 @@ fn swimming<A: Copy>(pilot: &Pilot<A>) -> String {
         .collect();
     match missing.as_slice() {
         [] => "all modules are ready: swimming".to_owned(),
-        missing => format!("swimming without {}, whose tails may be anywhere", missing.join(", ")),
+        missing => format!("swimming without {}: their tails may be anywhere", missing.join(", ")),
     }
 }
 

@@ -171,7 +171,7 @@ pub struct OverUdp {
 }
 
 impl OverUdp {
-    /// For the modules of `roster`, in the order of the structure's places, who will announce themselves to `radio`;
+    /// For the modules of `roster`, in the order of the structure's places, which will announce themselves to `radio`;
     /// `scenario`'s faults on what the host sends.
     pub fn new(
         scenario: &Scenario,

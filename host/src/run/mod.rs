@@ -5,7 +5,7 @@
 //! | [`scenario`] | what is run, from a TOML file |
 //! | [`roster`] | which modules a fleet has, from a TOML file |
 //! | [`pilot`] | the host's closed loop; sans-IO |
-//! | [`fleet`] | who executes: modules in this process, or processes on UDP |
+//! | [`fleet`] | what executes: modules in this process, or processes on UDP |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
 //! | [`experiment`] | pilot, fleet and tank against the clock |
 //! | [`progress`] | what a run reports while it goes on |

@@ -9,17 +9,17 @@
 //!
 //! A decision falls `lead` before the running cycle ends. It needs to know where every tail will be then: at the
 //! end pose of the running cycle if the module reports that it runs it, where it reports to rest if not. For a report that
-//! is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, everybody finishes and holds, and the
+//! is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, the modules finish their cycle and hold, and the
 //! loop starts again as soon as all are ready. Where fewer are required, one that is silent for long is missing: its tail may be
-//! anywhere, nobody comes within its reach, and the others swim. When it is back, and rests where it says, the next decision
+//! anywhere, no other module comes within its reach, and the others swim. When it is back, and rests where it says, the next decision
 //! counts on it again.
 //!
-//! Decisions follow each other as the plans say: one interval is the plan's own transition, none where nobody moves,
+//! Decisions follow each other as the plans say: one interval is the plan's own transition, none where no tail moves,
 //! and one period. The controller has to know the interval before there is a plan: it takes that of the decision
 //! before, and that of a full transition for the first.
 //!
 //! A transition in two steps goes out as two cycles ([`Via`]): the first turns to the poses between and
-//! rests there, the second, sent when everybody certainly has the first, does the rest. If somebody has not, the second
+//! rests there, the second, sent when every module certainly has the first, does the rest. If one has not, the second
 //! is never sent: the fleet holds, at the poses between or where it was.
 
 use firmware::link::session::SURE_WITHIN;
@@ -48,7 +48,7 @@ use decision::{cycles, first_cycles, give_up, give_up_second, steps};
 
 mod decision;
 
-/// So long before the running cycle ends a decision waits no longer for reports: what it sends must get through. *Assumed.*
+/// Time before the end of the running cycle from which a decision no longer waits for reports: what it sends must get through. *Assumed.*
 pub const DECIDE_BY: Duration = Duration(200_000);
 
 /// A fleet at rest begins when every module is that sure of the fleet time: with something in hand for the time until the start.
@@ -62,7 +62,7 @@ pub struct Pilot<A> {
     controller: Controller,
     planner: Planner,
     distance: Arc<DistanceToCollision>,
-    /// The planner without those who are missing.
+    /// The planner without the missing modules.
     partial: Option<(Vec<Participation>, Planner)>,
     stopwatch: fn() -> FleetInstant,
     lead: Duration,
@@ -181,7 +181,7 @@ impl<A: Copy> Pilot<A> {
         }
     }
 
-    /// Ends the run: everybody finishes the running cycle and holds.
+    /// Ends the run: the modules finish the running cycle and hold.
     pub fn finish(&mut self) {
         if !self.finished {
             self.finished = true;
@@ -229,12 +229,12 @@ impl<A: Copy> Pilot<A> {
         self.refusals
     }
 
-    /// How often a cycle that nobody may miss was given up because somebody might have.
+    /// How often a cycle that no module may miss was given up because a module might have missed it.
     pub fn dropped(&self) -> u32 {
         self.dropped
     }
 
-    /// Modules (by index) that the next cycle waits for: nobody knows where their tails are, or they do not know the time.
+    /// Modules (by index) that the next cycle waits for: their tail angles are unknown, or they do not know the time.
     pub fn missing(&self) -> Vec<usize> {
         let waited_for = |&index: &usize| self.pose_of(index).is_none() || !self.is_sure(index);
         (0..self.dispatcher.modules().len()).filter(waited_for).collect()
@@ -267,7 +267,7 @@ impl<A: Copy> Pilot<A> {
         }
     }
 
-    /// Whether a report that would tell who runs the cycle that ends at `end` may still come in time.
+    /// Whether a report that would tell which modules run the cycle that ends at `end` may still come in time.
     fn waits_for_reports(&self, now: FleetInstant, end: FleetInstant) -> bool {
         let Some(decision) = self.decisions.last() else { return false };
         let number = decision.last_number();
@@ -315,11 +315,11 @@ impl<A: Copy> Pilot<A> {
 
         let began = (self.stopwatch)();
         let previous = self.decisions.last().map(|decision| decision.plan.cycle.as_slice());
-        let presence = Planner::participation(&self.scenario.structure, &self.distance, &known);
-        // Where nobody knows, any angle will do: nothing is sent there.
+        let participation = Planner::participation(&self.scenario.structure, &self.distance, &known);
+        // Where the pose is unknown any angle will do: nothing is sent to that module.
         let poses: Vec<f64> = known.iter().map(|pose| pose.unwrap_or(0.0)).collect();
         let Some(planner) =
-            planner_for(&mut self.planner, &mut self.partial, &self.scenario, &self.distance, &presence)
+            planner_for(&mut self.planner, &mut self.partial, &self.scenario, &self.distance, &participation)
         else {
             self.swimming = false;
             return;
@@ -330,7 +330,8 @@ impl<A: Copy> Pilot<A> {
         self.carry_out(now, start, demand, (&poses, missing), plan, solve_us);
     }
 
-    /// Whether a module knows the fleet time well enough to be begun with. Once it swims it says itself what it does not dare.
+    /// Whether a module knows the fleet time well enough to be begun with. Once the fleet swims,
+    /// a module itself refuses a cycle that its clock is not sure enough for.
     fn is_sure(&self, index: usize) -> bool {
         let health = self.dispatcher.modules()[index].health();
         self.swimming || health.is_some_and(|health| health.uncertainty <= SURE_TO_BEGIN)
@@ -399,7 +400,7 @@ impl<A: Copy> Pilot<A> {
         }
     }
 
-    /// A cycle that not everybody could be sure to get in time is run by nobody: another is planned when its start has
+    /// A cycle that might not reach every module in time is run by no module: another is planned when its start has
     /// passed.
     fn forget_if_dropped(&mut self, now: FleetInstant) {
         let Some(decision) = self.decisions.last_mut().filter(|_| self.swimming) else { return };
@@ -420,7 +421,7 @@ impl<A: Copy> Pilot<A> {
         (self.swimming, self.second, self.retry) = (false, false, start);
     }
 
-    /// Somebody has stopped in the middle of what it had: from where to go on is seen when everybody rests.
+    /// A module has stopped in the middle of its cycle: from where to go on is seen when all modules rest.
     fn let_go(&mut self) {
         self.swimming = false;
         if std::mem::take(&mut self.second)
@@ -439,36 +440,37 @@ impl<A: Copy> Pilot<A> {
     }
 }
 
-/// A plan that somebody may not miss goes to all or none.
+/// A plan that is not loss tolerant goes to all modules or to none.
 fn delivery(decision: &Decision) -> Delivery {
     if decision.plan.loss_tolerant { Delivery::Direct } else { Delivery::Prepare }
 }
 
-/// The motions, with none for those who are missing.
+/// The motions, with none for missing modules.
 fn of_those_present(motions: Vec<Motion>, decision: &Decision) -> Vec<Option<Motion>> {
     motions.into_iter().zip(&decision.missing).map(|(motion, missing)| (!missing).then_some(motion)).collect()
 }
 
-/// Whether everybody who is not missing certainly has cycle `number` of this decision.
+/// Whether every module that is not missing certainly has cycle `number` of this decision.
 fn all_have<A: Copy>(dispatcher: &Dispatcher<A>, decision: &Decision, number: u32) -> bool {
     dispatcher.modules().iter().zip(&decision.missing).all(|(link, &missing)| missing || link.has(number))
 }
 
-/// The planner for those who take part; made anew when that changes. Nothing where nobody does.
+/// The planner for the modules that take part; made again when they change. Nothing where none takes part.
 fn planner_for<'a>(
     whole: &'a mut Planner,
     partial: &'a mut Option<(Vec<Participation>, Planner)>,
     scenario: &Scenario,
     distance: &Arc<DistanceToCollision>,
-    presence: &[Participation],
+    participation: &[Participation],
 ) -> Option<&'a mut Planner> {
-    if presence.iter().all(|presence| *presence == Participation::Active) {
+    if participation.iter().all(|module| *module == Participation::Active) {
         return Some(whole);
     }
-    if partial.as_ref().is_none_or(|(known, _)| known != presence) {
+    if partial.as_ref().is_none_or(|(known, _)| known != participation) {
         let Scenario { structure, modboat, planner, .. } = scenario;
-        let among = Planner::among(structure, modboat, planner, Arc::clone(distance), presence.to_vec())?;
-        *partial = Some((presence.to_vec(), among));
+        let among =
+            Planner::among(structure, modboat, planner, Arc::clone(distance), participation.to_vec())?;
+        *partial = Some((participation.to_vec(), among));
     }
     partial.as_mut().map(|(_, planner)| planner)
 }

@@ -9,7 +9,7 @@
 //! cell = [0, 0]
 //! ```
 //!
-//! A structure has places, a fleet has modules: [`Roster::seats`] says who sits where. With cells, the module that has the
+//! A structure has places, a fleet has modules: [`Roster::seats`] says which module has which place. With cells, the module that has the
 //! place's cell; without, the Modboats in the order of the file. Modules that are left over stay out of it.
 //!
 //! Limits: numbers from 1 to 1024, each once, so that there are no more modules than that.
@@ -67,7 +67,7 @@ pub enum RosterError {
         /// Modules in the structure.
         places: usize,
     },
-    /// Nobody sits in a cell of the structure.
+    /// No module has a cell of the structure.
     #[error("roster {roster:?} has no module for cell [{}, {}]", cell[0], cell[1])]
     Vacant {
         /// The roster's name.
@@ -202,13 +202,13 @@ impl Roster {
         &self.name
     }
 
-    /// Everybody, in the order of the file.
+    /// The modules, in the order of the file.
     #[must_use]
     pub fn members(&self) -> &[Member] {
         &self.members
     }
 
-    /// The numbers of everybody, in the order of the file.
+    /// The modules' numbers, in the order of the file.
     pub fn ids(&self) -> impl Iterator<Item = ModuleId> + '_ {
         self.members.iter().map(|member| member.id)
     }
@@ -225,7 +225,7 @@ impl Roster {
         self.members.iter().any(|member| member.cell.is_some())
     }
 
-    /// Who sits in each place of `structure`, in the structure's order.
+    /// The module in each place of `structure`, in the structure's order.
     ///
     /// # Errors
     /// [`RosterError::TooFew`], [`RosterError::Vacant`] or [`RosterError::NoModboat`].

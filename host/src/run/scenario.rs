@@ -83,7 +83,7 @@ pub struct Timing {
     pub join_s: f64,
     /// Swim with so many modules at least, the others' tails taken to be anywhere; 0: all of them.
     pub require: u32,
-    /// A module that has said nothing for so long is missing, s. *Assumed*: several reports and announcements in a row.
+    /// A module that has been silent for this long is missing, s. *Assumed*: several reports and announcements in a row.
     pub missing_after_s: f64,
 }
 

@@ -247,9 +247,9 @@ impl Summary {
             let why = cut_short.map_or(String::new(), |why| format!(": {why}"));
             Some(format!("ended early, after {duration_s:.1} of {planned_s:.1} s{why}"))
         } else if cycles == 0 {
-            Some("no cycle was found in which no tails meet; everybody held".to_owned())
+            Some("no cycle was found in which no tails meet; every module held".to_owned())
         } else if taken == 0 {
-            // Nobody moved, so nobody touched.
+            // No module moved, so no tails touched.
             Some(format!(
                 "the modules took none of {cycles} cycles and refused {refused}: motor, period and transition do not go \
                  together, or the clocks are not sure"

@@ -145,7 +145,7 @@ impl Slots {
         self.with(now, None, |real, _| real.resume(rest));
     }
 
-    /// [`Schedule::anew`].
+    /// [`Schedule::for_new_epoch`].
     pub fn reset(&mut self, now: u8) {
         let tail = self.tail(now);
         self.with(now, None, |real, now| *real = real.for_new_epoch(now));

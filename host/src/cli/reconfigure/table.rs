@@ -63,7 +63,7 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
                 "    the paper's order, least g + h next, would take {rule:.2} {unit}: {:.1} % more",
                 100.0 * (rule / planned.cost - 1.0)
             )?,
-            None => writeln!(out, "    the paper's order, least g + h next, ends where nobody can move")?,
+            None => writeln!(out, "    the paper's order, least g + h next, ends where no robot can move")?,
             Some(_) => {}
         }
         for part in &planned.plan.moves {

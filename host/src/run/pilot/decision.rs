@@ -119,7 +119,7 @@ fn law(step: StepTime) -> TransitionLaw {
     }
 }
 
-/// What is left of a decision that nobody runs: everybody rests where it was, for `rest`.
+/// What is left of a decision that no module runs: every tail rests where it was, for `rest`.
 pub(super) fn give_up(decision: &mut Decision, rest: Duration) {
     let rad: Vec<f64> = decision.turns.iter().map(|turn| turn.from_rad).collect();
     leave(decision, &rad, Duration(0), rest);

@@ -122,7 +122,7 @@ fn a_transition_in_two_steps_is_swum_by_way_of_its_poses_between() {
 }
 
 #[test]
-fn the_second_step_is_never_sent_if_somebody_has_not_the_first() {
+fn the_second_step_is_never_sent_if_a_module_has_not_the_first() {
     let mut drill = Drill::ready();
     drill.deaf = Some(Node(2));
     let decision = drill.by_way();
@@ -141,7 +141,7 @@ fn the_second_step_is_never_sent_if_somebody_has_not_the_first() {
 }
 
 #[test]
-fn a_cycle_that_nobody_may_miss_is_swum_by_all() {
+fn a_cycle_that_no_module_may_miss_is_swum_by_all() {
     let mut drill = Drill::ready();
     let decision = drill.send(None, false);
     close(&drill.tails_at(decision.start), [0.0; 2]);
@@ -155,7 +155,7 @@ fn a_cycle_that_nobody_may_miss_is_swum_by_all() {
 }
 
 #[test]
-fn a_cycle_that_nobody_may_miss_is_swum_by_nobody_if_one_is_deaf() {
+fn a_cycle_that_no_module_may_miss_is_swum_by_none_if_one_is_deaf() {
     for via_rad in [None, Some(VIA_RAD.to_vec())] {
         let mut drill = Drill::ready();
         drill.deaf = Some(Node(2));
@@ -175,7 +175,7 @@ fn a_cycle_that_nobody_may_miss_is_swum_by_nobody_if_one_is_deaf() {
     }
 }
 
-/// It lets go of its cycle, and nobody knows where its tail will be: no plan counts on it.
+/// The module lets go of its cycle, and where its tail will be is unknown: no plan counts on it.
 #[test]
 fn a_module_that_has_stopped_is_not_planned_for() {
     let mut drill = Drill::ready();

@@ -58,7 +58,7 @@ impl Accounts {
         thrusts_n.iter().map(|&thrust_n| self.law.power_w(thrust_n)).sum()
     }
 
-    /// `dt_s` of the move under way, with everybody's thrusts.
+    /// `dt_s` of the move under way, with the thrusts of all robots.
     pub fn spend(&mut self, dt_s: f64, conductor: &Conductor<'_>, thrusts_n: &[&[f64]]) {
         let (Some(number), Some(mover)) = (conductor.moving(), conductor.mover()) else { return };
         let Some(figures) = self.moves.get_mut(number) else { return };
@@ -72,11 +72,11 @@ impl Accounts {
         }
     }
 
-    /// Where the mover is beside its course, and how near to the others (states of all bodies).
+    /// Where the mover is beside its path, and how near to the others (states of all bodies).
     pub fn look(&mut self, conductor: &Conductor<'_>, states: &[State], bodies: &[&Vehicle]) {
         let (Some(number), Some((mover, _))) = (conductor.moving(), conductor.reference()) else { return };
         let Some(figures) = self.moves.get_mut(number) else { return };
-        let beside_m = conductor.course().cross_track_m(states[mover].position_m.into());
+        let beside_m = conductor.trajectory().cross_track_m(states[mover].position_m.into());
         figures.cross_track_m = figures.cross_track_m.max(beside_m);
         let around = |body: usize| {
             let eta = states[body].eta();
@@ -112,7 +112,7 @@ fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy,
     let propulsion = Propulsion::new(vehicle, law.clone(), rules.battery_v, Steady::Whole)?;
     let (mut energy_j, mut time_s) = (0.0, 0.0);
     for action in &planned.actions {
-        let course = ReferenceTrajectory::new(action, rules);
+        let trajectory = ReferenceTrajectory::new(action, rules);
         let way_m: [f64; 3] = std::array::from_fn(|k| action.to.position_m[k] - action.from.position_m[k]);
         let length_m = way_m.iter().map(|x| x * x).sum::<f64>().sqrt();
         let angle_rad = quantity::wrap_rad(action.to.yaw_rad - action.from.yaw_rad);
@@ -132,8 +132,8 @@ fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy,
         };
         energy_j += expense.map_or(action.energy_j, |expense| expense.energy_j);
         time_s += match action.kind {
-            ActionKind::Undock => course.duration_s().max(HAND_OVER_S),
-            _ => course.duration_s(),
+            ActionKind::Undock => trajectory.duration_s().max(HAND_OVER_S),
+            _ => trajectory.duration_s(),
         };
     }
     Ok(Energy::new(energy_j, planned.balance_w * time_s, time_s))

@@ -1,8 +1,8 @@
-//! The host's closed loop over a plan: which action is under way, where everybody is to be, which thrusts that takes.
+//! The host's closed loop over a plan: which action is under way, where each robot is to be, which thrusts that takes.
 //!
 //! ```text
 //! states → Conductor → thrusts of every robot, to be sent
-//!              ↓ somebody lets go, somebody takes hold
+//!              ↓ a robot lets go, a robot takes hold
 //! ```
 //!
 //! - The mover follows the [`ReferenceTrajectory`] of its action; every cluster of the others keeps its place, level, at least power
@@ -41,17 +41,17 @@ use sim::rov::propellers::LAG_S;
 
 /// Pause between two thrust packets, s: 20 Hz.
 const PERIOD_S: f64 = 0.050;
-/// Thrusts are sent so long before they begin, s.
+/// Time from sending thrusts to their beginning, s.
 pub const AHEAD_S: f64 = 0.020;
 /// Connectors draw a robot in from so far, m. *Assumed*.
 pub const DOCK_M: f64 = 0.02;
 /// And from so much turned or tilted, rad. *Assumed*: 3°.
 pub const DOCK_RAD: f64 = 0.052;
-/// Undocking takes at least so long, s: a packet, and two time constants of a propeller.
+/// Least duration of undocking, s: a packet, and two time constants of a propeller.
 pub const HAND_OVER_S: f64 = 0.3;
 /// A mover that far from its reference is waited for, m. *Assumed*.
 pub const ASTRAY_M: f64 = 0.15;
-/// Nobody is waited for longer, s. *Assumed*.
+/// No robot is waited for longer, s. *Assumed*.
 pub const PATIENCE_S: f64 = 20.0;
 /// A waiting cluster that has moved so far has got away, m. *Assumed*.
 pub const ADRIFT_M: f64 = 0.5;
@@ -63,7 +63,7 @@ const DELAY_S: f64 = AHEAD_S + PERIOD_S / 2.0 + LAG_S;
 /// Until what is asked for now is given in full, s: feedforward is taken so far ahead.
 const LEAD_S: f64 = AHEAD_S + PERIOD_S;
 
-/// Something that changes who holds whom. Bodies are counted robots first, then tools.
+/// A change of which bodies are docked to each other. Bodies are counted robots first, then tools.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// The robot lets go of its neighbours now.
@@ -79,7 +79,7 @@ const NO_ANSWER: &str = " (it does not answer)";
 struct Station {
     bodies: Vec<usize>,
     hold: Reference,
-    helm: TrackingController,
+    controller: TrackingController,
 }
 
 /// See the module's documentation.
@@ -95,7 +95,7 @@ pub struct Conductor<'a> {
     /// Move and action; the number of moves when all is done.
     number: usize,
     action: usize,
-    course: ReferenceTrajectory,
+    trajectory: ReferenceTrajectory,
     t_s: f64,
     waited_s: f64,
     astray: bool,
@@ -110,7 +110,8 @@ impl<'a> Conductor<'a> {
     /// At the beginning of `plan`, allocating by `law`.
     ///
     /// # Errors
-    /// [`ExecutionError::Misfit`] for a plan of another problem, and what nobody can steer.
+    /// [`ExecutionError::Misfit`] for a plan of another problem; [`ExecutionError::Tracking`] for bodies that the
+    /// tracking controller refuses.
     pub fn new(problem: &'a Problem, plan: &'a Plan, law: PowerLaw) -> Result<Self, ExecutionError> {
         let robots = problem.robots.iter().map(|robot| (robot.start, robot.vehicle));
         let tools = problem.tools.iter().map(|tool| (tool.pose, tool.vehicle));
@@ -144,7 +145,7 @@ impl<'a> Conductor<'a> {
             arrived: vec![false; count],
             number: 0,
             action: 0,
-            course: ReferenceTrajectory::new(&nowhere, &problem.rules),
+            trajectory: ReferenceTrajectory::new(&nowhere, &problem.rules),
             t_s: 0.0,
             waited_s: 0.0,
             astray: false,
@@ -173,7 +174,7 @@ impl<'a> Conductor<'a> {
     #[must_use]
     pub fn reference(&self) -> Option<(usize, Reference)> {
         let (robot, _) = self.mover.as_ref()?;
-        (self.course.kind() != ActionKind::Undock).then(|| (*robot, self.now()))
+        (self.trajectory.kind() != ActionKind::Undock).then(|| (*robot, self.now()))
     }
 
     /// The robot whose move is under way, docked or not.
@@ -182,10 +183,10 @@ impl<'a> Conductor<'a> {
         self.mover.as_ref().map(|(robot, _)| *robot)
     }
 
-    /// The course under way.
+    /// The trajectory of the action under way.
     #[must_use]
-    pub fn course(&self) -> &ReferenceTrajectory {
-        &self.course
+    pub fn trajectory(&self) -> &ReferenceTrajectory {
+        &self.trajectory
     }
 
     /// Which robots are where their move was to bring them.
@@ -216,18 +217,18 @@ impl<'a> Conductor<'a> {
         if !self.astray {
             self.t_s += dt_s;
         }
-        let undocking = self.course.kind() == ActionKind::Undock;
+        let undocking = self.trajectory.kind() == ActionKind::Undock;
         self.off = if undocking { (0.0, 0.0) } else { apart(&states[robot], &self.now().pose) };
         let there = self.off.0 <= DOCK_M && self.off.1 <= DOCK_RAD;
         if self.astray {
             self.waited_s += dt_s;
             if there && self.answering[robot] {
-                self.course = self.course.resumed(self.t_s);
+                self.trajectory = self.trajectory.resumed(self.t_s);
                 (self.t_s, self.waited_s, self.astray) = (0.0, 0.0, false);
             }
         } else if self.off.0 > ASTRAY_M || (!undocking && !self.answering[robot]) {
             self.astray = true;
-        } else if self.t_s >= self.course.duration_s() {
+        } else if self.t_s >= self.trajectory.duration_s() {
             if there && self.answering[robot] {
                 return Ok(self.end_action(robot, dt_s));
             }
@@ -242,7 +243,7 @@ impl<'a> Conductor<'a> {
     /// As for [`new`](Self::new); not for a plan that has come that far.
     pub fn docked(&mut self) -> Result<(), ExecutionError> {
         if let Some((robot, _)) = self.mover {
-            self.bodies[robot].0 = self.course.end();
+            self.bodies[robot].0 = self.trajectory.end();
             self.arrived[robot] = true;
             self.number += 1;
             self.begin_move()?;
@@ -253,7 +254,7 @@ impl<'a> Conductor<'a> {
     /// Commands to every robot for the next period, N: to be called once in each.
     ///
     /// # Errors
-    /// [`ExecutionError::Helm`] for states that are no numbers.
+    /// [`ExecutionError::Tracking`] for states that are no numbers.
     pub fn commands_n(&mut self, states: &[State]) -> Result<Vec<Vec<f64>>, ExecutionError> {
         let mut commands_n = self.wanted_n(states)?;
         for (robot, (commands_n, &answers)) in commands_n.iter_mut().zip(&self.answering).enumerate() {
@@ -262,13 +263,13 @@ impl<'a> Conductor<'a> {
         Ok(commands_n)
     }
 
-    /// Thrusts of every robot that its helm wants, N.
+    /// Thrusts that the tracking controllers want of every robot, N.
     fn wanted_n(&self, states: &[State]) -> Result<Vec<Vec<f64>>, ExecutionError> {
         let robots = self.problem.robots.len();
         let mut thrusts_n: Vec<Vec<f64>> =
             self.bodies[..robots].iter().map(|(_, vehicle)| vec![0.0; vehicle.thrusters.len()]).collect();
-        for Station { bodies, hold, helm } in &self.stations {
-            let (together, _) = helm.thrusts_n(hold, hold, Some(&states[bodies[0]]))?;
+        for Station { bodies, hold, controller } in &self.stations {
+            let (together, _) = controller.thrusts_n(hold, hold, Some(&states[bodies[0]]))?;
             let mut rest = together.as_slice();
             for &body in bodies.iter().filter(|&&body| body < robots) {
                 let (own, others) = rest.split_at(thrusts_n[body].len());
@@ -276,16 +277,20 @@ impl<'a> Conductor<'a> {
                 rest = others;
             }
         }
-        if let Some((robot, helm)) = &self.mover {
-            // As long as it is held, what it pushes for itself would push everybody.
-            let state = (self.course.kind() != ActionKind::Undock).then(|| &states[*robot]);
-            (thrusts_n[*robot], _) = helm.thrusts_n(&self.now(), &self.ahead(), state)?;
+        if let Some((robot, controller)) = &self.mover {
+            // As long as it is held, what it pushes for itself would push the whole cluster.
+            let state = (self.trajectory.kind() != ActionKind::Undock).then(|| &states[*robot]);
+            (thrusts_n[*robot], _) = controller.thrusts_n(&self.now(), &self.ahead(), state)?;
         }
         Ok(thrusts_n)
     }
 
     fn now(&self) -> Reference {
-        if self.astray { Reference::at_rest(self.course.at(self.t_s).pose) } else { self.course.at(self.t_s) }
+        if self.astray {
+            Reference::at_rest(self.trajectory.at(self.t_s).pose)
+        } else {
+            self.trajectory.at(self.t_s)
+        }
     }
 
     /// The reference when the thrusts of now will act, across the end of the action if that is going to come.
@@ -293,27 +298,27 @@ impl<'a> Conductor<'a> {
         if self.astray {
             return self.now();
         }
-        let (then_s, duration_s) = (self.t_s + LEAD_S, self.course.duration_s());
+        let (then_s, duration_s) = (self.t_s + LEAD_S, self.trajectory.duration_s());
         let next = self.plan.moves.get(self.number).and_then(|of| of.actions.get(self.action + 1));
         match next.filter(|_| then_s > duration_s && self.off.0 <= DOCK_M && self.off.1 <= DOCK_RAD) {
             Some(next) => {
                 ReferenceTrajectory::new(next, &self.problem.rules).at(then_s - duration_s.max(self.t_s))
             }
-            None => self.course.at(then_s),
+            None => self.trajectory.at(then_s),
         }
     }
 
     /// On to the next action; what became of this one.
     fn end_action(&mut self, robot: usize, dt_s: f64) -> Option<Event> {
-        let kind = self.course.kind();
+        let kind = self.trajectory.kind();
         if kind == ActionKind::Dock {
-            // Until somebody says that it holds.
+            // Until `docked` says that it holds.
             self.waited_s += dt_s;
-            return Some(Event::Dock(robot, self.course.end()));
+            return Some(Event::Dock(robot, self.trajectory.end()));
         }
         let next = self.plan.moves.get(self.number).and_then(|of| of.actions.get(self.action + 1))?;
-        let over_s = self.t_s - self.course.duration_s();
-        self.course = ReferenceTrajectory::new(next, &self.problem.rules);
+        let over_s = self.t_s - self.trajectory.duration_s();
+        self.trajectory = ReferenceTrajectory::new(next, &self.problem.rules);
         // What is left of the tick belongs to the next action, what was waited for does not.
         (self.t_s, self.waited_s) = (over_s.min(dt_s), 0.0);
         self.action += 1;
@@ -327,16 +332,16 @@ impl<'a> Conductor<'a> {
             && let Some(robot) = self.problem.robots.iter().position(|robot| robot.id == next.robot)
             && let Some(first) = next.actions.first()
         {
-            self.course = ReferenceTrajectory::new(first, &self.problem.rules).lasting(HAND_OVER_S);
+            self.trajectory = ReferenceTrajectory::new(first, &self.problem.rules).lasting(HAND_OVER_S);
             let (pose, vehicle) = self.bodies[robot];
             let limits = vec![self.limits_n; vehicle.thrusters.len()];
-            let helm = TrackingController::new(&[(pose, vehicle)], &limits, self.law.clone(), DELAY_S)?;
-            self.mover = Some((robot, helm));
+            let controller = TrackingController::new(&[(pose, vehicle)], &limits, self.law.clone(), DELAY_S)?;
+            self.mover = Some((robot, controller));
         }
         self.station()
     }
 
-    /// The clusters of those who wait.
+    /// The clusters of the bodies that wait.
     fn station(&mut self) -> Result<(), ExecutionError> {
         let mover = self.mover();
         let waiting: Vec<usize> = (0..self.bodies.len()).filter(|&body| Some(body) != mover).collect();
@@ -353,8 +358,8 @@ impl<'a> Conductor<'a> {
                     vec![limits_n; self.bodies[body].1.thrusters.len()]
                 })
                 .collect();
-            let helm = TrackingController::new(&members, &limits_n, self.law.clone(), DELAY_S)?;
-            self.stations.push(Station { hold: Reference::at_rest(members[0].0), bodies, helm });
+            let controller = TrackingController::new(&members, &limits_n, self.law.clone(), DELAY_S)?;
+            self.stations.push(Station { hold: Reference::at_rest(members[0].0), bodies, controller });
         }
         Ok(())
     }
@@ -380,7 +385,7 @@ impl<'a> Conductor<'a> {
     }
 
     fn late(&self, robot: usize) -> Failure {
-        let doing = match self.course.kind() {
+        let doing = match self.trajectory.kind() {
             ActionKind::Undock => "undocking",
             ActionKind::Turn => "turning",
             ActionKind::Leg => "on a leg",

@@ -1,7 +1,7 @@
 //! One execution: conductor, fleet and water, tick by tick.
 //!
 //! ```text
-//! 0 …              everybody announces itself, learns the fleet time, arms its controllers
+//! 0 …              every robot announces itself, learns the fleet time, arms its controllers
 //! then             the first thrusts, while robots and tools are held in their places: the propellers come up to speed
 //! plan time 0 …    the water lets go; moves, one after the other, until the last robot holds in its slot
 //! ```
@@ -42,11 +42,11 @@ const TICKS: u64 = 5;
 const STEP_S: f64 = TICKS as f64 * 1e-3;
 /// Steps from one thrust packet, and one sample of the record, to the next.
 const STEPS: u64 = 10;
-/// Thrusts hold for so long without another packet: five periods, so that four lost ones in a row do no harm.
+/// Time that thrusts hold without another packet: five periods, so that four lost ones in a row do no harm.
 const LEASE: Duration = Duration(250_000);
-/// A robot that has said nothing for so long does not answer. *Assumed*.
+/// A robot that has been silent for this long does not answer. *Assumed*.
 const SILENCE: Duration = Duration(300_000);
-/// Robots are waited for so long at the beginning. *Assumed*.
+/// How long robots are waited for at the beginning, s. *Assumed*.
 const JOIN_S: f64 = 30.0;
 
 /// How a plan is executed.
@@ -63,7 +63,7 @@ pub struct Options {
 /// What an execution leaves behind.
 #[derive(Clone, Debug)]
 pub struct Executed {
-    /// The courses.
+    /// Everything over time.
     pub record: Record,
     /// The figures.
     pub summary: Summary,
@@ -87,11 +87,11 @@ pub fn execute(
     run(problem, plan, options, &mut fleet, Pace::Simulated, progress, &stop, &mut |_, _, _| {})
 }
 
-/// Executes `plan` with any fleet. `stop` ends it early: everybody goes to neutral, and what was measured is kept.
+/// Executes `plan` with any fleet. `stop` ends it early: all robots go to neutral, and what was measured is kept.
 ///
 /// # Errors
 /// As for [`execute`].
-#[expect(clippy::too_many_arguments, reason = "what is run, by whom, how fast, and who looks on")]
+#[expect(clippy::too_many_arguments, reason = "what is run, by which fleet, how fast, and what observes it")]
 pub fn run<F: Fleet>(
     problem: &Problem,
     plan: &Plan,
@@ -239,7 +239,7 @@ fn motions(thrusts_n: &[Vec<f64>]) -> Vec<Option<Motion>> {
     thrusts_n.iter().map(motion).collect()
 }
 
-/// The water with everybody in it, and who conducts them.
+/// The water with all bodies in it, and the conductor.
 struct Stage<'a> {
     conductor: Conductor<'a>,
     basin: Basin,
@@ -277,7 +277,7 @@ impl<'a> Stage<'a> {
         self.conductor.commands_n(&self.states)
     }
 
-    /// Everybody's next 5 ms.
+    /// The next 5 ms of all bodies.
     fn step(&mut self, thrusts_n: &[&[f64]], answering: &[bool]) -> Result<(), ExecutionError> {
         self.basin.step(STEP_S, thrusts_n);
         self.accounts.spend(STEP_S, &self.conductor, thrusts_n);

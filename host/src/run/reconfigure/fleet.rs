@@ -1,4 +1,4 @@
-//! Who executes a reconfiguration: ROVs inside this process on the loopback radio, or processes of their own on UDP.
+//! What executes a reconfiguration: ROVs inside this process on the loopback radio, or processes of their own on UDP.
 //!
 //! The water is simulated by the run either way; a fleet says what its propellers give. On the link robots are numbered
 //! by their place in the problem, from 1.
@@ -34,7 +34,7 @@ pub trait Fleet {
     /// The host's end of it.
     fn radio(&mut self) -> &mut Self::Radio;
 
-    /// Who the host is to them.
+    /// The host's identity on the link.
     fn host(&self) -> &HostIdentity;
 
     /// Lets the ROVs run up to `now`.
@@ -150,7 +150,7 @@ pub struct OverUdp {
 }
 
 impl OverUdp {
-    /// For the robots of `problem`, who will announce themselves to `radio`; `faults` on what the host sends.
+    /// For the robots of `problem`, which will announce themselves to `radio`; `faults` on what the host sends.
     #[must_use]
     pub fn new(
         problem: &Problem,

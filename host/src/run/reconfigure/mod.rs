@@ -3,8 +3,8 @@
 //! | file | what |
 //! |---|---|
 //! | [`scenario`] | what is run, from a TOML file |
-//! | [`conductor`] | which action, whose thrusts: the host's closed loop |
-//! | [`fleet`] | who executes: ROVs in this process, or processes on UDP |
+//! | [`conductor`] | which action, which thrusts: the host's closed loop |
+//! | [`fleet`] | what executes: ROVs in this process, or processes on UDP |
 //! | [`execution`] | conductor, fleet and water against the clock |
 //! | [`accounts`] | what is measured meanwhile |
 //! | [`summary`] | the figures of a run |
@@ -48,9 +48,9 @@ pub enum ExecutionError {
     /// The radio itself failed.
     #[error("radio: {0}")]
     Radio(#[from] std::io::Error),
-    /// Nobody can steer them.
+    /// The tracking controller refuses the robots or their states.
     #[error(transparent)]
-    Helm(#[from] TrackingError),
+    Tracking(#[from] TrackingError),
     /// It went wrong on the way.
     #[error(transparent)]
     Failed(#[from] conductor::Failure),

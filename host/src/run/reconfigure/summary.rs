@@ -12,7 +12,7 @@ use super::super::summary::LinkFigures;
 pub struct Energy {
     /// What the mover's thrusters draw (15), J.
     pub navigate_j: f64,
-    /// What the thrusters of those who wait draw meanwhile (17), J.
+    /// What the thrusters of the waiting robots draw meanwhile (17), J.
     pub balance_j: f64,
     /// Their sum, J.
     pub total_j: f64,
@@ -51,7 +51,7 @@ pub struct MoveFigures {
     pub executed: Energy,
     /// As it was, by the measured table.
     pub by_table: Energy,
-    /// Greatest distance from the course, m.
+    /// Greatest distance from the path, m.
     pub cross_track_m: f64,
     /// Least gap between its hull and another one on the way, m; negative is an overlap of boxes. Docked ones touch.
     pub least_gap_m: Option<f64>,
@@ -72,7 +72,7 @@ pub struct Summary {
     pub manner: Manner,
     /// Seed of everything random.
     pub seed: u64,
-    /// Why it ended early; null if everybody is in its slot.
+    /// Why it ended early; null if every robot is in its slot.
     pub failure: Option<String>,
     /// Every move begun, in order.
     pub moves: Vec<MoveFigures>,

@@ -12,7 +12,7 @@ pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError
     let refuse =
         |number: usize, what: String| Err(ExecutionError::Misfit(format!("move {}: {what}", number + 1)));
     for (number, Move { robot, slot, actions, .. }) in plan.moves.iter().enumerate() {
-        let Some(who) = problem.robots.iter().find(|known| known.id == *robot) else {
+        let Some(mover) = problem.robots.iter().find(|known| known.id == *robot) else {
             return refuse(number, format!("there is no robot {robot}"));
         };
         let Some(end) = problem.slots.get(*slot) else {
@@ -27,7 +27,7 @@ pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError
         if first.kind != ActionKind::Undock || last.kind != ActionKind::Dock {
             return refuse(number, "it does not begin with undocking and end with docking".to_owned());
         }
-        let mut at = who.start;
+        let mut at = mover.start;
         for (index, action) in actions.iter().enumerate() {
             if !same(&at, &action.from) {
                 let from: [f64; 4] = action.from.into();

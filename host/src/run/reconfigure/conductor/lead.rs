@@ -13,7 +13,7 @@
 //! A propeller told u gives u some 0.3 s later; told u_c it does at the end of the period. So the planned steps of
 //! acceleration are given as planned, and draw what was planned: led by nothing, steps of half a second are smeared out
 //! and draw a tenth less than planned, since power grows faster than thrust. No command crosses zero for this:
-//! nobody reverses a propeller to stop it.
+//! no propeller is reversed to stop it.
 //!
 //! Assumptions and limits: one lag for all, known; limits of thrust cut the lead.
 
