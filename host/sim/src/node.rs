@@ -46,7 +46,7 @@ impl<M: Module, R: Radio> Node<M, R> {
         Self { firmware: None, clock, radio, host, rng, boots_at, unheard: 0 }
     }
 
-    /// random bytes for its next boot.
+    /// Random bytes for its next boot.
     pub(super) fn boot_nonce(&mut self) -> [u8; 12] {
         self.rng.random()
     }

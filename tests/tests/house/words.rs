@@ -123,5 +123,7 @@ fn every_word_is_found_in_every_form() {
     }
     let camel = format!("Some{}{}Brings", "No", "body");
     assert_eq!(uses(&camel), [(1, WORDS[0])]);
-    assert_eq!(uses("No body is in its place; as long as a tail rests, canew, one else"), []);
+    // Neither a part of a longer word nor words apart.
+    let longer = WORDS.iter().map(|word| format!("c{word}")).collect::<Vec<_>>().join(", ");
+    assert_eq!(uses(&format!("No body is in its place; as long as a tail rests, {longer}, one else")), []);
 }

@@ -107,23 +107,45 @@ impl Search {
         };
         let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
         let mut best = Best::default();
+        let starts = (STARTS_MODULES / modules).clamp(STARTS_LEAST, STARTS_MOST);
         if modules > FEW {
             let count = (CHOICES_MODULES / modules).clamp(CHOICES_LEAST, CHOICES_MOST);
-            for number in 0..count {
-                self.choose(&asked, number, &mut rng);
-                self.try_choice(&asked, number, number * modules / count, Poses::Kept, &mut best);
-                if best.met() {
-                    break;
-                }
+            self.try_some(&asked, Poses::Kept, count, &mut rng, &mut best);
+        } else {
+            self.try_best(&asked, Effort::of(modules, once), &mut rng, &mut best);
+        }
+        // Near the border few rest poses hold a demand: descended to together with the amplitudes.
+        self.try_some(&asked, Poses::Offered, starts, &mut rng, &mut best);
+        best.found
+    }
+
+    /// So many choices one after another, until one meets the demand.
+    fn try_some(
+        &mut self,
+        asked: &Asked<'_>,
+        poses: Poses,
+        count: usize,
+        rng: &mut ChaCha8Rng,
+        best: &mut Best,
+    ) {
+        // Descents begin at choices in which tails turn.
+        let skipped = if poses == Poses::Offered { STAYING } else { 0 };
+        for number in 0..count {
+            if best.met() {
+                break;
             }
-            self.turn_anywhere(&asked, &mut rng, &mut best);
-            return best.found;
+            self.choose(asked, skipped + number, rng);
+            self.try_choice(asked, number, number * self.order.len() / count, poses, best);
         }
-        let effort = Effort::of(modules, once);
-        if tails.is_some_and(|tails| self.may_stay(tails)) {
-            self.turn_a_little(&asked, &mut best);
+    }
+
+    /// Of few modules: the tails turned a little, then choices in the order of what they can be worth.
+    fn try_best(&mut self, asked: &Asked<'_>, effort: Effort, rng: &mut ChaCha8Rng, best: &mut Best) {
+        let modules = self.order.len();
+        if !asked.once {
+            self.turn_a_little(asked, best);
         }
-        self.collect(&asked, effort.choices, &mut rng);
+        self.collect(asked, effort.choices, rng);
         for place in 0..self.choices.len() {
             let Choice { number, at_most, .. } = self.choices[place];
             let enough = best.compared >= effort.compared || place >= effort.tried;
@@ -133,22 +155,7 @@ impl Search {
             self.poses_rad.clear();
             self.poses_rad.extend_from_slice(&self.choices[place].poses_rad[..modules]);
             let first = number * modules / effort.choices;
-            self.try_choice(&asked, number, first, Poses::Kept, &mut best);
-        }
-        self.turn_anywhere(&asked, &mut rng, &mut best);
-        best.found
-    }
-
-    /// By a descent over rest poses and amplitudes together: near the border few rest poses hold a demand.
-    fn turn_anywhere(&mut self, asked: &Asked<'_>, rng: &mut ChaCha8Rng, best: &mut Best) {
-        let modules = self.order.len();
-        let starts = (STARTS_MODULES / modules).clamp(STARTS_LEAST, STARTS_MOST);
-        for start in 0..starts {
-            if best.met() {
-                break;
-            }
-            self.choose(asked, STAYING + start, rng);
-            self.try_choice(asked, start, start * modules / starts, Poses::Offered, best);
+            self.try_choice(asked, number, first, Poses::Kept, best);
         }
     }
 
