@@ -46,8 +46,8 @@ pub enum ExecutionError {
         source: RovError,
     },
     /// The radio itself failed.
-    #[error("radio: {0}")]
-    Radio(#[from] std::io::Error),
+    #[error(transparent)]
+    Radio(#[from] link::udp::BrokenRadio),
     /// The tracking controller refuses the robots or their states.
     #[error(transparent)]
     Tracking(#[from] TrackingError),
