@@ -77,9 +77,6 @@ pub struct Program<'a> {
 
 impl<'a> Program<'a> {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// [`ElfError::Read`].
     pub fn read(bytes: &'a [u8]) -> Result<Self, ElfError> {
         Ok(Self { file: ElfFile32::parse(bytes)? })
     }
@@ -123,9 +120,6 @@ impl<'a> Program<'a> {
     }
 
     /// Everything in it that takes memory on the board, in the file's order.
-    ///
-    /// # Errors
-    /// [`ElfError::Read`].
     pub fn sections(&self) -> Result<Vec<Section>, ElfError> {
         let endian = self.file.endian();
         let mut sections = Vec::new();
@@ -185,9 +179,6 @@ impl<'a> Program<'a> {
     }
 
     /// Its code: address and bytes.
-    ///
-    /// # Errors
-    /// [`ElfError::Read`].
     pub fn code(&self) -> Result<Vec<(u32, &'a [u8])>, ElfError> {
         let mut code = Vec::new();
         for section in self.file.sections().filter(|section| section.kind() == SectionKind::Text) {

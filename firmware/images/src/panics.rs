@@ -56,9 +56,6 @@ pub fn is_panic(function: &str) -> bool {
 }
 
 /// Reads what may be there; empty lines and lines that are all comment are nothing.
-///
-/// # Errors
-/// The first [`AllowError`].
 pub fn allowed(text: &str) -> Result<Vec<Allowed>, AllowError> {
     let lines = (1..).zip(text.lines()).filter(|(_, line)| {
         let line = line.trim();

@@ -27,9 +27,6 @@ pub struct Row {
 
 impl Row {
     /// Measures an image.
-    ///
-    /// # Errors
-    /// [`ElfError::Read`].
     pub fn measure(name: &str, program: &Program<'_>) -> Result<Self, ElfError> {
         let mut numbers = [0; COLUMNS];
         let [sections @ .., others, flash, ram] = &mut numbers;

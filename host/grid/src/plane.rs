@@ -21,15 +21,12 @@
 //!
 //! says which comes first, and e = 0 is a vertex exactly.
 //!
-//! Limits: 65 535 cells along each side, [`CELLS_MAX`] in all.
+//! Limits: [`SIDE_MAX`] cells along each side, [`CELLS_MAX`] in all.
 
 use std::f64::consts::SQRT_2;
 
 use super::theta::Space;
-use super::{Bits, CELLS_MAX, Map};
-
-/// Greatest number of cells along a side.
-pub const SIDE_MAX: u32 = 65_535;
+use super::{Bits, CELLS_MAX, Map, SIDE_MAX};
 
 /// A 2D map of free and blocked cells.
 #[derive(Clone, Debug)]

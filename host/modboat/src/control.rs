@@ -110,9 +110,6 @@ impl Default for ControlConfig {
 
 impl ControlConfig {
     /// Refuses what the controller cannot work with, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let gain = "must be from 0 to 10";
         let share = "must be from 0.01 to 1";

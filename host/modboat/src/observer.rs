@@ -99,9 +99,6 @@ impl Default for ObserverParameters {
 
 impl ObserverParameters {
     /// Refuses what cannot work, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         for (key, value, unit, most) in [
             ("bandwidth_rad_s", self.bandwidth_rad_s, "rad/s", 10.0),
@@ -161,9 +158,6 @@ struct Sample {
 
 impl Observer {
     /// An observer that waits for its first fix, taking the structure to lie still.
-    ///
-    /// # Errors
-    /// As [`ObserverParameters::validate`].
     pub fn new(
         structure: &Structure,
         parameters: &Parameters,

@@ -117,9 +117,6 @@ impl Parameters {
     }
 
     /// Refuses what no Modboat can have, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let fail = |key, value, unit, reason| Err(ParameterError { key, value, unit, reason });
         for (key, value, unit) in [

@@ -96,10 +96,10 @@ impl Planner {
             let reach = Reach::new(distance, offset);
             for (i, j) in structure.neighbours(offset) {
                 match (poses_rad.get(i).copied().flatten(), poses_rad.get(j).copied().flatten()) {
-                    (Some(pose), None) if !reach.clears_i(pose) => {
+                    (Some(pose), None) if !reach.clears(0, pose) => {
                         participation[i] = Participation::Held(pose);
                     }
-                    (None, Some(pose)) if !reach.clears_j(pose) => {
+                    (None, Some(pose)) if !reach.clears(1, pose) => {
                         participation[j] = Participation::Held(pose);
                     }
                     _ => {}

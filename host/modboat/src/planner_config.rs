@@ -134,9 +134,6 @@ impl PlannerConfig {
     }
 
     /// Refuses what the planner cannot work with, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let check = |key, value: f64, unit, range: std::ops::RangeInclusive<f64>, reason| {
             // NaN is in no range.

@@ -64,6 +64,12 @@ pub fn module_colour(index: usize) -> RGBColor {
     MODULES[index % MODULES.len()]
 }
 
+/// The colour of a planner in pictures that compare several.
+#[must_use]
+pub fn planner_colour(index: usize) -> RGBColor {
+    MODULES[index % 4]
+}
+
 /// Pixels on the drawing grid.
 #[must_use]
 pub fn px(pixels: f64) -> i32 {

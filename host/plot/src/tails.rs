@@ -27,9 +27,6 @@ const DETAIL: usize = 4;
 const DETAIL_WIDTH: f64 = 760.0;
 
 /// Draws the picture.
-///
-/// # Errors
-/// What plotters reports.
 pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
     let count = record.cells.len();
     let modules = chosen(count);
@@ -206,13 +203,9 @@ fn draw_detail(
     ];
     let title = format!("Module {}, rad", place.module + 1);
     let panel = Panel {
-        title: &title,
         legend: if place.is_first { &legend } else { &[] },
-        y_title: None,
-        legend_below: false,
-        x: Axis::time(start_s, end_s, 9),
-        y: place.axis(),
         x_title: place.is_last.then_some("Time, s"),
+        ..Panel::new(&title, Axis::time(start_s, end_s, 9), place.axis())
     };
     let chart = Chart::new(area, &panel)?;
     let (x, y) = (chart.x(), chart.y());
@@ -251,15 +244,9 @@ fn draw_whole(
     let legs = record.legs.iter().map(|leg| leg.end_s);
     let (start_s, end_s) = extent(times.chain(legs)).unwrap_or((0.0, 1.0));
     let legend = [(Key::Band(style::INK, 0.12), "shown on the left")];
-    let panel = Panel {
-        title: if place.is_first { "Whole run" } else { "" },
-        y_title: None,
-        legend_below: false,
-        legend: if place.is_first { &legend } else { &[] },
-        x: Axis::time(start_s.min(0.0), end_s, 5),
-        y: place.axis(),
-        x_title: place.is_last.then_some("Time, s"),
-    };
+    let (title, legend): (_, &[_]) = if place.is_first { ("Whole run", &legend) } else { ("", &[]) };
+    let panel = Panel::new(title, Axis::time(start_s.min(0.0), end_s, 5), place.axis());
+    let panel = Panel { legend, x_title: place.is_last.then_some("Time, s"), ..panel };
     let chart = Chart::new(area, &panel)?;
     let y = chart.y();
     if let (Some(first), Some(last)) = (detail.first(), detail.last()) {

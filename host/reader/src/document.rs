@@ -42,9 +42,6 @@ impl<'t> Document<'t> {
     }
 
     /// A text in JSON.
-    ///
-    /// # Errors
-    /// [`Mistake`]: it is none, with the word that cannot be.
     pub fn json(text: &'t str) -> Result<Self, Mistake> {
         let text = without_mark(text);
         Ok(Self { text, format: Format::Json, root: json::parse(text)? })

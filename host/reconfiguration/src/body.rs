@@ -38,9 +38,6 @@ pub struct Body {
 
 impl Body {
     /// Refuses what no body can have, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         check_ranges(&[
             ("mass_kg", self.mass_kg, "kg", Range::Positive),

@@ -56,8 +56,7 @@ pub struct Connector {
 }
 
 /// One kind of robot or tool.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
     /// Its name.
     pub name: String,
@@ -66,13 +65,10 @@ pub struct Vehicle {
     /// Mass, kg.
     pub mass_kg: f64,
     /// Weight W less buoyancy B under water, N; zero is neutral.
-    #[serde(default)]
     pub weight_in_water_n: f64,
     /// Centre of gravity (1), m.
-    #[serde(default)]
     pub r_g_m: [f64; 3],
     /// Centre of buoyancy (2), m.
-    #[serde(default)]
     pub r_b_m: [f64; 3],
     /// Moments of inertia about the centre of gravity, kg·m².
     pub inertia_kg_m2: [f64; 3],
@@ -83,13 +79,10 @@ pub struct Vehicle {
     /// Diagonal of D_N at unit speed, N/(m/s)² and N·m/(rad/s)².
     pub quadratic_damping: [f64; 6],
     /// Its thrusters, in the order of their outputs; none for a tool.
-    #[serde(default)]
     pub thrusters: Vec<Thruster>,
     /// Its connectors; the centres of the six faces of the box if none are given.
-    #[serde(default)]
     pub connectors: Vec<Connector>,
     /// Sensors, actuators and other services it brings (g2, g7).
-    #[serde(default)]
     pub capabilities: Vec<String>,
 }
 

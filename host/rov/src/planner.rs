@@ -69,50 +69,29 @@ pub struct Planned {
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum PlanError {
     /// Its thrusters' forces cannot be computed.
     #[error("{vehicle}: {source}")]
-    Propulsion {
-        /// The vehicle.
-        vehicle: String,
-        /// Why.
-        source: PropulsionError,
-    },
+    Propulsion { vehicle: String, source: PropulsionError },
     /// Nothing is known of the thrusters at this voltage.
     #[error(transparent)]
     Power(#[from] PowerError),
     /// More than the order can be decided for.
     #[error("{count} robots or slots: at most {} can be ordered", order::MOST)]
-    TooMany {
-        /// How many.
-        count: usize,
-    },
+    TooMany { count: usize },
     /// The paper's rule leads into a dead end.
     #[error("after {moves} moves by the paper's rule no robot can move (exact order may know better)")]
-    DeadEnd {
-        /// Moves made before.
-        moves: usize,
-    },
+    DeadEnd { moves: usize },
     /// The search for an order was given up: the goal may be reachable or not.
     #[error("no order of moves to the goal was found among {priced} moves priced; there may be one")]
-    OutOfPatience {
-        /// How many.
-        priced: usize,
-    },
+    OutOfPatience { priced: usize },
     /// No order of moves leads to the goal.
     #[error("the goal cannot be reached: {why} ({states} configurations searched, every one there is)")]
-    Unreachable {
-        /// What stands in the way at the start.
-        why: String,
-        /// States reached.
-        states: usize,
-    },
+    Unreachable { why: String, states: usize },
 }
 
 /// Plans a reconfiguration.
-///
-/// # Errors
-/// [`PlanError`].
 pub fn plan(problem: &Problem, request: &Request) -> Result<Planned, PlanError> {
     let count = problem.robots.len().max(problem.slots.len());
     if count > order::MOST {

@@ -96,9 +96,6 @@ pub struct Propulsion {
 
 impl Propulsion {
     /// For a robot with full batteries at `battery_v`.
-    ///
-    /// # Errors
-    /// [`PropulsionError`].
     pub fn new(
         vehicle: &Vehicle,
         law: PowerLaw,

@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::request::{Previous, Request, Tails};
-use super::{Failure, envelope, filter, tell};
+use super::{Failure, bad, envelope, filter, tell};
 use crate::run::distances;
 use crate::run::scenario::Scenario;
 
@@ -99,7 +99,7 @@ struct Last {
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let (parameters, mut config) = match &arguments.scenario {
         Some(name) => {
-            let scenario = Scenario::open(name).map_err(|error| Failure::Bad(error.to_string()))?;
+            let scenario = Scenario::open(name).map_err(bad)?;
             (scenario.modboat, scenario.planner)
         }
         None => (Parameters::default(), PlannerConfig::default()),

@@ -13,7 +13,7 @@ use quantity::MODULE_IDS;
 use zeroize::Zeroizing;
 
 use super::keygen::module_credentials;
-use super::{Failure, written};
+use super::{Failure, bad, written};
 use crate::provision::image::{self, Format};
 use crate::provision::memory::CONFIGURATION;
 use crate::provision::{ModuleFile, NetworkOptions, ProvisionError, shown};
@@ -111,7 +111,7 @@ fn provision(arguments: &Arguments, ids: &BTreeSet<u16>, from: &str) -> Result<(
     }
     let mut said = String::new();
     for (configuration, path) in configurations.iter().zip(&targets) {
-        let bytes = image::encode(configuration, format).map_err(|error| Failure::Bad(error.to_string()))?;
+        let bytes = image::encode(configuration, format).map_err(bad)?;
         private_file::write(path, &bytes, arguments.force).map_err(|error| match error {
             PrivateFileError::Entropy(_) => Failure::Could(error.to_string()),
             _ => Failure::Bad(error.to_string()),

@@ -8,7 +8,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use super::{Failure, filter};
+use super::{Failure, bad, filter};
 use crate::run::vehicles;
 use firmware::rov::thruster::{law, t200};
 use protocol::units::{PulseMicros, Volts};
@@ -93,7 +93,7 @@ struct Sample {
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let vehicle = match &arguments.vehicle {
-        Some(name) => Some(vehicles::open(name).map_err(|error| Failure::Bad(error.to_string()))?),
+        Some(name) => Some(vehicles::open(name).map_err(bad)?),
         None => None,
     };
     filter::run(|_, line| answer(line, vehicle.as_ref()))

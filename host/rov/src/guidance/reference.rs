@@ -11,6 +11,7 @@ use reconfiguration::plan::{Action, ActionKind};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Rules;
 
+use super::super::vector::{dot, length, offset};
 use super::profile::Profile;
 
 /// The reference of one instant: pose, velocity and acceleration of a level body.
@@ -72,8 +73,8 @@ impl ReferenceTrajectory {
     }
 
     fn between(kind: ActionKind, from: Pose, to: Pose, limits: Limits, duration_s: f64) -> Self {
-        let way_m: [f64; 3] = std::array::from_fn(|k| to.position_m[k] - from.position_m[k]);
-        let length_m = way_m.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let way_m = offset(from.position_m, to.position_m);
+        let length_m = length(way_m);
         let angle_rad = wrap_rad(to.yaw_rad - from.yaw_rad);
         let (mut direction, mut round, mut pause_s) = ([0.0; 3], 0.0, 0.0);
         let way = match kind {
@@ -146,9 +147,9 @@ impl ReferenceTrajectory {
     /// Distance of a place from the straight line of a leg, from the place of anything else, m.
     #[must_use]
     pub fn cross_track_m(&self, position_m: [f64; 3]) -> f64 {
-        let off_m: [f64; 3] = std::array::from_fn(|k| position_m[k] - self.from.position_m[k]);
-        let along_m: f64 = (0..3).map(|k| off_m[k] * self.direction[k]).sum();
-        (0..3).map(|k| (off_m[k] - along_m * self.direction[k]).powi(2)).sum::<f64>().sqrt()
+        let off_m = offset(self.from.position_m, position_m);
+        let along_m = dot(off_m, self.direction);
+        length(std::array::from_fn(|k| off_m[k] - along_m * self.direction[k]))
     }
 }
 

@@ -83,9 +83,6 @@ pub struct TrackingController {
 impl TrackingController {
     /// For docked bodies (level poses in the world, tools among them), steered about the pose of the first. `limits_n`
     /// are those of every thruster, body after body; `delay_s` is T_d.
-    ///
-    /// # Errors
-    /// [`TrackingError`].
     pub fn new(
         members: &[(Pose, &Vehicle)],
         limits_n: &[(f64, f64)],
