@@ -187,10 +187,6 @@ impl Space for Plane {
         offer(DOWN_RIGHT, vertex + stride + 1, SQRT_2);
     }
 
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        self.is_clear(from, to).then(|| self.distance(from, to))
-    }
-
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
         let distance = self.distance(from, to);
         (distance < limit && self.is_clear(from, to)).then_some(distance)

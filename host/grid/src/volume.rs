@@ -178,10 +178,6 @@ impl Space for Volume {
         }
     }
 
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        self.is_clear(from, to).then(|| self.distance(from, to))
-    }
-
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
         let distance = self.distance(from, to);
         (distance < limit && self.is_clear(from, to)).then_some(distance)

@@ -33,7 +33,7 @@
 
 use std::collections::VecDeque;
 
-use quantity::{ParameterError, wrap_rad};
+use quantity::{ParameterError, check_within, wrap_rad};
 use serde::{Deserialize, Serialize};
 
 use super::motion::Wrench;
@@ -100,18 +100,13 @@ impl Default for ObserverParameters {
 impl ObserverParameters {
     /// Refuses what cannot work, by the first offending key.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        for (key, value, unit, most) in [
-            ("bandwidth_rad_s", self.bandwidth_rad_s, "rad/s", 10.0),
-            ("disturbance_rad_s", self.disturbance_rad_s, "rad/s", 10.0),
-            ("added_mass", self.added_mass, "of the mass", 100.0),
-            ("added_inertia", self.added_inertia, "of the inertia", 100.0),
-        ] {
-            if !(0.0..=most).contains(&value) {
-                let reason = if most > 10.0 { "must lie in 0 … 100" } else { "must lie in 0 … 10" };
-                return Err(ParameterError { key, value, unit, reason });
-            }
-        }
-        Ok(())
+        let (ten, hundred) = ("must lie in 0 … 10", "must lie in 0 … 100");
+        check_within(&[
+            ("bandwidth_rad_s", self.bandwidth_rad_s, "rad/s", 0.0..=10.0, ten),
+            ("disturbance_rad_s", self.disturbance_rad_s, "rad/s", 0.0..=10.0, ten),
+            ("added_mass", self.added_mass, "of the mass", 0.0..=100.0, hundred),
+            ("added_inertia", self.added_inertia, "of the inertia", 0.0..=100.0, hundred),
+        ])
     }
 }
 

@@ -18,6 +18,8 @@
 
 use std::f64::consts::TAU;
 
+use quantity::vector::dot;
+
 use super::parameters::Parameters;
 
 /// How exact [`Tail::least_along_m`] is, m.
@@ -46,10 +48,6 @@ struct Pose {
     normal: [f64; 2],
     tail_i: [f64; 2],
     tail_j: [f64; 2],
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
 }
 
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {

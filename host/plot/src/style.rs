@@ -101,8 +101,6 @@ pub enum Anchor {
     Start,
     /// The text is centred on the point.
     Middle,
-    /// The text ends at the point.
-    End,
 }
 
 /// A text style, vertically centred on its anchor point.
@@ -123,7 +121,6 @@ fn styled(size_px: f64, colour: RGBColor, anchor: Anchor, weight: FontStyle) -> 
     let horizontal = match anchor {
         Anchor::Start => HPos::Left,
         Anchor::Middle => HPos::Center,
-        Anchor::End => HPos::Right,
     };
     TextStyle { color: colour.to_backend_color(), ..TextStyle::from(font) }
         .pos(Pos::new(horizontal, VPos::Center))

@@ -7,8 +7,12 @@
 
 use std::f64::consts::{PI, TAU};
 
+use firmware::modboat::transition::Transition;
+use protocol::TransitionLaw;
+use protocol::time::Duration;
+use protocol::units::Radians;
 use quantity::wrap_rad;
-use record::{CycleRecord, RunRecord, share_turned};
+use record::{CycleRecord, RunRecord};
 
 use super::axis::{Axis, extent};
 use super::lines::{self, Point};
@@ -92,6 +96,11 @@ impl Place {
     }
 }
 
+/// The nearest whole number of microseconds.
+fn micros(t_s: f64) -> Duration {
+    Duration((t_s * 1e6).round() as u32)
+}
+
 /// What is drawn of one tail.
 struct Curves {
     /// Runs of samples with one shift each, in order.
@@ -145,9 +154,18 @@ impl Curves {
             let mut planned = Vec::new();
             const STEPS: u32 = 48;
             let mut turning = |start_s: f64, length_s: f64, ramp_s: f64, [from_rad, to_rad]: [f64; 2]| {
+                // A rotation by 1 rad turns by the share that is done.
+                let (length, ramp) = (micros(length_s), micros(ramp_s));
+                let law = if ramp.0 == 0 {
+                    TransitionLaw::ConstantSpeed
+                } else {
+                    TransitionLaw::RestToRest { ramp }
+                };
+                let one = Transition::from(Radians(0.0), Radians(1.0), length, law);
                 planned.extend((0..=STEPS).map(|n| {
                     let t_s = length_s * f64::from(n) / f64::from(STEPS);
-                    (start_s + t_s, from_rad + (to_rad - from_rad) * share_turned(length_s, ramp_s, t_s))
+                    let share = f64::from(one.reference(micros(t_s)).angle_rad);
+                    (start_s + t_s, from_rad + (to_rad - from_rad) * share)
                 }));
             };
             // As they end at the start of the swim.

@@ -1,6 +1,6 @@
 //! Constants of the motion of one rigid body under water: mass, weight, buoyancy, inertia, hydrodynamics.
 //!
-//! A [`Vehicle`](super::vehicle::Vehicle) without its looks, and what `flotilla simulate` is given in a request.
+//! What moves a [`Vehicle`](super::vehicle::Vehicle), and what `flotilla simulate` is given in a request.
 //! Body frame: x forward, y right, z down, about the body origin O.
 //!
 //! Assumed: added mass and damping are diagonal at O (three planes of symmetry), as in the models that are published

@@ -78,7 +78,7 @@ impl Cluster {
             .map(|(pose, vehicle)| {
                 let offset_m =
                     world_to_cluster * (Vector3::from(pose.position_m) - Vector3::from(origin.position_m));
-                Self::carried(&vehicle.body(), offset_m, yaw(pose.yaw_rad - origin.yaw_rad))
+                Self::carried(&vehicle.body, offset_m, yaw(pose.yaw_rad - origin.yaw_rad))
             })
             .reduce(Self::with)
             .ok_or(ClusterError::Empty)

@@ -202,9 +202,9 @@ impl<'a> MovePricer<'a> {
     fn least_balance_w(&self) -> f64 {
         let problem = self.problem;
         let neutral = problem.robots.iter().all(|robot| {
-            let vehicle = &problem.vehicles[robot.vehicle];
-            vehicle.weight_in_water_n == 0.0
-                && (0..2).all(|k| (vehicle.r_g_m[k] - vehicle.r_b_m[k]).abs() < 1e-12)
+            let body = &problem.vehicles[robot.vehicle].body;
+            (body.weight_n - body.buoyancy_n).abs() < 1e-12
+                && (0..2).all(|k| (body.r_g_m[k] - body.r_b_m[k]).abs() < 1e-12)
         });
         let [tool] = problem.tools.as_slice() else { return 0.0 };
         if !neutral {

@@ -106,7 +106,7 @@ impl Propulsion {
         matrix.require_full_rank()?;
         let limits_n = vec![power::limits_n(battery_v)?; matrix.thrusters()];
         let allocator = Allocator::new(matrix, &limits_n, law)?;
-        let dynamics = Dynamics::new(&Cluster::of(&vehicle.body()))?;
+        let dynamics = Dynamics::new(&Cluster::of(&vehicle.body))?;
         Ok(Self { steady, dynamics, allocator, thrusters: vehicle.thrusters.len() })
     }
 

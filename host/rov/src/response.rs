@@ -88,7 +88,7 @@ mod tests {
     use crate::cluster::Cluster;
 
     fn dynamics(change: impl Fn(&mut Body)) -> Dynamics {
-        let mut body = Vehicle::built_in("bluerov1").expect("it comes with the program").body();
+        let mut body = Vehicle::built_in("bluerov1").expect("it comes with the program").body;
         change(&mut body);
         Dynamics::new(&Cluster::of(&body)).expect("massive")
     }

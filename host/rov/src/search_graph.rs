@@ -216,10 +216,6 @@ impl Space for SearchGraph<'_> {
         }
     }
 
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        self.leg_below(from, to, f64::INFINITY)
-    }
-
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
         let (from_m, to_m) = (self.place_m(from), self.place_m(to));
         let cost = self.cost_per_metre.cost(offset(from_m, to_m));

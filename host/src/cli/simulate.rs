@@ -102,12 +102,12 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
 fn answer(line: &str, usual: Option<&Vehicle>) -> Result<String, String> {
     let request: Request = filter::read(line)?;
     let (body, vehicle) = match (request.vehicle, usual) {
-        (Some(Described::Named(vehicle)), _) => (vehicle.body(), Some(*vehicle)),
+        (Some(Described::Named(vehicle)), _) => (vehicle.body.clone(), Some(*vehicle)),
         (Some(Described::Body(body)), _) => {
             body.validate().map_err(|error| format!("vehicle: {error}"))?;
             (*body, None)
         }
-        (None, Some(vehicle)) => (vehicle.body(), Some(vehicle.clone())),
+        (None, Some(vehicle)) => (vehicle.body.clone(), Some(vehicle.clone())),
         (None, None) => {
             return Err("vehicle: neither the request nor the command line says which".to_owned());
         }

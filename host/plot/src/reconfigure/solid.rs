@@ -12,6 +12,8 @@
 //! hide the other; if two planes say opposite things, neither hides the other. What must be painted first follows by
 //! a topological sort; where bodies hide each other in a ring, the farthest goes first.
 
+use quantity::vector::{cross, dot, length};
+
 use crate::lines::Point;
 
 /// A vector in the world, m.
@@ -250,17 +252,9 @@ pub fn is_inside(polygon: &[Point], p: Point) -> bool {
     left || right
 }
 
-fn dot(a: Vec3, b: Vec3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 fn unit(v: Vec3) -> Option<Vec3> {
-    let length = dot(v, v).sqrt();
-    (length > 1e-6).then(|| v.map(|c| c / length))
+    let size = length(v);
+    (size > 1e-6).then(|| v.map(|c| c / size))
 }
 
 #[cfg(test)]

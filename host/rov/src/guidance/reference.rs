@@ -149,7 +149,7 @@ impl ReferenceTrajectory {
     pub fn cross_track_m(&self, position_m: [f64; 3]) -> f64 {
         let off_m = offset(self.from.position_m, position_m);
         let along_m = dot(off_m, self.direction);
-        length(std::array::from_fn(|k| off_m[k] - along_m * self.direction[k]))
+        length([0, 1, 2].map(|k| off_m[k] - along_m * self.direction[k]))
     }
 }
 

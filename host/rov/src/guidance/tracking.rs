@@ -233,7 +233,7 @@ mod tests {
         let robot = vehicle("bluerov1");
         let pose = Pose::default();
         let controller = controller(&[(pose, &robot)]);
-        let dynamics = Dynamics::new(&Cluster::of(&robot.body())).expect("a body");
+        let dynamics = Dynamics::new(&Cluster::of(&robot.body)).expect("a body");
         let matrix = ConfigurationMatrix::of_vehicle(&robot).expect("thrusters");
         for speed in [0.0, 0.3, 0.5] {
             let mut state =
