@@ -44,7 +44,7 @@ pub enum ElfError {
     Uf2(#[from] Uf2Error),
 }
 
-/// A part of a program.
+/// A section of a linked program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Section {
     /// Its name, such as `.text`.
@@ -57,7 +57,7 @@ pub struct Section {
     pub in_ram: bool,
 }
 
-/// A function.
+/// A function of a linked program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Function {
     /// Where it begins.
@@ -76,7 +76,7 @@ pub struct Program<'a> {
 }
 
 impl<'a> Program<'a> {
-    /// Reads a file.
+    /// Reads a linked program from the bytes of its ELF file.
     pub fn read(bytes: &'a [u8]) -> Result<Self, ElfError> {
         Ok(Self { file: ElfFile32::parse(bytes)? })
     }
@@ -158,7 +158,7 @@ impl<'a> Program<'a> {
         Ok(names)
     }
 
-    /// Its functions by address.
+    /// The program's functions by address.
     ///
     /// # Errors
     /// [`ElfError::NoSymbols`].
@@ -178,7 +178,7 @@ impl<'a> Program<'a> {
         Ok(functions)
     }
 
-    /// Its code: address and bytes.
+    /// The program's executable sections: address and bytes of each.
     pub fn code(&self) -> Result<Vec<(u32, &'a [u8])>, ElfError> {
         let mut code = Vec::new();
         for section in self.file.sections().filter(|section| section.kind() == SectionKind::Text) {

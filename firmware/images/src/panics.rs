@@ -28,7 +28,7 @@ pub struct AllowError {
     pub text: String,
 }
 
-/// A function that may be there.
+/// A function of the panic machinery that an image may hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Allowed {
     /// Its name.

@@ -16,7 +16,7 @@
 
 use thiserror::Error;
 
-/// Bytes of a block.
+/// Bytes of a block of a UF2 file.
 pub const BLOCK: usize = 512;
 /// Bytes of flash in a block: one page.
 pub const PAYLOAD: usize = 256;

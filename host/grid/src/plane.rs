@@ -63,13 +63,13 @@ impl Plane {
         Some(Self { width, height, free })
     }
 
-    /// Cells along x.
+    /// Number of cells along x.
     #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Cells along y.
+    /// Number of cells along y.
     #[must_use]
     pub fn height(&self) -> u32 {
         self.height

@@ -17,7 +17,7 @@ use super::plane::Plane;
 use super::volume::Volume;
 use super::{CELLS_MAX, SIDE_MAX};
 
-/// A line that cannot be read.
+/// Why a line of a map or scenario cannot be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReadError {
@@ -35,7 +35,7 @@ pub enum ReadError {
     Outside { line: usize, what: &'static str, place: Vec<u32>, last: Vec<u32> },
 }
 
-/// A query of a scenario.
+/// A query for a path, from a scenario file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Query<const N: usize> {
     /// Line of the file, from 1.

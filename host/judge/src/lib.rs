@@ -82,7 +82,7 @@ impl std::fmt::Display for Condition {
     }
 }
 
-/// One broken condition.
+/// One condition that a plan breaks, and where.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Violation {
     /// In which move, from 0; `None` if it is about the whole plan.

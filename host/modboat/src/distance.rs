@@ -69,7 +69,7 @@ impl DistanceToCollision {
         Self { tail, offsets, regions, outlines, errors, tubes }
     }
 
-    /// The tail behind the regions.
+    /// The tail that the collision regions are of.
     #[must_use]
     pub fn tail(&self) -> &Tail {
         &self.tail

@@ -45,7 +45,7 @@ pub const GRID_RAD: f64 = 0.1;
 pub const LOOK_UP_RAD: f64 = GRID_RAD * std::f64::consts::SQRT_2;
 /// Step of the stored values, rad.
 pub const STEP_RAD: f64 = 0.5e-3;
-/// Centerlines on the grid.
+/// Number of centerlines on the grid.
 pub const CENTERLINES: usize = 63;
 const MAGIC: [u8; 8] = *b"FlotDoC1";
 const HEADER: usize = 32;
@@ -212,14 +212,14 @@ impl DistanceTable {
 }
 
 impl Row<'_> {
-    /// Number of values.
+    /// Number of values in the row.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a row is never empty")]
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// Computes the values.
+    /// Computes the values of the row.
     pub fn compute(self) {
         let Self { table, direct, offset, centerline, values } = self;
         let mut values = values.iter_mut();

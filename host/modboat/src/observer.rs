@@ -49,7 +49,7 @@ const GAP_MAX_S: f64 = 1.0;
 /// Longest span for which one fix counts as the correction, s.
 const WEIGHT_MAX_S: f64 = 0.05;
 
-/// One measured pose.
+/// One measured pose of the structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fix {
     /// When it was true, s.

@@ -98,7 +98,7 @@ impl Axis {
         Self { range, ticks, format: Format::Decimals(decimals as usize) }
     }
 
-    /// Where ticks stand.
+    /// Values at which ticks stand.
     #[must_use]
     pub fn ticks(&self) -> &[f64] {
         &self.ticks

@@ -30,7 +30,7 @@ const DETAIL: usize = 4;
 /// Width of the detailed panel, px.
 const DETAIL_WIDTH: f64 = 760.0;
 
-/// Draws the picture.
+/// Draws the picture of tail angles over time, as SVG.
 pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
     let count = record.cells.len();
     let modules = chosen(count);

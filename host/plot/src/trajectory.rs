@@ -27,7 +27,7 @@ const BAND_OPACITY: f64 = 0.12;
 /// Half width of the band about the demanded heading, rad.
 const HEADING_BAND_RAD: f64 = 0.15;
 
-/// Draws the picture.
+/// Draws the picture of the structure's trajectory, as SVG.
 pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
     let poses: Vec<PoseSample> = finite(&record.poses).copied().collect();
     let bounds = bounds(record, &poses);

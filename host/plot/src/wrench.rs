@@ -12,7 +12,7 @@ use super::trajectory::leg_marks;
 /// Size of the picture, px.
 const SIZE: (f64, f64) = (1200.0, 800.0);
 
-/// Draws the picture.
+/// Draws the picture of demanded, planned and achieved wrenches, as SVG.
 pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
     let heading = Heading { name: &record.name, subject: "wrench per cycle", line: summary(record) };
     picture::render(SIZE, &heading, |area| {

@@ -53,7 +53,7 @@ pub enum AllocationError {
     Room { room: usize, thrusters: usize },
 }
 
-/// Thrusts for a demand.
+/// Thrusts that serve a demanded wrench.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allocation {
     /// Thrust of each thruster, N, in the order of the configuration matrix.
@@ -122,7 +122,7 @@ impl Allocator {
         Ok(Self { matrix, limits_n: limits_n.to_vec(), law, rows, whiten, direct, full_rank })
     }
 
-    /// The wrench of thrusts, T u.
+    /// Wrench T u of thrusts u, N and N·m.
     #[must_use]
     pub fn wrench(&self, thrusts_n: &[f64]) -> [f64; 6] {
         self.matrix.wrench(thrusts_n)

@@ -28,7 +28,7 @@ use thiserror::Error;
 
 use super::hydrostatics::Hydrostatics;
 
-/// Why there is no such cluster.
+/// Why bodies form no cluster.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ClusterError {
@@ -84,7 +84,7 @@ impl Cluster {
             .ok_or(ClusterError::Empty)
     }
 
-    /// One body, in its own frame.
+    /// A cluster of one body, in the body's own frame.
     #[must_use]
     pub fn of(body: &Body) -> Self {
         Self::carried(body, Vector3::zeros(), Matrix3::identity())
@@ -133,13 +133,13 @@ impl Cluster {
         &self.hydrostatics
     }
 
-    /// M_RB at the cluster's origin.
+    /// Rigid-body mass matrix M_RB at the cluster's origin.
     #[must_use]
     pub fn rigid_body_mass(&self) -> &Matrix6<f64> {
         &self.rigid_body
     }
 
-    /// M_A at the cluster's origin.
+    /// Added-mass matrix M_A at the cluster's origin.
     #[must_use]
     pub fn added_mass(&self) -> &Matrix6<f64> {
         &self.added

@@ -31,7 +31,7 @@ use thiserror::Error;
 
 use super::cluster::Cluster;
 
-/// Default step, s.
+/// Default step of integration, s.
 pub const STEP_S: f64 = 1e-3;
 
 /// Why a body has no equations of motion.
@@ -111,7 +111,7 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// Of this cluster.
+    /// The equations of motion of this cluster.
     ///
     /// # Errors
     /// [`DynamicsError::Mass`] for what cannot be accelerated.
@@ -128,7 +128,7 @@ impl Dynamics {
         &self.cluster
     }
 
-    /// M = M_RB + M_A.
+    /// Mass matrix M = M_RB + M_A.
     #[must_use]
     pub fn mass_matrix(&self) -> &Matrix6<f64> {
         &self.mass

@@ -59,7 +59,7 @@ impl State {
     }
 }
 
-/// An order and an assignment.
+/// An order of moves and an assignment of robots to slots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Order {
     /// Robot and slot of every move, in order.
@@ -112,7 +112,7 @@ fn entry(f: f64, g: f64, state: State, next: Option<(usize, usize)>) -> Entry {
 /// The cheapest way found to every state: its cost, and the state and the move it came by.
 type Reached = HashMap<State, (f64, Option<(State, usize, usize)>)>;
 
-/// Why there is no order.
+/// Why no order of moves was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoOrder {
     /// None leads to the end; so many states were reached, all there are.

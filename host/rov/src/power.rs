@@ -61,7 +61,7 @@ pub enum PowerLaw {
     },
 }
 
-/// P = c |u|ᵖ.
+/// Power of one direction of thrust, P = c |u|ᵖ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PowerCurve {
     /// c, W/Nᵖ.
@@ -90,7 +90,7 @@ pub(super) struct Piece {
 }
 
 impl PowerLaw {
-    /// (10) with η in W/N².
+    /// The paper's law (10), P = η u², with η in W/N².
     ///
     /// # Errors
     /// [`PowerError::Coefficient`] unless it is positive and finite.

@@ -69,7 +69,7 @@ pub struct Expense {
 }
 
 impl Expense {
-    /// E + λT, J.
+    /// Energy with what others draw meanwhile, E + λT, J.
     #[must_use]
     pub fn with_others(&self, lambda_w: f64) -> f64 {
         self.energy_j + lambda_w * self.duration_s

@@ -162,7 +162,7 @@ impl<'a> SearchGraph<'a> {
         self.lattice.len()
     }
 
-    /// The vertex of its slot.
+    /// The vertex of the mover's slot.
     #[must_use]
     pub fn slot(&self) -> usize {
         self.lattice.len() + 1

@@ -49,7 +49,7 @@ impl Row {
     }
 }
 
-/// A picture made of rows.
+/// A picture of several quantities, a row of panels for each.
 pub struct Table<'t> {
     /// What it shows.
     pub subject: &'t str,
@@ -109,7 +109,7 @@ fn curve(row: &Row, moved: &ExecutedMove<'_>) -> Vec<Point> {
     steps
 }
 
-/// Draws the picture.
+/// Draws a picture of the records: a column for each slot, a row for each quantity.
 pub fn svg(records: &[Record], table: &Table<'_>) -> Result<String, DrawError> {
     let columns = columns(records);
     let blocks: Vec<&[Column<'_>]> = columns.chunks(MOST).collect();

@@ -21,7 +21,7 @@ const ENERGY: f64 = 260.0;
 /// An axis of power ends at this multiple of what is exceeded 2 % of the time, if peaks go further.
 const HEADROOM: f64 = 1.6;
 
-/// Draws the picture.
+/// Draws the picture of power over time, as SVG.
 pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let power_px = POWER + picture::around(false, false);
     let energy_px = ENERGY + picture::around(false, true);

@@ -41,7 +41,7 @@ const ASIDE_RAD: f64 = 0.62;
 /// Floor around everything, m.
 const AIR_M: f64 = 0.1;
 
-/// Draws the picture.
+/// Draws the picture of the reconfiguration step by step, as SVG.
 pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let rows: Vec<Vec<Rest>> = records.iter().map(rests).collect();
     let world = world(&rows);

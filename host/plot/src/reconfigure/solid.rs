@@ -67,7 +67,7 @@ pub struct Solid {
     pub half: Vec3,
 }
 
-/// A face of a solid.
+/// A face of a solid, and whether the viewer sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Face {
     /// Axis it is normal to.
@@ -120,13 +120,13 @@ impl Solid {
         p
     }
 
-    /// All eight corners.
+    /// All eight corners of the box.
     #[must_use]
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|n| self.at([0, 1, 2].map(|k| if n >> k & 1 == 1 { 1.0 } else { -1.0 })))
     }
 
-    /// All six faces.
+    /// All six faces of the box.
     #[must_use]
     pub fn faces(&self, view: &View) -> [Face; 6] {
         std::array::from_fn(|n| {

@@ -19,7 +19,7 @@ const MOST_WIDE: f64 = 720.0;
 /// Space around what is shown, m.
 const AIR_M: f64 = 0.15;
 
-/// Draws the picture.
+/// Draws the picture of the paths seen from above, as SVG.
 pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let all: Vec<Vec<Rest>> = records.iter().map(rests).collect();
     let (width, _) = picture::body_size((picture::WIDE, 0.0));

@@ -113,13 +113,13 @@ impl ReferenceTrajectory {
         self.kind
     }
 
-    /// The pose at its end.
+    /// The pose at the end of the action.
     #[must_use]
     pub fn end(&self) -> Pose {
         self.to
     }
 
-    /// How long it takes, s.
+    /// How long the action takes, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.profile.duration_s().max(self.pause_s)

@@ -42,9 +42,9 @@ use super::super::power::PowerLaw;
 use super::los;
 use super::reference::Reference;
 
-/// ω T_d of position.
+/// Product ω T_d of bandwidth and delay, for position.
 pub const POSITION: f64 = 0.2;
-/// ω T_d of attitude.
+/// Product ω T_d of bandwidth and delay, for attitude.
 pub const ATTITUDE: f64 = 0.3;
 /// Position errors not answered, m. *Assumed*.
 pub const STILL_M: f64 = 5e-4;
