@@ -16,20 +16,10 @@
 //! that much more distance, and every cycle that it finds is looked at again with the collision regions. 10 MB with
 //! the default parameters; four offsets and amplitudes from 0 to π would be 65 MB.
 //!
-//! The paper searches by its table since a look-up is the faster: 0.04 µs near the last one and 0.14 µs at random, against 0.18 to
-//! 0.45 µs for a direct evaluation, depending on how much of it is asked. For whole plans that is not so. The direct search needs no room for the error of a grid, and knows bounds
-//! that spare it most evaluations (`potential_field::gaps`). On two cores, as
-//! `cargo bench -p modboat --bench modboat` prints, at equal error and share of demands met:
-//!
-//! | | direct | table |
-//! |---|---|---|
-//! | start-up | 2 ms | 64 ms loaded, 2.4 s generated |
-//! | plan, 3 modules | 0.2 to 0.3 ms | 0.74 times that |
-//! | plan, 9 modules | 0.4 to 1.0 ms | 0.92 times |
-//! | plan, 25 modules | 1.7 to 3.5 ms | 1.1 to 1.3 times |
-//!
-//! With three modules it takes some 800 plans, half an hour of swimming, to win back the loading; with many it never
-//! happens. So the direct search is the default, and the table is there to reproduce the paper.
+//! A look-up is faster than a direct evaluation, a whole plan is not: the direct search needs no room for the error of a grid, and
+//! knows bounds that spare it most evaluations (`potential_field::gaps`). With three modules it takes some 800 plans, half an hour
+//! of swimming, to win back the loading; with many it never happens (`cargo bench -p modboat --bench modboat`). So the direct search
+//! is the default, and the table is there to reproduce the paper.
 
 use std::f64::consts::TAU;
 

@@ -50,13 +50,8 @@ pub struct ReferenceTrajectory {
     profile: Profile,
     /// What undocking and docking take, s.
     pause_s: f64,
-    limits: Limits,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Limits {
-    speed: f64,
-    acceleration: f64,
+    /// Greatest speed, m/s or rad/s, and acceleration, m/s² or rad/s².
+    limits: [f64; 2],
 }
 
 impl ReferenceTrajectory {
@@ -69,10 +64,16 @@ impl ReferenceTrajectory {
         };
         let speed = if action.speed > 0.0 { action.speed } else { least };
         let acceleration = action.acceleration.filter(|a| *a > 0.0).unwrap_or(usual);
-        Self::between(action.kind, action.from, action.to, Limits { speed, acceleration }, action.duration_s)
+        Self::between(action.kind, action.from, action.to, [speed, acceleration], action.duration_s)
     }
 
-    fn between(kind: ActionKind, from: Pose, to: Pose, limits: Limits, duration_s: f64) -> Self {
+    fn between(
+        kind: ActionKind,
+        from: Pose,
+        to: Pose,
+        [speed, acceleration]: [f64; 2],
+        duration_s: f64,
+    ) -> Self {
         let way_m = offset(from.position_m, to.position_m);
         let length_m = length(way_m);
         let angle_rad = wrap_rad(to.yaw_rad - from.yaw_rad);
@@ -91,8 +92,8 @@ impl ReferenceTrajectory {
                 0.0
             }
         };
-        let profile = Profile::new(way, limits.speed, limits.acceleration);
-        Self { kind, from, to, direction, round, profile, pause_s, limits }
+        let profile = Profile::new(way, speed, acceleration);
+        Self { kind, from, to, direction, round, profile, pause_s, limits: [speed, acceleration] }
     }
 
     /// The rest of it from the reference at `t_s` on, beginning at rest.
