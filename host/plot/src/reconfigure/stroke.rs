@@ -1,7 +1,7 @@
 //! How records are told apart: solid, dashed and dotted lines as in the paper's Figs. 4–6, with a colour each.
 //!
 //! Plotters knows no dash pattern. It is carried through as a mark in the lowest bits of a colour's blue, which the
-//! eye does not see, and [`dashes`] turns the marked strokes into dashed ones. Colours that carry a mark are those of
+//! eye does not see, and `dashes` turns the marked strokes into dashed ones. Colours that carry a mark are those of
 //! `MARKED` and no others.
 
 use plotters::element::{Circle, PathElement, Rectangle};
@@ -38,7 +38,7 @@ pub fn of_record(index: usize) -> (RGBColor, Pattern) {
     }
 }
 
-/// A colour that carries a pattern to [`dashes`].
+/// A colour that carries a pattern to `dashes`.
 #[must_use]
 pub fn marked(colour: RGBColor, pattern: Pattern) -> RGBColor {
     let mark = PATTERNS.iter().find(|p| p.0 == pattern).map_or(0, |p| p.1);
