@@ -121,8 +121,8 @@ impl Space for Octile<'_> {
     fn for_neighbours(&self, vertex: usize, visit: impl FnMut(usize, f64)) {
         self.0.for_neighbours(vertex, visit);
     }
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        self.0.leg(from, to)
+    fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
+        self.0.leg_below(from, to, limit)
     }
     fn is_dead_end(&self, vertex: usize) -> bool {
         self.0.is_dead_end(vertex)

@@ -357,8 +357,8 @@ fn a_goal_out_of_reach_is_proved_to_be() {
 
     // A slot between four tools, with a lid and a floor; robots 1 and 2 in line beside it.
     let robot = Vehicle::built_in("bluerov1").expect("it comes with the program");
-    let tool =
-        Vehicle { r_g_m: [0.0; 3], ..Vehicle::built_in("tool-20n").expect("it comes with the program") };
+    let mut tool = Vehicle::built_in("tool-20n").expect("it comes with the program");
+    tool.body.r_g_m = [0.0; 3];
     let pose = |x: i32, y: i32| Pose::from([f64::from(x) * length, f64::from(y) * width, 0.0, 0.0]);
     let ring = (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))).filter(|place| *place != (0, 0));
     let slot = |pose| Slot { pose, requires: Vec::new() };

@@ -15,7 +15,8 @@ use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
 use modboat::potential_field::PotentialField;
 use modboat::structure::Structure;
-use modboat::transition;
+use modboat::transition::solver::Solver;
+use modboat::transition::{self, Transition};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tests::checker::Modboat;
@@ -57,10 +58,8 @@ fn cycles(
     let (parameters, config) = (Parameters::default(), PlannerConfig::default());
     let positions_m = structure.positions_m(parameters.pitch_m);
     let mut field = PotentialField::new(structure.cells(), &positions_m, pairs, &parameters, &config);
-    let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
-        let far = |swing: Swing| swing.centerline_rad - swing.amplitude_rad;
-        distance.along_capped(offset, [i.start_rad(), j.start_rad()], [far(i), far(j)], margin_rad)
-    };
+    let swim =
+        |offset: usize, i: Swing, j: Swing, margin_rad: f64| distance.swim(offset, i, j).min(margin_rad);
     (0..count)
         .map(|seed| {
             // Any of the candidates, so that the patterns of signs are mixed.
@@ -89,9 +88,8 @@ fn reached(structure: &Structure, distance: &DistanceToCollision, count: u64) ->
             let before = &cycles[(index + cycles.len() - back) % cycles.len()];
             let from: Vec<f64> = before.iter().map(|swing| swing.start_rad()).collect();
             tried += 1;
-            found += u64::from(
-                transition::solve(&pairs, structure.cells(), &from, cycle, limit_rad, clear).is_some(),
-            );
+            let (solver, best) = (&mut Solver::default(), &mut Transition::default());
+            found += u64::from(transition::solve(solver, &pairs, &from, cycle, limit_rad, clear, best));
         }
     }
     (found, tried)

@@ -44,7 +44,7 @@ pub enum ElfError {
     Uf2(#[from] Uf2Error),
 }
 
-/// A part of a program.
+/// A section of a linked program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Section {
     /// Its name, such as `.text`.
@@ -57,7 +57,7 @@ pub struct Section {
     pub in_ram: bool,
 }
 
-/// A function.
+/// A function of a linked program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Function {
     /// Where it begins.
@@ -76,10 +76,7 @@ pub struct Program<'a> {
 }
 
 impl<'a> Program<'a> {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// [`ElfError::Read`].
+    /// Reads a linked program from the bytes of its ELF file.
     pub fn read(bytes: &'a [u8]) -> Result<Self, ElfError> {
         Ok(Self { file: ElfFile32::parse(bytes)? })
     }
@@ -123,9 +120,6 @@ impl<'a> Program<'a> {
     }
 
     /// Everything in it that takes memory on the board, in the file's order.
-    ///
-    /// # Errors
-    /// [`ElfError::Read`].
     pub fn sections(&self) -> Result<Vec<Section>, ElfError> {
         let endian = self.file.endian();
         let mut sections = Vec::new();
@@ -164,7 +158,7 @@ impl<'a> Program<'a> {
         Ok(names)
     }
 
-    /// Its functions by address.
+    /// The program's functions by address.
     ///
     /// # Errors
     /// [`ElfError::NoSymbols`].
@@ -184,10 +178,7 @@ impl<'a> Program<'a> {
         Ok(functions)
     }
 
-    /// Its code: address and bytes.
-    ///
-    /// # Errors
-    /// [`ElfError::Read`].
+    /// The program's executable sections: address and bytes of each.
     pub fn code(&self) -> Result<Vec<(u32, &'a [u8])>, ElfError> {
         let mut code = Vec::new();
         for section in self.file.sections().filter(|section| section.kind() == SectionKind::Text) {

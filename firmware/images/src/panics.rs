@@ -28,7 +28,7 @@ pub struct AllowError {
     pub text: String,
 }
 
-/// A function that may be there.
+/// A function of the panic machinery that an image may hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Allowed {
     /// Its name.
@@ -56,9 +56,6 @@ pub fn is_panic(function: &str) -> bool {
 }
 
 /// Reads what may be there; empty lines and lines that are all comment are nothing.
-///
-/// # Errors
-/// The first [`AllowError`].
 pub fn allowed(text: &str) -> Result<Vec<Allowed>, AllowError> {
     let lines = (1..).zip(text.lines()).filter(|(_, line)| {
         let line = line.trim();

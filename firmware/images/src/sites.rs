@@ -12,7 +12,7 @@ use addr2line::Loader;
 
 use crate::elf::{ElfError, Program};
 
-/// One call.
+/// One call of a panic function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Site {
     /// Where the instruction is.

@@ -17,7 +17,7 @@ const TOLERANCE: u64 = 512;
 /// And by no more than one part in so many.
 const TOLERANCE_PART: u64 = 50;
 
-/// One image.
+/// One image with its sizes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
     /// What it is called.
@@ -26,10 +26,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Measures an image.
-    ///
-    /// # Errors
-    /// [`ElfError::Read`].
+    /// Measures the flash and RAM of an image.
     pub fn measure(name: &str, program: &Program<'_>) -> Result<Self, ElfError> {
         let mut numbers = [0; COLUMNS];
         let [sections @ .., others, flash, ram] = &mut numbers;
@@ -43,7 +40,7 @@ impl Row {
         Ok(Self { name: name.to_owned(), numbers })
     }
 
-    /// Flash that it takes, bytes.
+    /// Flash that the image takes, bytes.
     #[must_use]
     pub const fn flash(&self) -> u64 {
         self.numbers[COLUMNS - 2]
@@ -91,7 +88,7 @@ fn head() -> String {
     headings().fold("|".to_owned(), |line, heading| line + " " + heading + " |")
 }
 
-/// The table of these images.
+/// The table of these images as Markdown.
 #[must_use]
 pub fn rendered(rows: &[Row]) -> String {
     let mut table = head() + "\n|---|";

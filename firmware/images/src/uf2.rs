@@ -16,7 +16,7 @@
 
 use thiserror::Error;
 
-/// Bytes of a block.
+/// Bytes of a block of a UF2 file.
 pub const BLOCK: usize = 512;
 /// Bytes of flash in a block: one page.
 pub const PAYLOAD: usize = 256;
@@ -60,6 +60,7 @@ pub struct Block<'a> {
 
 /// Why a file cannot be written, or is none. Blocks are counted from 1.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Uf2Error {
     /// Nothing to write, or nothing there.
     #[error("has no block")]
@@ -81,38 +82,16 @@ pub enum Uf2Error {
     Magic(usize),
     /// A block that is not for main flash, or does not say for whom.
     #[error("block {block} has flags {flags:#010x}: only {FLAG_FAMILY:#x}, a family, is known")]
-    Flags {
-        /// Which block.
-        block: usize,
-        /// What it has.
-        flags: u32,
-    },
+    Flags { block: usize, flags: u32 },
     /// Another payload than a page.
     #[error("block {block} has {bytes} bytes where {PAYLOAD} are a page")]
-    Payload {
-        /// Which block.
-        block: usize,
-        /// What it says.
-        bytes: u32,
-    },
+    Payload { block: usize, bytes: u32 },
     /// Blocks are missing, or from another file.
     #[error("block {block} says that it is number {number} of {count}, from 0")]
-    Number {
-        /// Which block.
-        block: usize,
-        /// What it says.
-        number: u32,
-        /// How many it says there are.
-        count: u32,
-    },
+    Number { block: usize, number: u32, count: u32 },
     /// The file begins for one family and goes on for another.
     #[error("block {block} is for {family}, the first one is not")]
-    Family {
-        /// Which block.
-        block: usize,
-        /// Whom it is for.
-        family: Family,
-    },
+    Family { block: usize, family: Family },
 }
 
 /// A file for `family` of pages: addresses, and at most [`PAYLOAD`] bytes each; the rest of a page stays erased.
@@ -158,9 +137,6 @@ pub fn is_uf2(file: &[u8]) -> bool {
 }
 
 /// Reads the family and the blocks of a file.
-///
-/// # Errors
-/// The first [`Uf2Error`] in it.
 pub fn read(file: &[u8]) -> Result<(Family, Vec<Block<'_>>), Uf2Error> {
     let (blocks, rest) = file.as_chunks::<BLOCK>();
     if !rest.is_empty() {

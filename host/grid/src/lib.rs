@@ -16,6 +16,8 @@ pub mod volume;
 
 /// Most cells of a map, a rim of one cell around it included: a search's scratch takes 16 bytes for each that it reaches.
 pub const CELLS_MAX: u64 = 1 << 29;
+/// Greatest number of cells along a side.
+pub const SIDE_MAX: u32 = 65_535;
 
 /// A map whose vertices have integer coordinates.
 pub trait Map<const N: usize>: theta::Space {

@@ -21,15 +21,12 @@
 //!
 //! says which comes first, and e = 0 is a vertex exactly.
 //!
-//! Limits: 65 535 cells along each side, [`CELLS_MAX`] in all.
+//! Limits: [`SIDE_MAX`] cells along each side, [`CELLS_MAX`] in all.
 
 use std::f64::consts::SQRT_2;
 
 use super::theta::Space;
-use super::{Bits, CELLS_MAX, Map};
-
-/// Greatest number of cells along a side.
-pub const SIDE_MAX: u32 = 65_535;
+use super::{Bits, CELLS_MAX, Map, SIDE_MAX};
 
 /// A 2D map of free and blocked cells.
 #[derive(Clone, Debug)]
@@ -66,13 +63,13 @@ impl Plane {
         Some(Self { width, height, free })
     }
 
-    /// Cells along x.
+    /// Number of cells along x.
     #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Cells along y.
+    /// Number of cells along y.
     #[must_use]
     pub fn height(&self) -> u32 {
         self.height
@@ -188,10 +185,6 @@ impl Space for Plane {
         offer(UP_RIGHT, vertex.wrapping_sub(stride - 1), SQRT_2);
         offer(DOWN_LEFT, vertex + stride - 1, SQRT_2);
         offer(DOWN_RIGHT, vertex + stride + 1, SQRT_2);
-    }
-
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        self.is_clear(from, to).then(|| self.distance(from, to))
     }
 
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {

@@ -13,62 +13,29 @@
 
 use thiserror::Error;
 
-use super::CELLS_MAX;
-use super::plane::{self, Plane};
-use super::volume::{self, Volume};
+use super::plane::Plane;
+use super::volume::Volume;
+use super::{CELLS_MAX, SIDE_MAX};
 
-/// A line that cannot be read.
+/// Why a line of a map or scenario cannot be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReadError {
     /// Something else was expected.
     #[error("{line}: {value:?}: {expected} expected")]
-    Unexpected {
-        /// From 1.
-        line: usize,
-        /// What stands there.
-        value: String,
-        /// What should.
-        expected: &'static str,
-    },
+    Unexpected { line: usize, value: String, expected: &'static str },
     /// A number that it cannot be.
     #[error("{line}: {what} = {value} cells: must be {must}")]
-    Number {
-        /// From 1.
-        line: usize,
-        /// Of what.
-        what: &'static str,
-        /// What it is.
-        value: u64,
-        /// What is asked of it.
-        must: String,
-    },
+    Number { line: usize, what: &'static str, value: u64, must: String },
     /// A row or a list that is not as long as it was said to be.
     #[error("{line}: {found} {what}, {wanted} expected")]
-    Count {
-        /// From 1.
-        line: usize,
-        /// Of what.
-        what: &'static str,
-        /// How many there are.
-        found: usize,
-        /// How many there should be.
-        wanted: usize,
-    },
+    Count { line: usize, what: &'static str, found: usize, wanted: usize },
     /// A place that is not on the map.
     #[error("{line}: {what} {place:?} is outside the map, whose last is {last:?}")]
-    Outside {
-        /// From 1.
-        line: usize,
-        /// Which one.
-        what: &'static str,
-        /// Where.
-        place: Vec<u32>,
-        /// The greatest coordinates.
-        last: Vec<u32>,
-    },
+    Outside { line: usize, what: &'static str, place: Vec<u32>, last: Vec<u32> },
 }
 
-/// A query of a scenario.
+/// A query for a path, from a scenario file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Query<const N: usize> {
     /// Line of the file, from 1.
@@ -110,9 +77,6 @@ fn words<'t, const N: usize>(
 }
 
 /// Reads a 2D map.
-///
-/// # Errors
-/// [`ReadError`] for the first line that is not as it should be.
 pub fn plane(text: &str) -> Result<Plane, ReadError> {
     let mut rows = text.lines().enumerate().map(|(k, row)| (k + 1, row.trim_end()));
     let (mut width, mut height, mut is_typed) = (None, None, false);
@@ -175,15 +139,12 @@ fn too_large(line: usize, value: u64) -> ReadError {
 
 fn side_of(line: usize, what: &'static str, word: &str) -> Result<u32, ReadError> {
     let value = number::<u64>(line, word, "a whole number")?;
-    let fits = u32::try_from(value).ok().filter(|side| (1..=plane::SIDE_MAX).contains(side));
-    let must = || format!("between 1 and {}", plane::SIDE_MAX);
+    let fits = u32::try_from(value).ok().filter(|side| (1..=SIDE_MAX).contains(side));
+    let must = || format!("between 1 and {SIDE_MAX}");
     fits.ok_or_else(|| ReadError::Number { line, what, value, must: must() })
 }
 
 /// Reads a 3D map.
-///
-/// # Errors
-/// [`ReadError`] for the first line that is not as it should be.
 pub fn volume(text: &str) -> Result<Volume, ReadError> {
     const HEADER: &str = "voxel X Y Z";
     let mut lines = lines(text);
@@ -193,19 +154,10 @@ pub fn volume(text: &str) -> Result<Volume, ReadError> {
     };
     let mut size = [0; 3];
     for (side, word) in size.iter_mut().zip([x, y, z]) {
-        let value = number::<u64>(line, word, "a whole number")?;
-        let fits = u32::try_from(value).ok().filter(|side| (1..=volume::SIDE_MAX).contains(side));
-        let must = || format!("between 1 and {}", volume::SIDE_MAX);
-        *side = fits.ok_or_else(|| ReadError::Number { line, what: "side", value, must: must() })?;
+        *side = side_of(line, "side", word)?;
     }
     let cells = size.iter().map(|&side| u64::from(side)).product();
-    let must = || format!("at most {CELLS_MAX} with a rim of one cell");
-    let mut volume = Volume::new(size).ok_or_else(|| ReadError::Number {
-        line,
-        what: "map",
-        value: cells,
-        must: must(),
-    })?;
+    let mut volume = Volume::new(size).ok_or_else(|| too_large(line, cells))?;
     for (line, text) in lines {
         let place = cell(line, words(line, text, "x y z of a blocked cell")?)?;
         if !volume.block(place) {
@@ -250,9 +202,6 @@ pub fn plane_scenario(text: &str, plane: &Plane) -> Result<Vec<Query<2>>, ReadEr
 }
 
 /// Reads the queries on a 3D map whose last cell is `last`.
-///
-/// # Errors
-/// [`ReadError`] for the first line that is not as it should be.
 pub fn volume_scenario(text: &str, last: [u32; 3]) -> Result<Vec<Query<3>>, ReadError> {
     const LINE: &str = "start x y z, goal x y z, length, ratio";
     let mut lines = lines(text);

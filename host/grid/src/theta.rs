@@ -48,13 +48,13 @@ pub trait Space {
     fn for_neighbours(&self, vertex: usize, visit: impl FnMut(usize, f64));
 
     /// Cost of the straight leg, or `None` if it is blocked.
-    fn leg(&self, from: usize, to: usize) -> Option<f64>;
+    fn leg(&self, from: usize, to: usize) -> Option<f64> {
+        self.leg_below(from, to, f64::INFINITY)
+    }
 
     /// The same, or `None` if it costs `limit` or more: where the cost is known before the leg is found free, that
     /// saves looking.
-    fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
-        self.leg(from, to).filter(|&cost| cost < limit)
-    }
+    fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64>;
 
     /// Whether a path may start or end at `vertex`, but not pass it.
     fn is_dead_end(&self, _vertex: usize) -> bool {

@@ -15,13 +15,10 @@
 //! runs within one. Planes met at the same t meet in an edge (two of them) or a corner (three), and the cells around it,
 //! four or eight, are touched. Comparing t across axes multiplies by 2·|Δx|·|Δy|·|Δz|, less than 2⁴⁹.
 //!
-//! Limits: 65 535 cells along a side, [`CELLS_MAX`] in all.
+//! Limits: [`SIDE_MAX`] cells along a side, [`CELLS_MAX`] in all.
 
 use super::theta::Space;
-use super::{Bits, CELLS_MAX, Map};
-
-/// Greatest number of cells along a side.
-pub const SIDE_MAX: u32 = 65_535;
+use super::{Bits, CELLS_MAX, Map, SIDE_MAX};
 
 /// A move to a neighbour: the step along each axis, and which of the 27 cells around (x fastest, then y, then z) must be
 /// free.
@@ -179,10 +176,6 @@ impl Space for Volume {
                 visit(vertex.wrapping_add_signed(step), LENGTH[axes]);
             }
         }
-    }
-
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        self.is_clear(from, to).then(|| self.distance(from, to))
     }
 
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {

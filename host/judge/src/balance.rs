@@ -100,9 +100,8 @@ fn unbalanced(cluster: &[(&Body<'_>, &[f64])]) -> Option<String> {
         let (sin, cos) = body.pose.yaw_rad.sin_cos();
         let turned = |v: Vector| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
         let place = |arm: Vector| plus(plus(body.pose.position_m, origin.map(|x| -x)), turned(arm));
-        let weight_n = body.vehicle.mass_kg * GRAVITY_M_S2;
-        let buoyancy_n = weight_n - body.vehicle.weight_in_water_n;
-        let forces = [(body.vehicle.r_g_m, weight_n), (body.vehicle.r_b_m, -buoyancy_n)];
+        let own = &body.vehicle.body;
+        let forces = [(own.r_g_m, own.mass_kg * GRAVITY_M_S2), (own.r_b_m, -own.buoyancy_n)];
         for (arm, force_n) in forces {
             let force = [0.0, 0.0, force_n];
             restoring = [plus(restoring[0], force), plus(restoring[1], cross(place(arm), force))];

@@ -42,7 +42,7 @@ const SAME: f64 = 1e-6;
 
 /// A condition that a plan has to keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(rename_all = "lowercase")]
 pub enum Condition {
     /// v1: one mover, from its start to its slot, the others at rest.
     V1,
@@ -78,28 +78,11 @@ pub enum Condition {
 
 impl std::fmt::Display for Condition {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let name = match self {
-            Self::V1 => "v1",
-            Self::V2 => "v2",
-            Self::V3 => "v3",
-            Self::V4 => "v4",
-            Self::V5 => "v5",
-            Self::V6 => "v6",
-            Self::Connection => "connection",
-            Self::Bounds => "bounds",
-            Self::Thrusters => "thrusters",
-            Self::Kinematics => "kinematics",
-            Self::Continuity => "continuity",
-            Self::Timing => "timing",
-            Self::Energy => "energy",
-            Self::Number => "number",
-            Self::Identity => "identity",
-        };
-        f.write_str(name)
+        f.write_str(&format!("{self:?}").to_lowercase())
     }
 }
 
-/// One broken condition.
+/// One condition that a plan breaks, and where.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Violation {
     /// In which move, from 0; `None` if it is about the whole plan.

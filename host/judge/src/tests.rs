@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use reconfiguration::body;
 use reconfiguration::plan::{Action, ActionKind, Criterion, Holding, Placed};
 use reconfiguration::problem::{Robot, Rules, Slot, Tool};
 use reconfiguration::vehicle::Thruster;
@@ -18,14 +19,17 @@ fn hull(name: &str, mass_kg: f64, thrusters: bool) -> Vehicle {
     Vehicle {
         name: name.to_owned(),
         box_m: [0.4, 0.3, 0.2],
-        mass_kg,
-        weight_in_water_n: 0.0,
-        r_g_m: [0.0; 3],
-        r_b_m: [0.0; 3],
-        inertia_kg_m2: [1.0; 3],
-        added_mass: [0.0; 6],
-        linear_damping: [0.0; 6],
-        quadratic_damping: [0.0; 6],
+        body: body::Body {
+            mass_kg,
+            weight_n: mass_kg * body::GRAVITY_M_S2,
+            buoyancy_n: mass_kg * body::GRAVITY_M_S2,
+            r_g_m: [0.0; 3],
+            r_b_m: [0.0; 3],
+            inertia_kg_m2: [1.0; 3],
+            added_mass: [0.0; 6],
+            linear_damping: [0.0; 6],
+            quadratic_damping: [0.0; 6],
+        },
         thrusters: if thrusters { [0.1, -0.1, 0.1, -0.1].map(thruster).to_vec() } else { Vec::new() },
         connectors: Vec::new(),
         capabilities: Vec::new(),
@@ -36,7 +40,8 @@ fn hull(name: &str, mass_kg: f64, thrusters: bool) -> Vehicle {
 fn problem() -> Problem {
     let robot = |id, start: [f64; 4]| Robot { id, vehicle: 0, start: start.into(), capabilities: Vec::new() };
     let slot = |pose: [f64; 4]| Slot { pose: pose.into(), requires: Vec::new() };
-    let tool = Vehicle { r_g_m: [0.03, 0.0, 0.0], ..hull("tool", 20.0 / 9.806_65, false) };
+    let mut tool = hull("tool", 20.0 / 9.806_65, false);
+    tool.body.r_g_m[0] = 0.03;
     Problem {
         name: "by hand".to_owned(),
         description: String::new(),

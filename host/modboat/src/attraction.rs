@@ -23,12 +23,6 @@
 use super::motion::{Swing, Wrench};
 use super::parameters::Parameters;
 
-/// ½ Σₖ (wₖ eₖ)², N².
-#[must_use]
-pub fn energy(error: Wrench, weights: [f64; 3]) -> f64 {
-    0.5 * error.weighted_norm(weights).powi(2)
-}
-
 /// (∂E/∂φ₀, ∂E/∂A) for the module at (x, y), N²/rad, where `error` is that of the whole structure.
 #[must_use]
 pub fn gradient(
@@ -78,12 +72,16 @@ mod tests {
 
     const WEIGHTS: [f64; 3] = [1.0, 1.0, 10.0];
 
+    fn energy(error: Wrench) -> f64 {
+        0.5 * error.weighted_norm(WEIGHTS).powi(2)
+    }
+
     #[test]
     fn the_gradient_is_that_of_finite_differences() {
         let parameters = Parameters::default();
         let demand = Wrench { fx_n: 0.013, fy_n: -0.021, tau_nm: 0.004 };
         let at = [0.15, -0.225];
-        let cost = |swing: Swing| energy(demand - swing.wrench(&parameters, at), WEIGHTS);
+        let cost = |swing: Swing| energy(demand - swing.wrench(&parameters, at));
         let h = 1e-6;
         for centerline_rad in [-3.0, -1.2, 0.0, 0.7, 2.4] {
             for amplitude_rad in [-2.5, -1.0, 0.95, 1.7] {
@@ -118,7 +116,7 @@ mod tests {
             amplitude_rad: step_amplitude(swing.amplitude_rad, da, &parameters),
         };
         let after = demand - moved.wrench(&parameters, at);
-        assert!(energy(after, WEIGHTS) < energy(error, WEIGHTS));
+        assert!(energy(after) < energy(error));
     }
 
     #[test]

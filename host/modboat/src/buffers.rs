@@ -20,18 +20,18 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// For plans of so many modules.
+    /// Buffers for plans of so many modules.
     #[must_use]
     pub fn new(modules: usize) -> Self {
         Self { modules, swings: spare(modules), turns: spare(modules), poses_rad: spare(modules) }
     }
 
-    /// A cycle.
+    /// A cycle of these swings, in a buffer used before if there is one.
     pub fn cycle(&mut self, swings: impl IntoIterator<Item = Swing>) -> Vec<Swing> {
         filled(&mut self.swings, swings)
     }
 
-    /// The turns of a transition.
+    /// The turns of a transition, in a buffer used before if there is one.
     pub fn turns(&mut self, turns: impl IntoIterator<Item = Turn>) -> Vec<Turn> {
         filled(&mut self.turns, turns)
     }

@@ -54,7 +54,7 @@
 //! K_x = 0.2 1/s gives e' = 0.9e − 1.3v, v' = 0.1e + 0.3v, with roots of magnitude 0.63: some 15 s to settle. What a current asks
 //! for is kept by the leaky sum, so that the offset that remains is small and not zero.
 
-use quantity::{ParameterError, wrap_rad};
+use quantity::{ParameterError, check_within, wrap_rad};
 use serde::{Deserialize, Serialize};
 
 use super::motion::Wrench;
@@ -110,13 +110,10 @@ impl Default for ControlConfig {
 
 impl ControlConfig {
     /// Refuses what the controller cannot work with, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let gain = "must be from 0 to 10";
         let share = "must be from 0.01 to 1";
-        for (key, value, unit, range, reason) in [
+        check_within(&[
             ("yaw_proportional_1_s2", self.yaw_proportional_1_s2, "1/s²", 0.0..=10.0, gain),
             ("yaw_derivative_1_s", self.yaw_derivative_1_s, "1/s", 0.0..=10.0, gain),
             ("velocity_proportional_1_s", self.velocity_proportional_1_s, "1/s", 0.0..=10.0, gain),
@@ -128,12 +125,7 @@ impl ControlConfig {
             ("added_mass_factor", self.added_mass_factor, "", 0.0..=10.0, "must be from 0 to 10"),
             ("thrust_share", self.thrust_share, "", 0.01..=1.0, share),
             ("torque_share", self.torque_share, "", 0.01..=1.0, share),
-        ] {
-            if !range.contains(&value) {
-                return Err(ParameterError { key, value, unit, reason });
-            }
-        }
-        Ok(())
+        ])
     }
 }
 
@@ -202,12 +194,6 @@ impl Controller {
             sum_m_s2: [0.0; 2],
             last_error_m_s: None,
         }
-    }
-
-    /// Forgets the sum and the last error, as before the first decision.
-    pub const fn reset(&mut self) {
-        self.sum_m_s2 = [0.0; 2];
-        self.last_error_m_s = None;
     }
 
     /// The wrench to demand of the next cycle. `interval_s` is the time between decisions, `horizon_s` the time

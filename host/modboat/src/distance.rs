@@ -14,6 +14,7 @@
 
 use std::f64::consts::TAU;
 
+use super::motion::{Swing, ends};
 use super::parameters::Parameters;
 use super::region::CollisionRegion;
 use super::tail::{TURN_MAX_RAD, Tail};
@@ -68,7 +69,7 @@ impl DistanceToCollision {
         Self { tail, offsets, regions, outlines, errors, tubes }
     }
 
-    /// The tail behind the regions.
+    /// The tail that the collision regions are of.
     #[must_use]
     pub fn tail(&self) -> &Tail {
         &self.tail
@@ -105,12 +106,6 @@ impl DistanceToCollision {
         least(self.at(offset_index), from, to, f64::INFINITY, f64::NEG_INFINITY)
     }
 
-    /// The lesser of DoC and `cap_rad` (≥ 0): faster than [`Self::along`] for motions that are far from everything.
-    #[must_use]
-    pub fn along_capped(&self, offset_index: usize, from: [f64; 2], to: [f64; 2], cap_rad: f64) -> f64 {
-        least(self.at(offset_index), from, to, cap_rad.max(0.0), f64::NEG_INFINITY).min(cap_rad)
-    }
-
     /// True if the DoC is at least `margin_rad`. Leaves at the first copy that is nearer.
     #[must_use]
     pub fn clear(&self, offset_index: usize, from: [f64; 2], to: [f64; 2], margin_rad: f64) -> bool {
@@ -119,22 +114,14 @@ impl DistanceToCollision {
 
     /// D(φ₀ᵢ, Aᵢ, φ₀ⱼ, Aⱼ): DoC of a swim cycle by waveform (1), which is the segment between φ₀ + A and φ₀ − A.
     #[must_use]
-    pub fn swim(
-        &self,
-        offset_index: usize,
-        centerline_i: f64,
-        amplitude_i: f64,
-        centerline_j: f64,
-        amplitude_j: f64,
-    ) -> f64 {
-        let from = [centerline_i + amplitude_i, centerline_j + amplitude_j];
-        let to = [centerline_i - amplitude_i, centerline_j - amplitude_j];
+    pub fn swim(&self, offset_index: usize, i: Swing, j: Swing) -> f64 {
+        let [from, to] = ends(i, j);
         self.along(offset_index, from, to)
     }
 
     /// DoC if that is below `margin_rad` (≥ 0), otherwise a lower bound of it that is not; rad. The fastest of all.
     #[must_use]
-    pub fn along_bounded(&self, offset_index: usize, from: [f64; 2], to: [f64; 2], margin_rad: f64) -> f64 {
+    pub fn along_bounded(&self, offset_index: usize, [from, to]: [[f64; 2]; 2], margin_rad: f64) -> f64 {
         let margin_rad = margin_rad.max(0.0);
         let mut best = f64::INFINITY;
         let sound = against(self.at(offset_index), from, to, |outline, segment| {

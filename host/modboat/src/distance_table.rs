@@ -16,24 +16,15 @@
 //! that much more distance, and every cycle that it finds is looked at again with the collision regions. 10 MB with
 //! the default parameters; four offsets and amplitudes from 0 to π would be 65 MB.
 //!
-//! The paper searches by its table since a look-up is the faster: 0.04 µs near the last one and 0.14 µs at random, against 0.18 to
-//! 0.45 µs for a direct evaluation, depending on how much of it is asked. For whole plans that is not so. The direct search needs no room for the error of a grid, and knows bounds
-//! that spare it most evaluations (`potential_field::gaps`). On two cores, as
-//! `cargo bench -p modboat --bench modboat` prints, at equal error and share of demands met:
-//!
-//! | | direct | table |
-//! |---|---|---|
-//! | start-up | 2 ms | 64 ms loaded, 2.4 s generated |
-//! | plan, 3 modules | 0.2 to 0.3 ms | 0.74 times that |
-//! | plan, 9 modules | 0.4 to 1.0 ms | 0.92 times |
-//! | plan, 25 modules | 1.7 to 3.5 ms | 1.1 to 1.3 times |
-//!
-//! With three modules it takes some 800 plans, half an hour of swimming, to win back the loading; with many it never
-//! happens. So the direct search is the default, and the table is there to reproduce the paper.
+//! A look-up is faster than a direct evaluation, a whole plan is not: the direct search needs no room for the error of a grid, and
+//! knows bounds that spare it most evaluations (`potential_field::gaps`). With three modules it takes some 800 plans, half an hour
+//! of swimming, to win back the loading; with many it never happens (`cargo bench -p modboat --bench modboat`). So the direct search
+//! is the default, and the table is there to reproduce the paper.
 
 use std::f64::consts::TAU;
 
 use super::distance::{DistanceToCollision, nearest_whole};
+use super::motion::Swing;
 use super::parameters::Parameters;
 use super::region::DEPTH_RAD;
 
@@ -44,7 +35,7 @@ pub const GRID_RAD: f64 = 0.1;
 pub const LOOK_UP_RAD: f64 = GRID_RAD * std::f64::consts::SQRT_2;
 /// Step of the stored values, rad.
 pub const STEP_RAD: f64 = 0.5e-3;
-/// Centerlines on the grid.
+/// Number of centerlines on the grid.
 pub const CENTERLINES: usize = 63;
 const MAGIC: [u8; 8] = *b"FlotDoC1";
 const HEADER: usize = 32;
@@ -191,52 +182,45 @@ impl DistanceTable {
 
     /// The grid point nearest to a swim cycle. Amplitudes beyond the grid count as its ends.
     #[must_use]
-    pub fn nearest(&self, centerline: f64, amplitude: f64) -> GridSwing {
-        let wrapped = centerline - TAU * f64::from(nearest_whole(centerline / TAU));
+    pub fn nearest(&self, Swing { centerline_rad, amplitude_rad }: Swing) -> GridSwing {
+        let wrapped = centerline_rad - TAU * f64::from(nearest_whole(centerline_rad / TAU));
         let middle = (CENTERLINES / 2) as f64;
         // A conversion from f64 saturates, which is what is wanted at the ends.
-        let steps = (amplitude.abs() - self.amplitude_min_rad) / GRID_RAD;
+        let steps = (amplitude_rad.abs() - self.amplitude_min_rad) / GRID_RAD;
         GridSwing {
             centerline: ((wrapped / GRID_RAD + middle + 0.5) as usize).min(CENTERLINES - 1),
             amplitude: ((steps + 0.5) as usize).min(self.amplitudes - 1),
-            negative: amplitude < 0.0,
+            negative: amplitude_rad < 0.0,
         }
     }
 
     /// D(φ₀ᵢ, Aᵢ, φ₀ⱼ, Aⱼ) at the nearest grid point, rad.
     #[must_use]
-    pub fn swim(
-        &self,
-        offset_index: usize,
-        centerline_i: f64,
-        amplitude_i: f64,
-        centerline_j: f64,
-        amplitude_j: f64,
-    ) -> f64 {
-        let (i, j) = (self.nearest(centerline_i, amplitude_i), self.nearest(centerline_j, amplitude_j));
-        self.at(offset_index, i, j)
+    pub fn swim(&self, offset_index: usize, i: Swing, j: Swing) -> f64 {
+        self.at(offset_index, self.nearest(i), self.nearest(j))
     }
 }
 
 impl Row<'_> {
-    /// Number of values.
+    /// Number of values in the row.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a row is never empty")]
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// Computes the values.
+    /// Computes the values of the row.
     pub fn compute(self) {
         let Self { table, direct, offset, centerline, values } = self;
         let mut values = values.iter_mut();
         let amplitudes = || (0..table.amplitudes).map(|k| table.amplitude_rad(k));
+        let swing = |centerline_rad, amplitude_rad| Swing { centerline_rad, amplitude_rad };
         let centerline_i = centerline_rad(centerline);
         for centerline_j in (0..CENTERLINES).map(centerline_rad) {
-            for amplitude_i in amplitudes() {
+            for i in amplitudes().map(|amplitude_i| swing(centerline_i, amplitude_i)) {
                 for amplitude_j in amplitudes() {
                     for (amplitude_j, value) in [amplitude_j, -amplitude_j].into_iter().zip(values.by_ref()) {
-                        let doc = direct.swim(offset, centerline_i, amplitude_i, centerline_j, amplitude_j);
+                        let doc = direct.swim(offset, i, swing(centerline_j, amplitude_j));
                         // Saturates at ±16 rad; a DoC lies within −11 and 5.
                         *value = (doc / STEP_RAD).floor() as i16;
                     }
@@ -289,6 +273,10 @@ mod tests {
 
     use super::*;
 
+    fn swing(centerline_rad: f64, amplitude_rad: f64) -> Swing {
+        Swing { centerline_rad, amplitude_rad }
+    }
+
     /// Two amplitudes only, so that a table takes a moment.
     fn small() -> Parameters {
         Parameters { amplitude_min_rad: 0.9, amplitude_max_rad: 1.0, ..Parameters::default() }
@@ -306,15 +294,15 @@ mod tests {
             let (negative_i, negative_j) = (signs & 1 != 0, signs & 2 != 0);
             let signed = |k, negative: bool| table.amplitude_rad(k) * if negative { -1.0 } else { 1.0 };
             let (a, b) = (signed(m, negative_i), signed(n, negative_j));
-            let exact = direct.swim(offset, centerline_rad(p), a, centerline_rad(q), b);
+            let exact = direct.swim(offset, swing(centerline_rad(p), a), swing(centerline_rad(q), b));
             let i = GridSwing { centerline: p, amplitude: m, negative: negative_i };
             let j = GridSwing { centerline: q, amplitude: n, negative: negative_j };
             let held = table.at(offset, i, j);
             // Run backwards, the sums round differently: 1e-9.
             assert!(held <= exact + 1e-9 && exact < held + STEP_RAD + 1e-9, "{i:?} {j:?}: {held}, {exact}");
             // Anything nearer than half a grid step, any number of turns away, is looked up there too.
-            let near =
-                table.swim(offset, centerline_rad(p) + 0.03 + TAU, a + 0.04, centerline_rad(q) - TAU, b);
+            let moved = [swing(centerline_rad(p) + 0.03 + TAU, a + 0.04), swing(centerline_rad(q) - TAU, b)];
+            let near = table.swim(offset, moved[0], moved[1]);
             assert!(near.to_bits() == held.to_bits(), "{i:?} {j:?}: {near}, {held}");
             negatives += u32::from(held < 0.0);
         }
@@ -330,13 +318,12 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut most_rad = 0.0_f64;
         for k in 0..40_000 {
-            let mut swing = || {
+            let mut random = || {
                 let amplitude = rng.random_range(0.9..1.2);
-                (rng.random_range(-PI..PI), if rng.random() { amplitude } else { -amplitude })
+                swing(rng.random_range(-PI..PI), if rng.random() { amplitude } else { -amplitude })
             };
-            let ((c_i, a_i), (c_j, a_j)) = (swing(), swing());
-            let held = table.swim(k % 2, c_i, a_i, c_j, a_j);
-            let exact = direct.swim(k % 2, c_i, a_i, c_j, a_j);
+            let (i, j) = (random(), random());
+            let (held, exact) = (table.swim(k % 2, i, j), direct.swim(k % 2, i, j));
             // Inside a region the DoC may jump.
             if held > LOOK_UP_RAD {
                 assert!(held - exact <= LOOK_UP_RAD, "{k}: {held}, {exact}");
@@ -353,11 +340,11 @@ mod tests {
         assert_eq!(table.amplitudes(), 18);
         assert!((table.amplitude_rad(17) - 2.6).abs() < 1e-12);
         assert_eq!(table.len(), 2 * 63 * 63 * 18 * 18 * 2);
-        let swing = |centerline, amplitude, negative| GridSwing { centerline, amplitude, negative };
-        assert_eq!(table.nearest(PI - 1e-3, -9.0), swing(62, 17, true));
-        assert_eq!(table.nearest(1e-3 - PI, 0.1), swing(0, 0, false));
-        assert_eq!(table.nearest(TAU, 0.96), swing(31, 1, false));
-        assert!(table.at(0, swing(63, 0, false), swing(0, 0, false)).is_nan());
+        let grid = |centerline, amplitude, negative| GridSwing { centerline, amplitude, negative };
+        assert_eq!(table.nearest(swing(PI - 1e-3, -9.0)), grid(62, 17, true));
+        assert_eq!(table.nearest(swing(1e-3 - PI, 0.1)), grid(0, 0, false));
+        assert_eq!(table.nearest(swing(TAU, 0.96)), grid(31, 1, false));
+        assert!(table.at(0, grid(63, 0, false), grid(0, 0, false)).is_nan());
     }
 
     #[test]

@@ -34,6 +34,8 @@
 //!
 //! Limits: the value of (e3) is off by 1e-10 of itself at most. One module alone gives no torque at all.
 
+use quantity::vector::{cross, dot, length};
+
 use super::motion::Wrench;
 use super::parameters::Parameters;
 
@@ -238,7 +240,7 @@ fn normal(d: [f64; 3], [b, c]: [[f64; 3]; 2], y: [f64; 2]) -> [f64; 3] {
 
 /// A vector's direction and its length.
 fn unit(v: [f64; 3]) -> ([f64; 3], f64) {
-    let size = v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let size = length(v);
     (v.map(|v| v / size), size)
 }
 
@@ -247,22 +249,8 @@ fn carry([x, y]: [f64; 2], n: [f64; 3]) -> [f64; 2] {
     [n[0] - n[2] * y, n[1] + n[2] * x]
 }
 
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-fn length(v: [f64; 2]) -> f64 {
-    dot(v, v).sqrt()
-}
-
 /// Two unit vectors at right angles to the unit vector d and to each other.
 fn complement(d: [f64; 3]) -> [[f64; 3]; 2] {
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [0, 1, 2].map(|k| {
-            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-            a[i] * b[j] - a[j] * b[i]
-        })
-    };
     // Away from the axis nearest to d.
     let axis = if d[2].abs() < 0.7 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
     let b = cross(d, axis);

@@ -88,6 +88,13 @@ impl Swing {
     }
 }
 
+/// Both ends of a swim cycle of two modules in their phase space (φᵢ, φⱼ).
+#[must_use]
+pub fn ends(i: Swing, j: Swing) -> [[f64; 2]; 2] {
+    let far = |swing: Swing| swing.centerline_rad - swing.amplitude_rad;
+    [[i.start_rad(), j.start_rad()], [far(i), far(j)]]
+}
+
 /// One module's rotation between two cycles, by the fleet's common law of time: from `from_rad` to `to_rad`, both unwrapped, so
 /// that the sign of `to_rad − from_rad` is the direction (positive: counter-clockwise).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

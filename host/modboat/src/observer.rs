@@ -33,7 +33,7 @@
 
 use std::collections::VecDeque;
 
-use quantity::{ParameterError, wrap_rad};
+use quantity::{ParameterError, check_within, wrap_rad};
 use serde::{Deserialize, Serialize};
 
 use super::motion::Wrench;
@@ -49,7 +49,7 @@ const GAP_MAX_S: f64 = 1.0;
 /// Longest span for which one fix counts as the correction, s.
 const WEIGHT_MAX_S: f64 = 0.05;
 
-/// One measured pose.
+/// One measured pose of the structure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Fix {
     /// When it was true, s.
@@ -99,22 +99,14 @@ impl Default for ObserverParameters {
 
 impl ObserverParameters {
     /// Refuses what cannot work, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        for (key, value, unit, most) in [
-            ("bandwidth_rad_s", self.bandwidth_rad_s, "rad/s", 10.0),
-            ("disturbance_rad_s", self.disturbance_rad_s, "rad/s", 10.0),
-            ("added_mass", self.added_mass, "of the mass", 100.0),
-            ("added_inertia", self.added_inertia, "of the inertia", 100.0),
-        ] {
-            if !(0.0..=most).contains(&value) {
-                let reason = if most > 10.0 { "must lie in 0 … 100" } else { "must lie in 0 … 10" };
-                return Err(ParameterError { key, value, unit, reason });
-            }
-        }
-        Ok(())
+        let (ten, hundred) = ("must lie in 0 … 10", "must lie in 0 … 100");
+        check_within(&[
+            ("bandwidth_rad_s", self.bandwidth_rad_s, "rad/s", 0.0..=10.0, ten),
+            ("disturbance_rad_s", self.disturbance_rad_s, "rad/s", 0.0..=10.0, ten),
+            ("added_mass", self.added_mass, "of the mass", 0.0..=100.0, hundred),
+            ("added_inertia", self.added_inertia, "of the inertia", 0.0..=100.0, hundred),
+        ])
     }
 }
 
@@ -161,9 +153,6 @@ struct Sample {
 
 impl Observer {
     /// An observer that waits for its first fix, taking the structure to lie still.
-    ///
-    /// # Errors
-    /// As [`ObserverParameters::validate`].
     pub fn new(
         structure: &Structure,
         parameters: &Parameters,

@@ -56,13 +56,13 @@ impl Pairs {
         Self { modules, pairs, first, incident }
     }
 
-    /// Number of modules.
+    /// Number of modules in the structure.
     #[must_use]
     pub const fn modules(&self) -> usize {
         self.modules
     }
 
-    /// All pairs.
+    /// All pairs of modules with tails that can touch.
     #[must_use]
     pub fn all(&self) -> &[Pair] {
         &self.pairs

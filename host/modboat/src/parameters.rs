@@ -3,7 +3,7 @@
 //! The paper publishes the law (2), T = 1.5 s and the amplitude range; geometry, mass and drag it does not.
 //! Those are *assumed* and meant to be replaced by measurement.
 
-use quantity::ParameterError;
+use quantity::{ParameterError, check_within};
 use serde::{Deserialize, Serialize};
 
 /// Geometry, thrust law, mass, drag and timing of one Modboat module. All in SI units.
@@ -117,9 +117,6 @@ impl Parameters {
     }
 
     /// Refuses what no Modboat can have, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let fail = |key, value, unit, reason| Err(ParameterError { key, value, unit, reason });
         for (key, value, unit) in [
@@ -146,12 +143,8 @@ impl Parameters {
             }
         }
         if !self.force_offset_n.is_finite() || self.force_offset_n < 0.0 {
-            return fail(
-                "force_offset_n",
-                self.force_offset_n,
-                "N",
-                "must be a finite number, zero or greater",
-            );
+            let reason = "must be a finite number, zero or greater";
+            return fail("force_offset_n", self.force_offset_n, "N", reason);
         }
         if self.amplitude_min_rad > self.amplitude_max_rad {
             let reason = "must not exceed amplitude_max_rad: the range is reversed";
@@ -170,14 +163,10 @@ impl Parameters {
             let reason = "tail length and width together must stay below the pitch";
             return fail("tail_length_m", self.tail_length_m, "m", reason);
         }
-        for (key, value, unit) in [
-            ("tracking_error_rad", self.tracking_error_rad, "rad"),
-            ("clock_error_s", self.clock_error_s, "s"),
-        ] {
-            if !(0.0..=0.5).contains(&value) {
-                return fail(key, value, unit, "must be from 0 to 0.5");
-            }
-        }
+        check_within(&[
+            ("tracking_error_rad", self.tracking_error_rad, "rad", 0.0..=0.5, "must be from 0 to 0.5"),
+            ("clock_error_s", self.clock_error_s, "s", 0.0..=0.5, "must be from 0 to 0.5"),
+        ])?;
         if self.swing_speed_max_rad_s() > self.tail_speed_max_rad_s {
             let reason = "is below the peak speed 2π·amplitude_max_rad/period_s of the waveform (1)";
             return fail("tail_speed_max_rad_s", self.tail_speed_max_rad_s, "rad/s", reason);

@@ -8,7 +8,7 @@ use super::exact::ExactPlanner;
 use super::motion::{Swing, Wrench};
 use super::parameters::Parameters;
 use super::plan::Plan;
-use super::planner_config::{DistanceSource, PlannerConfig};
+use super::planner_config::PlannerConfig;
 use super::planner_kind::PlannerKind;
 use super::potential_field::planner::FieldPlanner;
 use super::setting::{Participation, Reach, Setting};
@@ -28,21 +28,7 @@ enum Which {
 }
 
 impl Planner {
-    /// The planner that `config` names. Works out the collision regions, and generates the table if the search is to use
-    /// it; for many structures of the same modules see [`Self::with_distance`] and [`Self::with_table`].
-    #[must_use]
-    pub fn new(structure: &Structure, parameters: &Parameters, config: &PlannerConfig) -> Self {
-        let distance = Arc::new(DistanceToCollision::new(parameters));
-        let planner = Self::with_distance(structure, parameters, config, distance);
-        match (config.kind, config.distance) {
-            (PlannerKind::PotentialField, DistanceSource::Table) => {
-                planner.with_table(Arc::new(DistanceTable::generate(parameters)))
-            }
-            _ => planner,
-        }
-    }
-
-    /// The same with the collision regions of these very `parameters`, worked out before. The potential field searches by
+    /// The planner that `config` names, with the collision regions of these very `parameters`. The potential field searches by
     /// them until it is given a table.
     #[must_use]
     pub fn with_distance(
@@ -96,10 +82,10 @@ impl Planner {
             let reach = Reach::new(distance, offset);
             for (i, j) in structure.neighbours(offset) {
                 match (poses_rad.get(i).copied().flatten(), poses_rad.get(j).copied().flatten()) {
-                    (Some(pose), None) if !reach.clears_i(pose) => {
+                    (Some(pose), None) if !reach.clears(0, pose) => {
                         participation[i] = Participation::Held(pose);
                     }
-                    (None, Some(pose)) if !reach.clears_j(pose) => {
+                    (None, Some(pose)) if !reach.clears(1, pose) => {
                         participation[j] = Participation::Held(pose);
                     }
                     _ => {}

@@ -1,6 +1,6 @@
 //! Configuration of the planners; a scenario's `[planner]` table overrides it.
 
-use quantity::ParameterError;
+use quantity::{ParameterError, check_within};
 use serde::{Deserialize, Serialize};
 
 use super::planner_kind::PlannerKind;
@@ -134,34 +134,34 @@ impl PlannerConfig {
     }
 
     /// Refuses what the planner cannot work with, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let check = |key, value: f64, unit, range: std::ops::RangeInclusive<f64>, reason| {
-            // NaN is in no range.
-            if range.contains(&value) { Ok(()) } else { Err(ParameterError { key, value, unit, reason }) }
-        };
+        let (step, margin) = (self.step_rad, self.margin_rad);
         let count = "must be from 1 to 10000";
-        check("epochs", f64::from(self.epochs), "", 1.0..=1e4, count)?;
-        for stage in self.stages {
-            check("stages", f64::from(stage), "", 0.0..=1e4, "must each be at most 10000")?;
-        }
-        check("step_rad", self.step_rad, "rad", 1e-6..=1.0, "must be from 1e-6 to 1")?;
-        let reason = "must be from 1e-6 to step_rad";
-        check("last_step_rad", self.last_step_rad, "rad", 1e-6..=self.step_rad, reason)?;
-        check("margin_rad", self.margin_rad, "rad", 0.0..=0.5, "must be from 0 to 0.5")?;
-        let reason = "must be from 0 to margin_rad";
-        check("transition_margin_rad", self.transition_margin_rad, "rad", 0.0..=self.margin_rad, reason)?;
-        let reason = "must be from 0 to 0.5";
-        check("swim_margin_rad", self.swim_margin_rad, "rad", 0.0..=0.5, reason)?;
-        check("travel_weight", self.travel_weight, "", 0.0..=1e3, "must be from 0 to 1000")?;
-        for weight in self.weights {
-            check("weights", weight, "", 1e-6..=1e6, "must each be from 1e-6 to 1e6")?;
-        }
-        check("starts", f64::from(self.starts), "", 1.0..=1e4, count)?;
-        check("candidates", self.candidates as f64, "", 1.0..=1e3, "must be from 1 to 1000")?;
-        check("error_goal", self.error_goal, "", 0.0..=1.0, "must be from 0 to 1")
+        let half = "must be from 0 to 0.5";
+        let stage = |stage| ("stages", f64::from(stage), "", 0.0..=1e4, "must each be at most 10000");
+        let weight = |weight| ("weights", weight, "", 1e-6..=1e6, "must each be from 1e-6 to 1e6");
+        check_within(&[("epochs", f64::from(self.epochs), "", 1.0..=1e4, count)])?;
+        check_within(&self.stages.map(stage))?;
+        check_within(&[
+            ("step_rad", step, "rad", 1e-6..=1.0, "must be from 1e-6 to 1"),
+            ("last_step_rad", self.last_step_rad, "rad", 1e-6..=step, "must be from 1e-6 to step_rad"),
+            ("margin_rad", margin, "rad", 0.0..=0.5, half),
+            (
+                "transition_margin_rad",
+                self.transition_margin_rad,
+                "rad",
+                0.0..=margin,
+                "must be from 0 to margin_rad",
+            ),
+            ("swim_margin_rad", self.swim_margin_rad, "rad", 0.0..=0.5, half),
+            ("travel_weight", self.travel_weight, "", 0.0..=1e3, "must be from 0 to 1000"),
+        ])?;
+        check_within(&self.weights.map(weight))?;
+        check_within(&[
+            ("starts", f64::from(self.starts), "", 1.0..=1e4, count),
+            ("candidates", self.candidates as f64, "", 1.0..=1e3, "must be from 1 to 1000"),
+            ("error_goal", self.error_goal, "", 0.0..=1.0, "must be from 0 to 1"),
+        ])
     }
 }
 

@@ -1,58 +1,22 @@
 //! Why a plan is held: what kept the planner from any motion.
 
-/// Why a plan is [`held`](super::plan::Outcome::Held). Modules are counted from 0, in the order of the structure.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Why a plan is [`held`](super::plan::Outcome::Held). Modules are counted from 0, in the order of the structure; a clearance is
+/// that between the surfaces of two tails, m.
+#[derive(Clone, Copy, Debug, thiserror::Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum Reason {
-    /// The demand is no number, or has no square.
+    #[error("the demand is not finite")]
     Demand,
-    /// A tail's angle is no number.
-    Tail {
-        /// Of this module.
-        module: usize,
-    },
-    /// Two tails touch as they are.
-    Touch {
-        /// The two modules.
-        modules: [usize; 2],
-        /// Between their surfaces, m.
-        clearance_m: f64,
-    },
-    /// Two tails rest so near each other that a module's errors could make them touch.
-    Near {
-        /// The two modules.
-        modules: [usize; 2],
-        /// Between their surfaces, m.
-        clearance_m: f64,
-    },
-    /// Not all modules take part, and what is left finds no plan beside those that do not.
-    Missing {
-        /// So many.
-        modules: usize,
-    },
-    /// There are plans, but none found that any module may miss.
+    #[error("the tail angle of module {module} is not finite")]
+    Tail { module: usize },
+    #[error("tails of modules {} and {} touch at {:.1} mm", .modules[0], .modules[1], 1e3 * .clearance_m)]
+    Touch { modules: [usize; 2], clearance_m: f64 },
+    #[error("tails of modules {} and {} rest {:.1} mm apart: a module may be off by more", .modules[0], .modules[1], 1e3 * .clearance_m)]
+    Near { modules: [usize; 2], clearance_m: f64 },
+    #[error("{modules} modules take no part, and the others found no plan beside them")]
+    Missing { modules: usize },
+    #[error("no plan was found that any module may miss")]
     NotTolerant,
-    /// No cycle was found that the tails can get to.
+    #[error("no cycle was found that the tails can reach")]
     NoWay,
-}
-
-impl std::fmt::Display for Reason {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match *self {
-            Self::Demand => write!(f, "the demand is not finite"),
-            Self::Tail { module } => write!(f, "the tail angle of module {module} is not finite"),
-            Self::Touch { modules: [i, j], clearance_m } => {
-                write!(f, "tails of modules {i} and {j} touch at {:.1} mm", 1e3 * clearance_m)
-            }
-            Self::Near { modules: [i, j], clearance_m } => write!(
-                f,
-                "tails of modules {i} and {j} rest {:.1} mm apart: a module may be off by more",
-                1e3 * clearance_m
-            ),
-            Self::Missing { modules } => {
-                write!(f, "{modules} modules take no part, and the others found no plan beside them")
-            }
-            Self::NotTolerant => write!(f, "no plan was found that any module may miss"),
-            Self::NoWay => write!(f, "no cycle was found that the tails can reach"),
-        }
-    }
 }

@@ -37,14 +37,6 @@ pub fn strength(distance_rad: f64, margin_rad: f64) -> f64 {
     }
 }
 
-/// One neighbour's share of (12): sgn(D − D₀)·S(D₀), where D is the distance after the step.
-#[must_use]
-pub fn share(before_rad: f64, after_rad: f64, margin_rad: f64) -> f64 {
-    let strength = strength(before_rad, margin_rad);
-    let change = after_rad - before_rad;
-    if change == 0.0 { 0.0 } else { change.signum() * strength }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,15 +53,5 @@ mod tests {
         assert!(strength(margin - 1e-9, margin) > 0.0);
         assert!(strength(margin, margin) == 0.0);
         assert!(strength(-3.0, margin) > strength(-0.1, margin));
-    }
-
-    #[test]
-    fn a_step_out_of_collision_is_welcome_and_one_into_it_is_not() {
-        assert!(share(-0.5, -0.4, 0.1) > 0.0);
-        assert!(share(-0.5, -0.6, 0.1) < 0.0);
-        assert!(share(-0.5, -0.5, 0.1) == 0.0);
-        assert!(share(0.5, 0.2, 0.1) == 0.0, "what is free is not held back");
-        // The worse collision decides between two neighbours that disagree.
-        assert!(share(-1.0, -0.9, 0.1) + share(-0.1, -0.2, 0.1) > 0.0);
     }
 }

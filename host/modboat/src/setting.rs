@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::buffers::Buffers;
 use super::distance::DistanceToCollision;
-use super::motion::{StepTime, Swing, Turn, Wrench};
+use super::motion::{StepTime, Swing, Turn, Wrench, ends};
 use super::pairs::{Pair, Pairs};
 use super::parameters::Parameters;
 use super::plan::{Outcome, Plan};
@@ -325,14 +325,7 @@ impl Setting {
     }
 }
 
-/// Both ends of a swim cycle of two modules in their phase space (φᵢ, φⱼ).
-#[must_use]
-pub fn ends(i: Swing, j: Swing) -> [[f64; 2]; 2] {
-    let far = |swing: Swing| swing.centerline_rad - swing.amplitude_rad;
-    [[i.start_rad(), j.start_rad()], [far(i), far(j)]]
-}
-
-/// The same of a pair in a cycle.
+/// Both ends of a pair's swim cycle in phase space (φᵢ, φⱼ).
 #[must_use]
 pub fn swim_ends(cycle: &[Swing], pair: &Pair) -> [[f64; 2]; 2] {
     ends(cycle[pair.i], cycle[pair.j])

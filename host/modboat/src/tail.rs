@@ -18,9 +18,11 @@
 
 use std::f64::consts::TAU;
 
+use quantity::vector::dot;
+
 use super::parameters::Parameters;
 
-/// How exact [`Tail::clearance_along_m`] is, m.
+/// How exact [`Tail::least_along_m`] is, m.
 pub const CLEARANCE_TOLERANCE_M: f64 = 1e-5;
 /// The longest turn that is looked at, rad; a longer one counts as colliding, with a clearance of −∞.
 pub const TURN_MAX_RAD: f64 = 1e3;
@@ -46,10 +48,6 @@ struct Pose {
     normal: [f64; 2],
     tail_i: [f64; 2],
     tail_j: [f64; 2],
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
 }
 
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -174,8 +172,8 @@ impl Tail {
         if d_m * cos >= l_m { cos.clamp(-1.0, 1.0).acos() } else { (r_m / d_m).asin() }
     }
 
-    /// Least clearance while both tails turn from `from` to `to` (φᵢ, φⱼ in rad) along the straight segment between them,
-    /// m, exact to [`CLEARANCE_TOLERANCE_M`].
+    /// Least clearance while both tails turn from `from` to `to` (φᵢ, φⱼ in rad) along the straight segment between them, or
+    /// `known_m` if it is not below that, m; exact to [`CLEARANCE_TOLERANCE_M`]. The less is known, the less is looked at.
     ///
     /// For any fixed direction n, the distance is at least the width of the slab across n that separates the tails:
     ///
@@ -184,13 +182,6 @@ impl Tail {
     /// With n from the nearest points at the middle of an interval this bounds the distance over the whole of it, and
     /// never worse than that each tip moves at most L·Δφ. Intervals that could hold less than the least so far are
     /// halved.
-    #[must_use]
-    pub fn clearance_along_m(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2]) -> f64 {
-        self.least_along_m(offset, from_rad, to_rad, f64::INFINITY)
-    }
-
-    /// The lesser of [`Self::clearance_along_m`] and `known_m`, m: the less is known, the less is looked at. For the least
-    /// of many.
     #[must_use]
     pub fn least_along_m(&self, offset: [i32; 2], from_rad: [f64; 2], to_rad: [f64; 2], known_m: f64) -> f64 {
         self.search_m(offset, from_rad, to_rad, known_m, f64::NEG_INFINITY)

@@ -73,7 +73,7 @@ impl Errors {
         Self { by_tube_rad }
     }
 
-    /// e, rad.
+    /// Greatest error e of an angle in a tube, rad.
     #[must_use]
     pub const fn of(&self, tube: Tube) -> f64 {
         self.by_tube_rad[tube as usize]

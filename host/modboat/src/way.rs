@@ -17,7 +17,7 @@ pub struct Approach {
 }
 
 impl Approach {
-    /// True if nothing moves.
+    /// True if no tail moves in it.
     #[must_use]
     pub fn is_still(&self) -> bool {
         self.via_rad.is_none() && self.turns.iter().all(|turn| turn.rotation_rad().abs() < STILL_RAD)

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use modboat::distance::{DistanceToCollision, Outline};
+use modboat::motion::Swing;
 use modboat::parameters::Parameters;
 use modboat::region::{CollisionRegion, DEPTH_RAD};
 use modboat::tail::{CLEARANCE_TOLERANCE_M, Tail};
@@ -118,10 +119,11 @@ fn clearance_along_agrees_with_dense_sampling() {
         // Between two samples a tip moves at most this far.
         let turn = (to[0] - from[0]).abs() + (to[1] - from[1]).abs();
         let slack = tail.length_m * turn / f64::from(SAMPLES) / 2.0 + CLEARANCE_TOLERANCE_M + 1e-12;
-        let found = tail.clearance_along_m(offset, from, to);
+        let found = tail.least_along_m(offset, from, to, f64::INFINITY);
         assert!(found <= sampled + CLEARANCE_TOLERANCE_M, "{k}: {found} {sampled}");
         assert!(found >= sampled - slack, "{k}: {found} {sampled}");
-        assert!((tail.clearance_along_m(offset, to, from) - found).abs() <= CLEARANCE_TOLERANCE_M, "{k}");
+        let back = tail.least_along_m(offset, to, from, f64::INFINITY);
+        assert!((back - found).abs() <= CLEARANCE_TOLERANCE_M, "{k}");
         if sampled.abs() > slack {
             assert_eq!(tail.collides_along(offset, from, to), sampled < 0.0, "{k}: {sampled}");
         }
@@ -314,13 +316,8 @@ fn distance_over_all_copies_agrees_with_its_definition() {
             let turned = |p: [f64; 2]| [p[0] + 3.0 * TAU, p[1] - 7.0 * TAU];
             assert!((doc.along(index, turned(from), turned(to)) - plain).abs() < 1e-9, "{k}: turned");
             for margin in [-1.0, -0.1, 0.0, 0.2, 1.0, 3.0] {
-                let capped = doc.along_capped(index, from, to, margin);
-                assert!(
-                    margin < 0.0 || (capped - plain.min(margin)).abs() < 1e-9,
-                    "{k}: cap {margin}: {capped}"
-                );
                 if margin >= 0.0 {
-                    let bounded = doc.along_bounded(index, from, to, margin);
+                    let bounded = doc.along_bounded(index, [from, to], margin);
                     let low = if plain < margin { plain } else { margin };
                     assert!(
                         bounded >= low - 1e-9 && bounded <= plain + 1e-9,
@@ -349,7 +346,8 @@ fn a_motion_collides_exactly_when_its_distance_is_negative() {
     for k in 0..3000 {
         let index = k % 2;
         let [c_i, c_j, a_i, a_j] = [0; 4].map(|_| rng.random_range(-PI..PI));
-        let d = doc.swim(index, c_i, a_i, c_j, a_j);
+        let swing = |centerline_rad, amplitude_rad| Swing { centerline_rad, amplitude_rad };
+        let d = doc.swim(index, swing(c_i, a_i), swing(c_j, a_j));
         let share = |n: i32| (f64::from(n) * PI / 3000.0).cos();
         let (region, offset) = (&doc.regions()[index], doc.offsets()[index]);
         let hit = (0..=3000).any(|n| region.contains([c_i + a_i * share(n), c_j + a_j * share(n)]));

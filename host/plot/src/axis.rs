@@ -53,20 +53,14 @@ impl Axis {
     pub fn time(low: f64, high: f64, wanted: usize) -> Self {
         const STEPS_S: [f64; 13] =
             [0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1200.0];
-        let range = widened(low, high, 0.0);
-        let least = (range.end - range.start) / wanted.max(1) as f64;
-        let step = STEPS_S.into_iter().find(|&s| s >= least).unwrap_or_else(|| decimal_step(least));
-        Self::with_step(range, if least < 0.25 { decimal_step(least) } else { step })
+        Self::with_one_of(&STEPS_S, widened(low, high, 0.0), wanted)
     }
 
     /// An axis in degrees with some air and ticks at divisors of a right angle.
     #[must_use]
     pub fn degrees(low: f64, high: f64, wanted: usize) -> Self {
         const STEPS: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0];
-        let range = widened(low, high, 0.08);
-        let least = (range.end - range.start) / wanted.max(1) as f64;
-        let step = STEPS.into_iter().find(|&s| s >= least).unwrap_or_else(|| decimal_step(least));
-        Self::with_step(range, if least < 0.5 { decimal_step(least) } else { step })
+        Self::with_one_of(&STEPS, widened(low, high, 0.08), wanted)
     }
 
     /// An axis in radians over exactly `[low, high]` with ticks every `quarters`·π/2, written with π.
@@ -87,6 +81,13 @@ impl Axis {
         Self { range: widened(low, high, 0.04), ticks, format: Format::Logarithm }
     }
 
+    /// With the least of `steps`, or a round step where the ticks would stand closer than half of the first or all are too short.
+    fn with_one_of(steps: &[f64], range: Range<f64>, wanted: usize) -> Self {
+        let least = (range.end - range.start) / wanted.max(1) as f64;
+        let step = steps.iter().copied().find(|&step| step >= least && least >= 0.5 * steps[0]);
+        Self::with_step(range, step.unwrap_or_else(|| decimal_step(least)))
+    }
+
     fn with_step(range: Range<f64>, step: f64) -> Self {
         // A tick on the very end of an axis must not be lost to rounding.
         let slack = step * 1e-6;
@@ -97,7 +98,7 @@ impl Axis {
         Self { range, ticks, format: Format::Decimals(decimals as usize) }
     }
 
-    /// Where ticks stand.
+    /// Values at which ticks stand.
     #[must_use]
     pub fn ticks(&self) -> &[f64] {
         &self.ticks

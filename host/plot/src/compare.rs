@@ -4,15 +4,15 @@
 //! course of the first. Below each other, or rather in one panel, the heading errors of the first seed: as they are,
 //! with the yaw of every stroke, and as means over one decision.
 
-use plotters::style::RGBColor;
 use quantity::wrap_rad;
-use record::{PoseSample, RunRecord};
+use record::RunRecord;
 
 use super::axis::{Axis, extent};
 use super::lines::{self, Point};
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
 use super::style;
-use super::trajectory::{courses, leg_marks};
+use super::style::planner_colour as colour;
+use super::trajectory::{courses, finite, leg_marks};
 
 /// Size of the map, px.
 const MAP: (f64, f64) = (900.0, 720.0);
@@ -32,10 +32,6 @@ pub struct Compared<'a> {
     pub planners: &'a [(&'static str, &'a [RunRecord])],
 }
 
-fn colour(planner: usize) -> RGBColor {
-    [style::BLUE, style::VERMILION, style::GREEN, style::PURPLE][planner % 4]
-}
-
 fn heading<'h>(compared: &Compared<'h>, subject: &'h str) -> Heading<'h> {
     let description = compared.planners.first().and_then(|(_, records)| records.first());
     let line = description.map_or_else(String::new, |record| record.description.clone());
@@ -43,9 +39,6 @@ fn heading<'h>(compared: &Compared<'h>, subject: &'h str) -> Heading<'h> {
 }
 
 /// Draws the paths on a map with equal axes.
-///
-/// # Errors
-/// What plotters reports.
 pub fn trajectories(compared: &Compared<'_>) -> Result<String, DrawError> {
     picture::render(MAP, &heading(compared, "trajectories"), |area| map(area, compared))
 }
@@ -59,26 +52,10 @@ fn map(area: &Area<'_>, compared: &Compared<'_>) -> Result<(), DrawError> {
         let meant = courses.iter().flatten().map(|at| if axis == 0 { at.0 } else { at.1 });
         extent(been.chain(meant)).unwrap_or((-1.0, 1.0))
     };
-    let ((west, east), (south, north)) = (bounds(0), bounds(1));
-    let (width, height) = picture::area_size(area);
-    let (width_px, height_px) = (picture::chart_width(width), height - picture::around(false, true));
-    // Equal axes: the tighter direction sets the scale, at least 0.02 mm a px for a station that is kept.
-    let m_per_px =
-        ((east - west) / (width_px - 2.0 * AIR)).max((north - south) / (height_px - 2.0 * AIR)).max(2e-5);
-    let (x, y) = (0.5 * (west + east), 0.5 * (south + north));
-    let (half_x, half_y) = (0.5 * width_px * m_per_px, 0.5 * height_px * m_per_px);
+    let (panel, m_per_px) = Panel::map("Centre of mass", area, (bounds(0), bounds(1)), AIR);
     let mut legend = lines_of(compared);
     legend.push((Key::Dashed(style::DEMAND), "demand"));
-    let panel = Panel {
-        title: "Centre of mass",
-        legend: &legend,
-        legend_below: false,
-        x: Axis::spaced(x - half_x, x + half_x, 55.0 * m_per_px),
-        y: Axis::spaced(y - half_y, y + half_y, 55.0 * m_per_px),
-        x_title: Some("East, m"),
-        y_title: Some("North, m"),
-    };
-    let chart = Chart::new(area, &panel)?;
+    let chart = Chart::new(area, &Panel { legend: &legend, ..panel })?;
     for [from, to] in courses {
         chart.dashed(&[from, to], style::line(style::DEMAND, 1.0, 1.5))?;
     }
@@ -86,7 +63,8 @@ fn map(area: &Area<'_>, compared: &Compared<'_>) -> Result<(), DrawError> {
         for (planner, (_, records)) in compared.planners.iter().enumerate() {
             for (seed, record) in records.iter().enumerate().filter(|(seed, _)| (*seed == 0) == strong) {
                 let (opacity, width_px) = if seed == 0 { (1.0, 2.0) } else { (PALE, 1.0) };
-                let path: Vec<Point> = finite(record).map(|p| (p.position_m[0], p.position_m[1])).collect();
+                let path: Vec<Point> =
+                    finite(&record.poses).map(|p| (p.position_m[0], p.position_m[1])).collect();
                 let path = lines::thin_path(&path, 0.6 * m_per_px);
                 chart.line(path, style::line(colour(planner), opacity, width_px))?;
             }
@@ -99,9 +77,6 @@ fn map(area: &Area<'_>, compared: &Compared<'_>) -> Result<(), DrawError> {
 }
 
 /// Draws the heading errors over time.
-///
-/// # Errors
-/// What plotters reports.
 pub fn headings(compared: &Compared<'_>) -> Result<String, DrawError> {
     picture::render(HEADING, &heading(compared, "heading error"), |area| {
         let firsts: Vec<&RunRecord> =
@@ -111,16 +86,11 @@ pub fn headings(compared: &Compared<'_>) -> Result<String, DrawError> {
         let (low, high) = extent(all().map(|p| p.1)).unwrap_or((-1.0, 1.0));
         let (start_s, end_s) = extent(all().map(|p| p.0)).unwrap_or((0.0, 1.0));
         let (width, _) = picture::area_size(area);
-        let panel = Panel {
-            title: "Heading error, mrad, and its mean over a decision",
-            legend: &lines_of(compared),
-            legend_below: false,
-            x: Axis::time(start_s, end_s, (picture::chart_width(width) / 65.0) as usize),
-            y: Axis::padded(low.min(0.0), high.max(0.0), 7),
-            x_title: Some("Time, s"),
-            y_title: None,
-        };
-        let chart = Chart::new(area, &panel)?;
+        let title = "Heading error, mrad, and its mean over a decision";
+        let x = Axis::time(start_s, end_s, (picture::chart_width(width) / 65.0) as usize);
+        let panel = Panel::new(title, x, Axis::padded(low.min(0.0), high.max(0.0), 7));
+        let chart =
+            Chart::new(area, &Panel { legend: &lines_of(compared), x_title: Some("Time, s"), ..panel })?;
         chart.line(vec![(start_s, 0.0), (end_s, 0.0)], style::line(style::FRAME, 1.0, 1.0))?;
         if let Some(record) = firsts.first() {
             leg_marks(&chart, record)?;
@@ -143,20 +113,13 @@ fn lines_of(compared: &Compared<'_>) -> Vec<(Key, &'static str)> {
     compared.planners.iter().enumerate().map(line).collect()
 }
 
-fn finite(record: &RunRecord) -> impl Iterator<Item = &PoseSample> {
-    let is_finite = |p: &&PoseSample| {
-        [p.t_s, p.position_m[0], p.position_m[1], p.heading_rad].iter().all(|v| v.is_finite())
-    };
-    record.poses.iter().filter(is_finite)
-}
-
 /// Heading less that of the leg, wrapped, mrad over s.
 fn heading_errors(record: &RunRecord) -> Vec<Point> {
     let demanded = |t_s: f64| {
         let leg = record.legs.iter().find(|leg| t_s < leg.end_s).or(record.legs.last());
         leg.map_or(0.0, |leg| leg.heading_rad)
     };
-    finite(record).map(|p| (p.t_s, 1e3 * wrap_rad(p.heading_rad - demanded(p.t_s)))).collect()
+    finite(&record.poses).map(|p| (p.t_s, 1e3 * wrap_rad(p.heading_rad - demanded(p.t_s)))).collect()
 }
 
 #[cfg(test)]

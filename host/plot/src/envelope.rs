@@ -33,9 +33,6 @@ const PANELS: [([usize; 2], &str); 3] = [
 ];
 
 /// Draws the picture of the envelope of `name`, with these demands.
-///
-/// # Errors
-/// What plotters reports.
 pub fn svg(name: &str, envelope: &Envelope, demands: &[Wrench]) -> Result<String, DrawError> {
     let extremes = extremes(envelope);
     let outside = demands.iter().filter(|demand| envelope.gauge(**demand) > ON_BORDER).count();
@@ -125,15 +122,9 @@ fn draw(area: &Area<'_>, index: usize, envelope: &Envelope, demands: &[Wrench]) 
         (2, false) => &[(Key::Ring(style::HULL), "border in its direction")],
         _ => &[],
     };
-    let panel = Panel {
-        title,
-        legend,
-        legend_below: true,
-        x: Axis::exact(window.x.0, window.x.1, 5),
-        y: Axis::exact(window.y.0, window.y.1, 5),
-        x_title: Some(TITLES[axes[0]]),
-        y_title: Some(TITLES[axes[1]]),
-    };
+    let [x, y] = [window.x, window.y].map(|(low, high)| Axis::exact(low, high, 5));
+    let [x_title, y_title] = axes.map(|axis| Some(TITLES[axis]));
+    let panel = Panel { legend, legend_below: true, x_title, y_title, ..Panel::new(title, x, y) };
     let chart = Chart::new(area, &panel)?;
     chart.line(vec![(window.x.0, 0.0), (window.x.1, 0.0)], style::line(style::FRAME, 1.0, 1.0))?;
     chart.line(vec![(0.0, window.y.0), (0.0, window.y.1)], style::line(style::FRAME, 1.0, 1.0))?;

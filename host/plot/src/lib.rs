@@ -42,29 +42,17 @@ pub mod wrench;
 
 /// Why a picture could not be made.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum PlotError {
     /// The picture could not be drawn.
     #[error("{}: cannot draw: {reason}", file.display())]
-    Draw {
-        /// The file it was meant for.
-        file: PathBuf,
-        /// What plotters says.
-        reason: String,
-    },
+    Draw { file: PathBuf, reason: String },
     /// The file could not be written.
     #[error("{}: cannot write: {source}", file.display())]
-    Write {
-        /// The file.
-        file: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    Write { file: PathBuf, source: std::io::Error },
 }
 
 /// Writes every picture of a run into an existing directory; returns the files in order.
-///
-/// # Errors
-/// [`PlotError`] with the first file that could not be drawn or written.
 pub fn write_all(record: &RunRecord, directory: &Path) -> Result<Vec<PathBuf>, PlotError> {
     let kinds = neighbour_kinds(record);
     let pictures = [
@@ -77,9 +65,6 @@ pub fn write_all(record: &RunRecord, directory: &Path) -> Result<Vec<PathBuf>, P
 }
 
 /// Writes the pictures of a comparison into an existing directory; returns the files in order.
-///
-/// # Errors
-/// As [`write_all`].
 pub fn write_comparison(compared: &Compared<'_>, directory: &Path) -> Result<Vec<PathBuf>, PlotError> {
     let pictures =
         [("trajectories.svg", compare::trajectories(compared)), ("heading.svg", compare::headings(compared))];

@@ -3,7 +3,7 @@
 /// A point on a picture, in the units of its axes.
 pub type Point = (f64, f64);
 
-/// An axis-parallel window.
+/// An axis-parallel window that lines are clipped to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// Left and right edge.

@@ -16,9 +16,6 @@ const WIDTH_MIN: f64 = 560.0;
 const MANY: usize = 40;
 
 /// Draws the picture of a map called `name`, with `line` under its name.
-///
-/// # Errors
-/// What plotters reports.
 pub fn svg(name: &str, line: String, plane: &Plane, paths: &[Vec<[u32; 2]>]) -> Result<String, DrawError> {
     let (width, height) = (f64::from(plane.width()), f64::from(plane.height()));
     let cell_px = (SIDE / width.max(height)).min(48.0);

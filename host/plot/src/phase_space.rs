@@ -58,9 +58,6 @@ impl NeighbourKind {
 }
 
 /// Draws the picture: one panel for each of `kinds` that the structure has, at most four.
-///
-/// # Errors
-/// What plotters reports.
 pub fn svg(record: &RunRecord, kinds: &[NeighbourKind]) -> Result<String, DrawError> {
     let present: Vec<(&NeighbourKind, Vec<(usize, usize)>)> = kinds
         .iter()
@@ -165,14 +162,13 @@ fn draw(
         legend.push((Key::Line(style::BLUE, 1.0, 2.75), named.as_str()));
     }
     let [title, x_title, y_title] = kind.titles();
+    let angles = Axis::radians(-TAU, TAU, 2);
     let panel = Panel {
-        title: &title,
         legend: &legend,
         legend_below,
-        x: Axis::radians(-TAU, TAU, 2),
-        y: Axis::radians(-TAU, TAU, 2),
         x_title: Some(&x_title),
         y_title: Some(&y_title),
+        ..Panel::new(&title, angles.clone(), angles)
     };
     let chart = Chart::new(area, &panel)?;
     draw_region(&chart, kind)?;

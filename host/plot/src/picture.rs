@@ -23,6 +23,8 @@ pub type DrawError = DrawingAreaErrorKind<std::io::Error>;
 /// A rectangle of the picture, in steps of the drawing grid from its own upper left corner.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
+/// Width of pictures with panels beside each other, px.
+pub(super) const WIDE: f64 = 1500.0;
 /// Empty border of a picture, px.
 const MARGIN: f64 = 26.0;
 /// Height of the heading, px.
@@ -54,9 +56,6 @@ pub struct Heading<'h> {
 }
 
 /// Draws a picture of `width` × `height` px: heading, then what `draw` puts in the area under it.
-///
-/// # Errors
-/// What plotters reports.
 pub fn render(
     (width, height): (f64, f64),
     heading: &Heading<'_>,
@@ -151,7 +150,7 @@ pub enum Key {
     Ring(RGBColor),
 }
 
-/// What stands around a chart.
+/// What stands around a chart; [`Panel::new`] has neither legend nor descriptions of axes.
 #[derive(Clone, Debug)]
 pub struct Panel<'p> {
     /// Title; where the y axis has no description of its own, with its unit.
@@ -170,6 +169,31 @@ pub struct Panel<'p> {
     pub y_title: Option<&'p str>,
 }
 
+impl<'p> Panel<'p> {
+    /// With that title and those axes.
+    #[must_use]
+    pub fn new(title: &'p str, x: Axis, y: Axis) -> Self {
+        Self { title, x, y, legend: &[], legend_below: false, x_title: None, y_title: None }
+    }
+
+    /// A map that holds east (low, high) and north, m, in `area` with at least `air` px around them: equal axes, the tighter
+    /// direction sets the scale, and that is 0.02 mm a px at least. The panel, and the metres of a px.
+    #[must_use]
+    pub fn map(title: &'p str, area: &Area<'_>, (east, north): (Point, Point), air: f64) -> (Self, f64) {
+        let (width, height) = area_size(area);
+        let (width_px, height_px) = (chart_width(width), height - around(false, true));
+        let m_per_px = ((east.1 - east.0) / (width_px - 2.0 * air))
+            .max((north.1 - north.0) / (height_px - 2.0 * air))
+            .max(2e-5);
+        let axis = |(low, high): Point, px: f64| {
+            let (centre, half) = (0.5 * (low + high), 0.5 * px * m_per_px);
+            Axis::spaced(centre - half, centre + half, 55.0 * m_per_px)
+        };
+        let panel = Self::new(title, axis(east, width_px), axis(north, height_px));
+        (Self { x_title: Some("East, m"), y_title: Some("North, m"), ..panel }, m_per_px)
+    }
+}
+
 /// A panel ready to be drawn in, in the units of its axes.
 pub struct Chart<'a, 'c> {
     context: ChartContext<'c, SVGBackend<'a>, Cartesian2d<Axis, Axis>>,
@@ -177,9 +201,6 @@ pub struct Chart<'a, 'c> {
 
 impl<'a, 'c> Chart<'a, 'c> {
     /// Draws title, legend, grid and axes of a panel that fills `area`.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn new(area: &Area<'a>, panel: &Panel<'_>) -> Result<Self, DrawError> {
         let (width, _) = area_size(area);
         let legend_px = if panel.legend_below { 0.0 } else { legend_width(panel.legend) };
@@ -246,9 +267,6 @@ impl<'a, 'c> Chart<'a, 'c> {
     }
 
     /// A line through the points.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn line(&self, points: Vec<Point>, line: ShapeStyle) -> Result<(), DrawError> {
         if points.len() < 2 {
             return Ok(());
@@ -257,18 +275,12 @@ impl<'a, 'c> Chart<'a, 'c> {
     }
 
     /// A dashed line through the points.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn dashed(&self, points: &[Point], line: ShapeStyle) -> Result<(), DrawError> {
         let dashes = DashedPathElement::new(points.iter().copied(), style::size(6.0), style::size(4.0), line);
         self.context.plotting_area().draw(&dashes)
     }
 
     /// A filled polygon.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn polygon(&self, points: Vec<Point>, fill: ShapeStyle) -> Result<(), DrawError> {
         if points.len() < 3 {
             return Ok(());
@@ -277,9 +289,6 @@ impl<'a, 'c> Chart<'a, 'c> {
     }
 
     /// A shaded rectangle between two corners.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn band(&self, x: (f64, f64), y: (f64, f64), fill: ShapeStyle) -> Result<(), DrawError> {
         let (across, up) = (self.x(), self.y());
         let cut = |v: f64, r: &Range<f64>| v.clamp(r.start, r.end);
@@ -288,9 +297,6 @@ impl<'a, 'c> Chart<'a, 'c> {
     }
 
     /// A dot of that radius in px with a white rim.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn dot(&self, at: Point, radius_px: f64, colour: RGBColor) -> Result<(), DrawError> {
         let plot = self.context.plotting_area();
         plot.draw(&Circle::new(at, style::size(radius_px + 1.5), style::fill(WHITE, 1.0)))?;
@@ -298,9 +304,6 @@ impl<'a, 'c> Chart<'a, 'c> {
     }
 
     /// A ring of that radius in px.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn ring(&self, at: Point, radius_px: f64, colour: RGBColor) -> Result<(), DrawError> {
         self.dot(at, radius_px, colour)?;
         let inside = Circle::new(at, style::size(radius_px - 2.0), style::fill(WHITE, 1.0));
@@ -308,9 +311,6 @@ impl<'a, 'c> Chart<'a, 'c> {
     }
 
     /// A text with `offset` px (right, down) from a point.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn text(
         &self,
         text: &str,

@@ -2,12 +2,10 @@
 //!
 //! A full line is the 99th percentile, a dashed one the median. Below 10⁻¹⁶ everything is drawn there.
 
-use plotters::style::RGBColor;
-
 use super::axis::Axis;
 use super::lines::Point;
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
-use super::style;
+use super::style::{self, planner_colour as colour};
 
 /// Width of the picture and height of a row of two panels, px.
 const WIDTH: f64 = 1100.0;
@@ -24,14 +22,7 @@ pub struct Line<'n> {
     pub sizes: Vec<(usize, [f64; 2])>,
 }
 
-fn colour(planner: usize) -> RGBColor {
-    [style::BLUE, style::VERMILION, style::GREEN, style::PURPLE][planner % 4]
-}
-
 /// Draws one panel for each figure (title, planners), two in a row. `line` goes under the heading.
-///
-/// # Errors
-/// What plotters reports.
 pub fn svg(line: &str, figures: &[(&str, Vec<Line<'_>>)]) -> Result<String, DrawError> {
     let heading = Heading { name: "Planners", subject: "time and error against size", line: line.to_owned() };
     let rows = figures.len().div_ceil(2).max(1);
@@ -55,15 +46,9 @@ fn panel(area: &Area<'_>, title: &str, planners: &[Line<'_>]) -> Result<(), Draw
         .map(|(index, line)| (Key::Line(colour(index), 1.0, 2.0), line.name))
         .chain([(Key::Dashed(style::DEMAND), "median"), (Key::Line(style::DEMAND, 1.0, 2.0), "99 %")])
         .collect();
-    let panel = Panel {
-        title,
-        legend: &legend,
-        legend_below: true,
-        x: Axis::logarithmic(&modules),
-        y: Axis::logarithmic(&powers(sizes().flat_map(|size| size.1).map(|figure| figure.max(NONE)))),
-        x_title: Some("Modules"),
-        y_title: None,
-    };
+    let y = Axis::logarithmic(&powers(sizes().flat_map(|size| size.1).map(|figure| figure.max(NONE))));
+    let panel = Panel::new(title, Axis::logarithmic(&modules), y);
+    let panel = Panel { legend: &legend, legend_below: true, x_title: Some("Modules"), ..panel };
     let chart = Chart::new(area, &panel)?;
     for (index, line) in planners.iter().enumerate() {
         let points = |which: usize| -> Vec<Point> {

@@ -11,22 +11,22 @@ use plotters::style::{Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeSty
 /// Steps of the drawing grid in one pixel.
 pub const SUBPIXELS: f64 = 4.0;
 
-/// Text and marks.
+/// Colour of text and marks.
 pub const INK: RGBColor = RGBColor(0x1F, 0x29, 0x33);
-/// Secondary text.
+/// Colour of secondary text.
 pub const MUTED: RGBColor = RGBColor(0x5F, 0x6B, 0x7A);
-/// Axis lines and ticks.
+/// Colour of axis lines and ticks.
 pub const FRAME: RGBColor = RGBColor(0xB4, 0xBD, 0xC8);
-/// Grid lines.
+/// Colour of grid lines.
 pub const GRID: RGBColor = RGBColor(0xE9, 0xED, 0xF1);
 /// What was asked for, against which the rest is read.
 pub const DEMAND: RGBColor = RGBColor(0x52, 0x5F, 0x6E);
-/// Bodies of the modules.
+/// Colour of the bodies of modules.
 pub const HULL: RGBColor = RGBColor(0x3E, 0x5C, 0x76);
 
 /// Where tails collide: a red whose lightness alone sets it off from free space.
 pub const COLLISION: RGBColor = RGBColor(0xE5, 0x8B, 0x7B);
-/// The edge of that.
+/// Colour of the edge of a collision region.
 pub const COLLISION_EDGE: RGBColor = RGBColor(0xB8, 0x3A, 0x26);
 
 /// Okabe–Ito blue.
@@ -45,13 +45,13 @@ pub const SKY: RGBColor = RGBColor(0x56, 0xB4, 0xE9);
 /// The colours of the modules in order; after the last they begin again.
 const MODULES: [RGBColor; 7] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, RGBColor(0x7A, 0x6F, 0x5D)];
 
-/// Heading of a picture, px.
+/// Size of the heading of a picture, px.
 pub const SIZE_HEADING: f64 = 21.0;
-/// Title of a panel, px.
+/// Size of the title of a panel, px.
 pub const SIZE_PANEL: f64 = 13.5;
 /// Axis descriptions, legends, the line under the heading, px.
 pub const SIZE_TEXT: f64 = 12.5;
-/// Tick labels, px.
+/// Size of tick labels, px.
 pub const SIZE_TICK: f64 = 11.5;
 
 /// The fonts a viewer is asked for, best first.
@@ -64,7 +64,13 @@ pub fn module_colour(index: usize) -> RGBColor {
     MODULES[index % MODULES.len()]
 }
 
-/// Pixels on the drawing grid.
+/// The colour of a planner in pictures that compare several.
+#[must_use]
+pub fn planner_colour(index: usize) -> RGBColor {
+    MODULES[index % 4]
+}
+
+/// A length in px, in steps of the drawing grid.
 #[must_use]
 pub fn px(pixels: f64) -> i32 {
     (pixels * SUBPIXELS).round() as i32
@@ -95,8 +101,6 @@ pub enum Anchor {
     Start,
     /// The text is centred on the point.
     Middle,
-    /// The text ends at the point.
-    End,
 }
 
 /// A text style, vertically centred on its anchor point.
@@ -105,7 +109,7 @@ pub fn text(size_px: f64, colour: RGBColor, anchor: Anchor) -> TextStyle<'static
     styled(size_px, colour, anchor, FontStyle::Normal)
 }
 
-/// The same in bold.
+/// A bold text style, vertically centred on its anchor point.
 #[must_use]
 pub fn bold(size_px: f64, colour: RGBColor, anchor: Anchor) -> TextStyle<'static> {
     styled(size_px, colour, anchor, FontStyle::Bold)
@@ -117,7 +121,6 @@ fn styled(size_px: f64, colour: RGBColor, anchor: Anchor, weight: FontStyle) -> 
     let horizontal = match anchor {
         Anchor::Start => HPos::Left,
         Anchor::Middle => HPos::Center,
-        Anchor::End => HPos::Right,
     };
     TextStyle { color: colour.to_backend_color(), ..TextStyle::from(font) }
         .pos(Pos::new(horizontal, VPos::Center))

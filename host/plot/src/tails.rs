@@ -7,8 +7,12 @@
 
 use std::f64::consts::{PI, TAU};
 
+use firmware::modboat::transition::Transition;
+use protocol::TransitionLaw;
+use protocol::time::Duration;
+use protocol::units::Radians;
 use quantity::wrap_rad;
-use record::{CycleRecord, RunRecord, share_turned};
+use record::{CycleRecord, RunRecord};
 
 use super::axis::{Axis, extent};
 use super::lines::{self, Point};
@@ -26,10 +30,7 @@ const DETAIL: usize = 4;
 /// Width of the detailed panel, px.
 const DETAIL_WIDTH: f64 = 760.0;
 
-/// Draws the picture.
-///
-/// # Errors
-/// What plotters reports.
+/// Draws the picture of tail angles over time, as SVG.
 pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
     let count = record.cells.len();
     let modules = chosen(count);
@@ -95,6 +96,11 @@ impl Place {
     }
 }
 
+/// The nearest whole number of microseconds.
+fn micros(t_s: f64) -> Duration {
+    Duration((t_s * 1e6).round() as u32)
+}
+
 /// What is drawn of one tail.
 struct Curves {
     /// Runs of samples with one shift each, in order.
@@ -148,9 +154,18 @@ impl Curves {
             let mut planned = Vec::new();
             const STEPS: u32 = 48;
             let mut turning = |start_s: f64, length_s: f64, ramp_s: f64, [from_rad, to_rad]: [f64; 2]| {
+                // A rotation by 1 rad turns by the share that is done.
+                let (length, ramp) = (micros(length_s), micros(ramp_s));
+                let law = if ramp.0 == 0 {
+                    TransitionLaw::ConstantSpeed
+                } else {
+                    TransitionLaw::RestToRest { ramp }
+                };
+                let one = Transition::from(Radians(0.0), Radians(1.0), length, law);
                 planned.extend((0..=STEPS).map(|n| {
                     let t_s = length_s * f64::from(n) / f64::from(STEPS);
-                    (start_s + t_s, from_rad + (to_rad - from_rad) * share_turned(length_s, ramp_s, t_s))
+                    let share = f64::from(one.reference(micros(t_s)).angle_rad);
+                    (start_s + t_s, from_rad + (to_rad - from_rad) * share)
                 }));
             };
             // As they end at the start of the swim.
@@ -206,13 +221,9 @@ fn draw_detail(
     ];
     let title = format!("Module {}, rad", place.module + 1);
     let panel = Panel {
-        title: &title,
         legend: if place.is_first { &legend } else { &[] },
-        y_title: None,
-        legend_below: false,
-        x: Axis::time(start_s, end_s, 9),
-        y: place.axis(),
         x_title: place.is_last.then_some("Time, s"),
+        ..Panel::new(&title, Axis::time(start_s, end_s, 9), place.axis())
     };
     let chart = Chart::new(area, &panel)?;
     let (x, y) = (chart.x(), chart.y());
@@ -251,15 +262,9 @@ fn draw_whole(
     let legs = record.legs.iter().map(|leg| leg.end_s);
     let (start_s, end_s) = extent(times.chain(legs)).unwrap_or((0.0, 1.0));
     let legend = [(Key::Band(style::INK, 0.12), "shown on the left")];
-    let panel = Panel {
-        title: if place.is_first { "Whole run" } else { "" },
-        y_title: None,
-        legend_below: false,
-        legend: if place.is_first { &legend } else { &[] },
-        x: Axis::time(start_s.min(0.0), end_s, 5),
-        y: place.axis(),
-        x_title: place.is_last.then_some("Time, s"),
-    };
+    let (title, legend): (_, &[_]) = if place.is_first { ("Whole run", &legend) } else { ("", &[]) };
+    let panel = Panel::new(title, Axis::time(start_s.min(0.0), end_s, 5), place.axis());
+    let panel = Panel { legend, x_title: place.is_last.then_some("Time, s"), ..panel };
     let chart = Chart::new(area, &panel)?;
     let y = chart.y();
     if let (Some(first), Some(last)) = (detail.first(), detail.last()) {

@@ -27,12 +27,9 @@ const BAND_OPACITY: f64 = 0.12;
 /// Half width of the band about the demanded heading, rad.
 const HEADING_BAND_RAD: f64 = 0.15;
 
-/// Draws the picture.
-///
-/// # Errors
-/// What plotters reports.
+/// Draws the picture of the structure's trajectory, as SVG.
 pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
-    let poses = usable(&record.poses);
+    let poses: Vec<PoseSample> = finite(&record.poses).copied().collect();
     let bounds = bounds(record, &poses);
     let (across, up) = (bounds.0.1 - bounds.0.0, bounds.1.1 - bounds.1.0);
     let is_wide = across > 1.7 * up;
@@ -58,11 +55,12 @@ pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
     })
 }
 
-fn usable(poses: &[PoseSample]) -> Vec<PoseSample> {
+/// Those with finite numbers.
+pub(super) fn finite(poses: &[PoseSample]) -> impl Iterator<Item = &PoseSample> {
     let is_finite = |p: &&PoseSample| {
         [p.t_s, p.position_m[0], p.position_m[1], p.heading_rad].iter().all(|v| v.is_finite())
     };
-    poses.iter().filter(is_finite).copied().collect()
+    poses.iter().filter(is_finite)
 }
 
 fn is_finite(at: [f64; 2]) -> bool {
@@ -115,15 +113,6 @@ fn map(
     poses: &[PoseSample],
     bounds: (Point, Point),
 ) -> Result<(), DrawError> {
-    // Equal axes: the tighter direction sets the scale, the other one gets room on both sides.
-    let (panel_width, panel_height) = picture::area_size(area);
-    let (width_px, height_px) =
-        (picture::chart_width(panel_width), panel_height - picture::around(false, true));
-    let centre = (0.5 * (bounds.0.0 + bounds.0.1), 0.5 * (bounds.1.0 + bounds.1.1));
-    let m_per_px = ((bounds.0.1 - bounds.0.0) / (width_px - 2.0 * MAP_AIR))
-        .max((bounds.1.1 - bounds.1.0) / (height_px - 2.0 * MAP_AIR));
-    let (half_x, half_y) = (0.5 * width_px * m_per_px, 0.5 * height_px * m_per_px);
-
     let every_s = ghost_interval_s(record, poses);
     let ghosts = ghosts(poses, every_s);
     let title = if ghosts.len() > 2 {
@@ -142,16 +131,8 @@ fn map(
     if !stations.is_empty() {
         legend.push((Key::Ring(style::DEMAND), "station"));
     }
-    let panel = Panel {
-        title: &title,
-        legend: &legend,
-        legend_below: false,
-        x: Axis::spaced(centre.0 - half_x, centre.0 + half_x, 55.0 * m_per_px),
-        y: Axis::spaced(centre.1 - half_y, centre.1 + half_y, 55.0 * m_per_px),
-        x_title: Some("East, m"),
-        y_title: Some("North, m"),
-    };
-    let chart = Chart::new(area, &panel)?;
+    let (panel, m_per_px) = Panel::map(&title, area, bounds, MAP_AIR);
+    let chart = Chart::new(area, &Panel { legend: &legend, ..panel })?;
 
     for (n, pose) in ghosts.iter().enumerate() {
         // The past fades: the first is the palest.
@@ -316,14 +297,12 @@ fn history(
             legend.push((Key::Tolerance(style::DEMAND, BAND_OPACITY), tolerance));
         }
         let width_px = picture::chart_width(picture::area_size(area).0);
+        let y = if is_heading { Axis::degrees(low, high, 6) } else { Axis::padded(low, high, 7) };
         let panel = Panel {
-            title,
             legend: &legend,
             legend_below: each_with_time,
-            x: Axis::time(start_s, end_s, (width_px / 65.0) as usize),
-            y: if is_heading { Axis::degrees(low, high, 6) } else { Axis::padded(low, high, 7) },
             x_title: (each_with_time || index == last).then_some("Time, s"),
-            y_title: None,
+            ..Panel::new(title, Axis::time(start_s, end_s, (width_px / 65.0) as usize), y)
         };
         let chart = Chart::new(area, &panel)?;
         for [from, to, demand, band] in &demands {
@@ -347,9 +326,6 @@ fn history(
 }
 
 /// A thin upright line where each leg but the first begins.
-///
-/// # Errors
-/// What plotters reports.
 pub(super) fn leg_marks(chart: &Chart<'_, '_>, record: &RunRecord) -> Result<(), DrawError> {
     let (x, y) = (chart.x(), chart.y());
     for leg in record.legs.iter().skip(1).filter(|leg| x.contains(&leg.start_s)) {

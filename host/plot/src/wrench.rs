@@ -12,10 +12,7 @@ use super::trajectory::leg_marks;
 /// Size of the picture, px.
 const SIZE: (f64, f64) = (1200.0, 800.0);
 
-/// Draws the picture.
-///
-/// # Errors
-/// What plotters reports.
+/// Draws the picture of demanded, planned and achieved wrenches, as SVG.
 pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
     let heading = Heading { name: &record.name, subject: "wrench per cycle", line: summary(record) };
     picture::render(SIZE, &heading, |area| {
@@ -84,14 +81,11 @@ fn draw(area: &Area<'_>, record: &RunRecord, component: usize) -> Result<(), Dra
         (Key::Line(style::ORANGE, 1.0, 1.75), "achieved on the water"),
     ];
     let is_last = component == 2;
+    let title = ["Sway force Fx, mN", "Surge force Fy, mN", "Yaw torque τ, mN·m"][component.min(2)];
     let panel = Panel {
-        title: ["Sway force Fx, mN", "Surge force Fy, mN", "Yaw torque τ, mN·m"][component.min(2)],
         legend: if component == 0 { &legend } else { &[] },
-        x: Axis::time(start_s.min(0.0), end_s, 13),
-        y: Axis::padded(low, high, 6),
         x_title: is_last.then_some("Time, s"),
-        y_title: None,
-        legend_below: false,
+        ..Panel::new(title, Axis::time(start_s.min(0.0), end_s, 13), Axis::padded(low, high, 6))
     };
     let chart = Chart::new(area, &panel)?;
     let across = chart.x();

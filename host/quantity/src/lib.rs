@@ -1,9 +1,11 @@
-//! Ranges of numbers that come from outside, the error that refuses one, and the wrapping of angles.
+//! Ranges of numbers that come from outside, the error that refuses one, the wrapping of angles and products of vectors.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::RangeInclusive;
 
 use thiserror::Error;
+
+pub mod vector;
 
 /// The numbers that modules of a fleet can have.
 pub const MODULE_IDS: RangeInclusive<u16> = 1..=1024;
@@ -52,6 +54,17 @@ pub fn check_ranges(entries: &[(&'static str, f64, &'static str, Range)]) -> Res
         }
     }
     Ok(())
+}
+
+/// Refuses the first `(key, value, unit)` outside its bounds, both included, for the reason given with it.
+pub fn check_within(
+    entries: &[(&'static str, f64, &'static str, RangeInclusive<f64>, &'static str)],
+) -> Result<(), ParameterError> {
+    // NaN is within no bounds.
+    match entries.iter().find(|(_, value, _, bounds, _)| !bounds.contains(value)) {
+        Some(&(key, value, unit, _, reason)) => Err(ParameterError { key, value, unit, reason }),
+        None => Ok(()),
+    }
 }
 
 /// The same direction within (−π, π], rad.

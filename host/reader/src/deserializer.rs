@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use serde::de::value::StrDeserializer;
-use serde::de::{DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, Deserializer, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::forward_to_deserialize_any;
 
 use crate::flaw::{Flaw, Step};
@@ -195,26 +195,16 @@ impl<'de> Deserializer<'de> for At<'_, '_> {
         visitor: V,
     ) -> Result<V::Value, Flaw> {
         match &self.0.value {
-            Value::Text(text) => visitor.visit_enum(Name(text)).map_err(|flaw: Flaw| flaw.at(&self.0.span)),
+            Value::Text(text) => {
+                let name: StrDeserializer<'_, Flaw> = text.as_ref().into_deserializer();
+                visitor.visit_enum(name).map_err(|flaw| flaw.at(&self.0.span))
+            }
             _ => self.must_be(&format!("a text in quotes, one of {}", names.join(", "))),
         }
     }
 
     forward_to_deserialize_any! {
         i128 u128 char bytes byte_buf unit unit_struct tuple_struct identifier ignored_any
-    }
-}
-
-/// The name of a variant.
-struct Name<'a>(&'a str);
-
-impl<'de, 'a> EnumAccess<'de> for Name<'a> {
-    type Error = Flaw;
-    type Variant = <StrDeserializer<'a, Flaw> as EnumAccess<'de>>::Variant;
-
-    fn variant_seed<V: DeserializeSeed<'de>>(self, seed: V) -> Result<(V::Value, Self::Variant), Flaw> {
-        let name: StrDeserializer<'a, Flaw> = self.0.into_deserializer();
-        name.variant_seed(seed)
     }
 }
 

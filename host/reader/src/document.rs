@@ -32,7 +32,7 @@ pub struct Document<'t> {
 }
 
 impl<'t> Document<'t> {
-    /// A text in TOML.
+    /// Parses a text in TOML.
     ///
     /// # Errors
     /// [`Mistake`]: it is none. No value of it is quoted.
@@ -41,16 +41,13 @@ impl<'t> Document<'t> {
         Ok(Self { text, format: Format::Toml, root: toml::parse(text)? })
     }
 
-    /// A text in JSON.
-    ///
-    /// # Errors
-    /// [`Mistake`]: it is none, with the word that cannot be.
+    /// Parses a text in JSON.
     pub fn json(text: &'t str) -> Result<Self, Mistake> {
         let text = without_mark(text);
         Ok(Self { text, format: Format::Json, root: json::parse(text)? })
     }
 
-    /// What the document says.
+    /// Reads a value of type `T` from the document.
     ///
     /// # Errors
     /// [`Mistake`]: the first value that is not what it should be, or key that is too much or missing.

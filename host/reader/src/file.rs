@@ -17,35 +17,17 @@ pub const MADE_MAX: u64 = 1 << 28;
 
 /// Why there is nothing to be had from a file.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum FileError {
     /// No such file, and nothing of that name comes with the program.
     #[error("{name}: no such file, and no built-in {what} of that name ({})", there_are(name, names))]
-    Unknown {
-        /// What was asked for.
-        name: String,
-        /// What it would have been.
-        what: &'static str,
-        /// What comes with the program.
-        names: Vec<&'static str>,
-    },
+    Unknown { name: String, what: &'static str, names: Vec<&'static str> },
     /// The file cannot be read.
     #[error("{file}: {source}")]
-    Unreadable {
-        /// Which file.
-        file: String,
-        /// What the operating system said.
-        source: io::Error,
-    },
+    Unreadable { file: String, source: io::Error },
     /// The file is not what it should be.
     #[error("{file}:{line}: {message}")]
-    Invalid {
-        /// Which file.
-        file: String,
-        /// Which line, from 1.
-        line: usize,
-        /// What is wrong there.
-        message: String,
-    },
+    Invalid { file: String, line: usize, message: String },
 }
 
 /// A text, and where it is from.
@@ -60,9 +42,6 @@ pub struct Source {
 }
 
 /// Opens the file `name`, or takes the one of `built_in` that has this name; `what` they are, for the message.
-///
-/// # Errors
-/// [`FileError`].
 pub fn open(
     name: &str,
     what: &'static str,

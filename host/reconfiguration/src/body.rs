@@ -1,6 +1,6 @@
 //! Constants of the motion of one rigid body under water: mass, weight, buoyancy, inertia, hydrodynamics.
 //!
-//! A [`Vehicle`](super::vehicle::Vehicle) without its looks, and what `flotilla simulate` is given in a request.
+//! What moves a [`Vehicle`](super::vehicle::Vehicle), and what `flotilla simulate` is given in a request.
 //! Body frame: x forward, y right, z down, about the body origin O.
 //!
 //! Assumed: added mass and damping are diagonal at O (three planes of symmetry), as in the models that are published
@@ -38,9 +38,6 @@ pub struct Body {
 
 impl Body {
     /// Refuses what no body can have, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         check_ranges(&[
             ("mass_kg", self.mass_kg, "kg", Range::Positive),

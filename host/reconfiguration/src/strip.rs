@@ -109,11 +109,11 @@ mod tests {
     fn it_bounds_an_open_frame_from_above() {
         let robot = Vehicle::built_in("bluerov1").expect("it comes with the program");
         let strips = Strips::of_box(robot.box_m, WATER_KG_M3);
-        let yaw = strips.quadratic_damping[5] / robot.quadratic_damping[5];
+        let yaw = strips.quadratic_damping[5] / robot.body.quadratic_damping[5];
         assert!((yaw - 1.0).abs() < 0.01, "N_|r|r: {yaw}");
         for axis in 0..3 {
-            let mass = strips.added_mass[axis] / robot.added_mass[axis];
-            let drag = strips.quadratic_damping[axis] / robot.quadratic_damping[axis];
+            let mass = strips.added_mass[axis] / robot.body.added_mass[axis];
+            let drag = strips.quadratic_damping[axis] / robot.body.quadratic_damping[axis];
             println!("axis {axis}: added mass {mass:.2} times, drag {drag:.2} times the file's");
             assert!((3.0..6.0).contains(&mass) && (2.0..3.1).contains(&drag), "axis {axis}: {mass}, {drag}");
         }
@@ -125,7 +125,7 @@ mod tests {
         let vehicle = Vehicle::parse("box.toml", text).expect("good");
         let strips = Strips::of_box(vehicle.box_m, WATER_KG_M3);
         assert_eq!(
-            (vehicle.added_mass, vehicle.quadratic_damping),
+            (vehicle.body.added_mass, vehicle.body.quadratic_damping),
             (strips.added_mass, strips.quadratic_damping)
         );
     }

@@ -4,7 +4,7 @@
 //! without thrusters. All vectors are in the body frame (x forward, y right, z down) about the body origin, which is
 //! the centre of the hull's box.
 //!
-//! The integrals (1), (2) over mass and volume are not computed here: [`Vehicle::r_g_m`] and [`Vehicle::r_b_m`] are
+//! The integrals (1), (2) over mass and volume are not computed here: [`Body::r_g_m`] and [`Body::r_b_m`] are
 //! their results.
 
 use std::borrow::Cow;
@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use reader::{FileError, names};
 use serde::{Deserialize, Serialize};
 
-use super::body::{Body, GRAVITY_M_S2};
+use super::body::Body;
 
 mod file;
 
@@ -56,40 +56,19 @@ pub struct Connector {
 }
 
 /// One kind of robot or tool.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
     /// Its name.
     pub name: String,
     /// Length, width and height of the box around it, m.
     pub box_m: [f64; 3],
-    /// Mass, kg.
-    pub mass_kg: f64,
-    /// Weight W less buoyancy B under water, N; zero is neutral.
-    #[serde(default)]
-    pub weight_in_water_n: f64,
-    /// Centre of gravity (1), m.
-    #[serde(default)]
-    pub r_g_m: [f64; 3],
-    /// Centre of buoyancy (2), m.
-    #[serde(default)]
-    pub r_b_m: [f64; 3],
-    /// Moments of inertia about the centre of gravity, kg·m².
-    pub inertia_kg_m2: [f64; 3],
-    /// Diagonal of M_A, kg and kg·m².
-    pub added_mass: [f64; 6],
-    /// Diagonal of D_V, N/(m/s) and N·m/(rad/s).
-    pub linear_damping: [f64; 6],
-    /// Diagonal of D_N at unit speed, N/(m/s)² and N·m/(rad/s)².
-    pub quadratic_damping: [f64; 6],
+    /// Mass, buoyancy and hydrodynamics.
+    pub body: Body,
     /// Its thrusters, in the order of their outputs; none for a tool.
-    #[serde(default)]
     pub thrusters: Vec<Thruster>,
     /// Its connectors; the centres of the six faces of the box if none are given.
-    #[serde(default)]
     pub connectors: Vec<Connector>,
     /// Sensors, actuators and other services it brings (g2, g7).
-    #[serde(default)]
     pub capabilities: Vec<String>,
 }
 
@@ -102,9 +81,6 @@ impl Vehicle {
     }
 
     /// Reads a vehicle from TOML; `file` is its name in error messages.
-    ///
-    /// # Errors
-    /// [`FileError::Invalid`]: what is wrong, with its line, value and unit.
     pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
         file::parse(file, text)
     }
@@ -130,22 +106,5 @@ impl Vehicle {
             Connector { name: name.to_owned(), position_m, normal }
         };
         Cow::Owned(FACES.iter().map(face).collect())
-    }
-
-    /// The rigid body of the vehicle.
-    #[must_use]
-    pub fn body(&self) -> Body {
-        let weight_n = self.mass_kg * GRAVITY_M_S2;
-        Body {
-            mass_kg: self.mass_kg,
-            weight_n,
-            buoyancy_n: weight_n - self.weight_in_water_n,
-            r_g_m: self.r_g_m,
-            r_b_m: self.r_b_m,
-            inertia_kg_m2: self.inertia_kg_m2,
-            added_mass: self.added_mass,
-            linear_damping: self.linear_damping,
-            quadratic_damping: self.quadratic_damping,
-        }
     }
 }

@@ -100,24 +100,6 @@ pub struct ViaRecord {
     pub rest_s: f64,
 }
 
-/// s(t) of a transition's step that takes `duration_s` with ramps of `ramp_s`, 0 to 1: the share of every rotation that is done `t_s`
-/// after its start (`firmware::modboat::transition`).
-#[must_use]
-pub fn share_turned(duration_s: f64, ramp_s: f64, t_s: f64) -> f64 {
-    let left_s = duration_s - t_s;
-    if t_s <= 0.0 {
-        0.0
-    } else if left_s <= 0.0 {
-        1.0
-    } else if t_s < ramp_s {
-        t_s * t_s / (2.0 * ramp_s * (duration_s - ramp_s))
-    } else if left_s < ramp_s {
-        1.0 - left_s * left_s / (2.0 * ramp_s * (duration_s - ramp_s))
-    } else {
-        (t_s - 0.5 * ramp_s) / (duration_s - ramp_s)
-    }
-}
-
 /// Everything that was measured in one run.
 #[derive(Clone, Debug)]
 pub struct RunRecord {

@@ -23,9 +23,9 @@
 mod dual;
 mod simplex;
 
-use nalgebra::{DMatrix, DVector, Matrix6xX, Vector6};
+use nalgebra::{DMatrix, Matrix6xX, Vector6};
 
-use super::configuration_matrix::{AXES, ConfigurationMatrix, ThrusterError};
+use super::configuration_matrix::{AXES, ConfigurationMatrix};
 use super::power::PowerLaw;
 
 /// A demand this share of itself outside what the thrusters can push at all is out of reach.
@@ -37,44 +37,23 @@ const LIMIT_TOLERANCE: f64 = 1e-12;
 
 /// Why thrusts cannot be allocated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum AllocationError {
     /// Not one pair of limits a thruster.
     #[error("{limits} pairs of limits were given for {thrusters} thrusters")]
-    LimitCount {
-        /// Pairs given.
-        limits: usize,
-        /// Thrusters there are.
-        thrusters: usize,
-    },
+    LimitCount { limits: usize, thrusters: usize },
     /// Limits that leave out zero or are no numbers.
     #[error("limits {low_n} to {high_n} N of thruster {thruster}: rest, 0 N, must be between them")]
-    Limits {
-        /// Number of the thruster, from 1.
-        thruster: usize,
-        /// Lower limit, N.
-        low_n: f64,
-        /// Upper limit, N.
-        high_n: f64,
-    },
+    Limits { thruster: usize, low_n: f64, high_n: f64 },
     /// A demand that is no number.
     #[error("the demand in {axis} is {value}, a finite number of N or N·m is asked for")]
-    Demand {
-        /// Which axis.
-        axis: &'static str,
-        /// The value, N or N·m.
-        value: f64,
-    },
+    Demand { axis: &'static str, value: f64 },
     /// Not one place for each thrust.
     #[error("room for {room} thrusts was given for {thrusters} thrusters")]
-    Room {
-        /// Places given.
-        room: usize,
-        /// Thrusters there are.
-        thrusters: usize,
-    },
+    Room { room: usize, thrusters: usize },
 }
 
-/// Thrusts for a demand.
+/// Thrusts that serve a demanded wrench.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Allocation {
     /// Thrust of each thruster, N, in the order of the configuration matrix.
@@ -143,16 +122,7 @@ impl Allocator {
         Ok(Self { matrix, limits_n: limits_n.to_vec(), law, rows, whiten, direct, full_rank })
     }
 
-    /// Whether the working thrusters can push in all six directions.
-    ///
-    /// # Errors
-    /// [`ThrusterError::Rank`], naming the directions that are missing.
-    pub fn require_full_rank(&self) -> Result<(), ThrusterError> {
-        let usable: Vec<bool> = self.limits_n.iter().map(|(low, high)| high - low > 0.0).collect();
-        self.matrix.restricted(&usable).require_full_rank()
-    }
-
-    /// The wrench of thrusts, T u.
+    /// Wrench T u of thrusts u, N and N·m.
     #[must_use]
     pub fn wrench(&self, thrusts_n: &[f64]) -> [f64; 6] {
         self.matrix.wrench(thrusts_n)
@@ -262,11 +232,6 @@ impl Allocator {
 /// Σ over thrusters of a column of `rows` weighted: rows · u.
 fn times(rows: &Matrix6xX<f64>, u: &[f64]) -> Vector6<f64> {
     rows.column_iter().zip(u).map(|(column, u)| column * *u).sum()
-}
-
-/// Multipliers to marginal powers: rowsᵀ · λ.
-fn transposed_times(rows: &Matrix6xX<f64>, lambda: &Vector6<f64>) -> DVector<f64> {
-    rows.tr_mul(lambda)
 }
 
 #[cfg(test)]

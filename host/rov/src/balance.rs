@@ -41,9 +41,6 @@ pub enum Unbalanced {
 }
 
 /// Balances bodies at rest. Bodies without thrusters are tools.
-///
-/// # Errors
-/// [`Unbalanced`].
 pub fn balance(
     bodies: &[(Pose, &Vehicle)],
     law: &PowerLaw,

@@ -21,7 +21,7 @@ use super::vector::{dot, offset};
 /// Hulls may overlap by this much on their way past each other, m: rounding of poses that touch.
 pub const TOUCH_M: f64 = 1e-6;
 
-/// A body at rest.
+/// A body at rest that the mover keeps clear of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resting {
     /// Where.

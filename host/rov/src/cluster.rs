@@ -28,20 +28,16 @@ use thiserror::Error;
 
 use super::hydrostatics::Hydrostatics;
 
-/// Why there is no such cluster.
+/// Why bodies form no cluster.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ClusterError {
     /// It has no members.
     #[error("a cluster of no members")]
     Empty,
     /// A pose that is no pose.
     #[error("member {member}: pose {pose:?} (m, m, m, rad): must be finite")]
-    Pose {
-        /// Which one, from 0; the origin comes before the first.
-        member: usize,
-        /// Where it is said to be.
-        pose: [f64; 4],
-    },
+    Pose { member: usize, pose: [f64; 4] },
 }
 
 /// Damping of one member and where it is.
@@ -82,13 +78,13 @@ impl Cluster {
             .map(|(pose, vehicle)| {
                 let offset_m =
                     world_to_cluster * (Vector3::from(pose.position_m) - Vector3::from(origin.position_m));
-                Self::carried(&vehicle.body(), offset_m, yaw(pose.yaw_rad - origin.yaw_rad))
+                Self::carried(&vehicle.body, offset_m, yaw(pose.yaw_rad - origin.yaw_rad))
             })
             .reduce(Self::with)
             .ok_or(ClusterError::Empty)
     }
 
-    /// One body, in its own frame.
+    /// A cluster of one body, in the body's own frame.
     #[must_use]
     pub fn of(body: &Body) -> Self {
         Self::carried(body, Vector3::zeros(), Matrix3::identity())
@@ -96,7 +92,7 @@ impl Cluster {
 
     fn carried(body: &Body, offset_m: Vector3<f64>, rotation: Matrix3<f64>) -> Self {
         // M_RB at the body's own origin.
-        let offset = skew(&body.r_g_m.into());
+        let offset = Vector3::from(body.r_g_m).cross_matrix();
         let inertia = Matrix3::from_diagonal(&body.inertia_kg_m2.into());
         let mut rigid_body = Matrix6::zeros();
         rigid_body.fixed_view_mut::<3, 3>(0, 0).fill_diagonal(body.mass_kg);
@@ -108,7 +104,7 @@ impl Cluster {
         let back = rotation.transpose();
         let mut h = Matrix6::zeros();
         h.fixed_view_mut::<3, 3>(0, 0).copy_from(&back);
-        h.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-back * skew(&offset_m)));
+        h.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-back * offset_m.cross_matrix()));
         h.fixed_view_mut::<3, 3>(3, 3).copy_from(&back);
         Self {
             hydrostatics: Hydrostatics::of(body).carried(&offset_m, &rotation),
@@ -137,13 +133,13 @@ impl Cluster {
         &self.hydrostatics
     }
 
-    /// M_RB at the cluster's origin.
+    /// Rigid-body mass matrix M_RB at the cluster's origin.
     #[must_use]
     pub fn rigid_body_mass(&self) -> &Matrix6<f64> {
         &self.rigid_body
     }
 
-    /// M_A at the cluster's origin.
+    /// Added-mass matrix M_A at the cluster's origin.
     #[must_use]
     pub fn added_mass(&self) -> &Matrix6<f64> {
         &self.added
@@ -179,11 +175,6 @@ impl Cluster {
 /// Turned to the right by `yaw_rad` about the downward axis.
 fn yaw(yaw_rad: f64) -> Matrix3<f64> {
     Rotation3::from_axis_angle(&Vector3::z_axis(), yaw_rad).into_inner()
-}
-
-/// S(a): S(a) b = a × b.
-pub(super) fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
-    a.cross_matrix()
 }
 
 #[cfg(test)]

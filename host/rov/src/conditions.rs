@@ -14,7 +14,8 @@
 //!
 //! Poses off the planner's grid are no mistake.
 
-use super::configuration::{LevelBox, TOUCH_M, holds};
+use super::configuration::{LevelBox, TOUCH_M, clusters, holds};
+use super::vector::{length, offset};
 use matching::crowd;
 use quantity::{ParameterError, Range, check_ranges};
 use reconfiguration::pose::Pose;
@@ -50,9 +51,6 @@ pub trait Conditions {
     fn bounds_m(&self) -> [[f64; 3]; 2];
 
     /// Whether the problem is one that can be planned; the first thing that is wrong with it otherwise.
-    ///
-    /// # Errors
-    /// [`ProblemError`].
     fn check(&self) -> Result<(), ProblemError>;
 }
 
@@ -239,14 +237,10 @@ fn check_configuration(
     nodes: &[Node<'_>],
     robots: usize,
 ) -> Result<(), ProblemError> {
-    let mut joined = vec![vec![false; nodes.len()]; nodes.len()];
+    let mut joined = vec![vec![None; nodes.len()]; nodes.len()];
     for (j, second) in nodes.iter().enumerate() {
         for (i, first) in nodes[..j].iter().enumerate() {
-            let between: f64 = (0..3)
-                .map(|k| (first.pose.position_m[k] - second.pose.position_m[k]).powi(2))
-                .sum::<f64>()
-                .sqrt();
-            if between <= TOUCH_M {
+            if length(offset(first.pose.position_m, second.pose.position_m)) <= TOUCH_M {
                 let position_m = second.pose.position_m;
                 return Err(ProblemError::SamePlace { first: first.place, second: second.place, position_m });
             }
@@ -256,8 +250,8 @@ fn check_configuration(
             if depth_m.is_finite() && depth_m > TOUCH_M {
                 return Err(ProblemError::Overlap { first: first.place, second: second.place, depth_m });
             }
-            let held = kinds().any(|(a, b)| holds((first.pose, a), (second.pose, b)).is_some());
-            (joined[i][j], joined[j][i]) = (held, held);
+            let held = kinds().find_map(|(a, b)| holds((first.pose, a), (second.pose, b)));
+            (joined[i][j], joined[j][i]) = held.unzip();
         }
     }
     if nodes.len() == 1 {
@@ -265,7 +259,7 @@ fn check_configuration(
     }
     let is_tool = |node: usize| matches!(nodes[node].place, Place::Tool(_));
     let all_used = nodes.len() - (0..nodes.len()).filter(|&node| is_tool(node)).count() == robots;
-    let alone = |node: &usize| !joined[*node].contains(&true);
+    let alone = |node: &usize| joined[*node].iter().all(Option::is_none);
     for node in (0..nodes.len()).filter(alone) {
         if let Place::Tool(tool) = nodes[node].place {
             return Err(ProblemError::ToolAlone { tool, configuration });
@@ -275,7 +269,7 @@ fn check_configuration(
         return Err(ProblemError::Unconnected { place: nodes[node].place, configuration });
     }
     // One cluster has to hold every tool, and as many robots or slots as are needed.
-    let clusters = joined_clusters(&joined);
+    let clusters = clusters(&joined);
     let home = |node: usize| clusters.iter().position(|cluster| cluster.contains(&node));
     let fits = |cluster: &Vec<usize>| {
         cluster.iter().filter(|&&node| !is_tool(node)).count() >= robots
@@ -290,12 +284,6 @@ fn check_configuration(
         .min_by_key(|&node| !is_tool(node))
         .unwrap_or(first);
     Err(ProblemError::Apart { configuration, first: nodes[first].place, second: nodes[second].place })
-}
-
-fn joined_clusters(joined: &[Vec<bool>]) -> Vec<Vec<usize>> {
-    let matrix: Vec<Vec<Option<usize>>> =
-        joined.iter().map(|row| row.iter().map(|&held| held.then_some(0)).collect()).collect();
-    super::configuration::clusters(&matrix)
 }
 
 #[cfg(test)]

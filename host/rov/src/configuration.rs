@@ -174,21 +174,8 @@ mod tests {
     use super::*;
 
     fn hull(box_m: [f64; 3]) -> Vehicle {
-        Vehicle {
-            name: "hull".to_owned(),
-            box_m,
-            mass_kg: 1.0,
-            weight_in_water_n: 0.0,
-            r_g_m: [0.0; 3],
-            r_b_m: [0.0; 3],
-            inertia_kg_m2: [1.0; 3],
-            added_mass: [0.0; 6],
-            linear_damping: [0.0; 6],
-            quadratic_damping: [0.0; 6],
-            thrusters: Vec::new(),
-            connectors: Vec::new(),
-            capabilities: Vec::new(),
-        }
+        let robot = Vehicle::built_in("bluerov1").expect("it comes with the program");
+        Vehicle { box_m, connectors: Vec::new(), ..robot }
     }
 
     #[test]

@@ -28,37 +28,19 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Why a set of thrusters is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ThrusterError {
     /// No unit vector.
     #[error(
         "thruster {thruster} of {vehicle}: its direction has length {length}, a unit vector is asked for"
     )]
-    Direction {
-        /// Name of the vehicle.
-        vehicle: String,
-        /// Number of the thruster, from 1.
-        thruster: usize,
-        /// The length.
-        length: f64,
-    },
+    Direction { vehicle: String, thruster: usize, length: f64 },
     /// A position that is no number.
     #[error("thruster {thruster} of {vehicle}: its position {position_m:?} m is not finite")]
-    Position {
-        /// Name of the vehicle.
-        vehicle: String,
-        /// Number of the thruster, from 1.
-        thruster: usize,
-        /// The position, m.
-        position_m: [f64; 3],
-    },
+    Position { vehicle: String, thruster: usize, position_m: [f64; 3] },
     /// Fewer than six directions can be pushed in.
     #[error("thruster matrix of rank {rank}: cannot push in {missing}")]
-    Rank {
-        /// The rank.
-        rank: usize,
-        /// The directions it lacks.
-        missing: String,
-    },
+    Rank { rank: usize, missing: String },
 }
 
 /// T of a robot or a cluster: one column a thruster.
@@ -76,9 +58,6 @@ impl ConfigurationMatrix {
 
     /// T_c of docked robots (16) about the position of `origin`, in axes turned by its heading; columns follow the
     /// robots' order. Vehicles without thrusters add none.
-    ///
-    /// # Errors
-    /// As for [`of_vehicle`](Self::of_vehicle).
     pub fn of_cluster(members: &[(&Vehicle, Pose)], origin: &Pose) -> Result<Self, ThrusterError> {
         let into_frame = Rotation3::from_axis_angle(&Vector3::z_axis(), -origin.yaw_rad);
         let mut columns = Vec::new();
@@ -141,12 +120,6 @@ impl ConfigurationMatrix {
             column.fill(0.0);
         }
         Self(matrix)
-    }
-
-    /// How many independent directions the thrusters can push in.
-    #[must_use]
-    pub fn rank(&self) -> usize {
-        6 - self.null_space().ncols()
     }
 
     /// Whether all six directions can be pushed in.

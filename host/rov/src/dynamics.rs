@@ -29,20 +29,18 @@ use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use quantity::wrap_rad;
 use thiserror::Error;
 
-use super::cluster::{Cluster, skew};
+use super::cluster::Cluster;
 
-/// Default step, s.
+/// Default step of integration, s.
 pub const STEP_S: f64 = 1e-3;
 
 /// Why a body has no equations of motion.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum DynamicsError {
     /// M is not positive definite.
     #[error("the least eigenvalue of the mass matrix is {least:e} (kg, kg·m²): must be greater than zero")]
-    Mass {
-        /// Least eigenvalue.
-        least: f64,
-    },
+    Mass { least: f64 },
 }
 
 /// Pose and velocity of a body.
@@ -113,7 +111,7 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// Of this cluster.
+    /// The equations of motion of this cluster.
     ///
     /// # Errors
     /// [`DynamicsError::Mass`] for what cannot be accelerated.
@@ -130,7 +128,7 @@ impl Dynamics {
         &self.cluster
     }
 
-    /// M = M_RB + M_A.
+    /// Mass matrix M = M_RB + M_A.
     #[must_use]
     pub fn mass_matrix(&self) -> &Matrix6<f64> {
         &self.mass
@@ -188,8 +186,7 @@ impl Dynamics {
 #[must_use]
 pub fn coriolis(mass: &Matrix6<f64>, nu: &Vector6<f64>) -> Matrix6<f64> {
     let momentum = mass * nu;
-    let a = skew(&momentum.fixed_rows::<3>(0).into());
-    let b = skew(&momentum.fixed_rows::<3>(3).into());
+    let [a, b] = [0, 3].map(|row| momentum.fixed_rows::<3>(row).cross_matrix());
     let mut c = Matrix6::zeros();
     c.fixed_view_mut::<3, 3>(0, 3).copy_from(&-a);
     c.fixed_view_mut::<3, 3>(3, 0).copy_from(&-a);

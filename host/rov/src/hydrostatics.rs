@@ -37,7 +37,7 @@ pub struct Hydrostatics {
 }
 
 impl Hydrostatics {
-    /// Of one body in its own frame.
+    /// Hydrostatics of one body in its own frame.
     #[must_use]
     pub fn of(body: &Body) -> Self {
         Self {

@@ -12,7 +12,7 @@
 //! end that comes up is the optimum. `patience` limits how many moves are priced: past it the best known is returned and
 //! said not to be proved.
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 
 /// Most robots and slots that an order is found for.
@@ -59,7 +59,7 @@ impl State {
     }
 }
 
-/// An order and an assignment.
+/// An order of moves and an assignment of robots to slots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Order {
     /// Robot and slot of every move, in order.
@@ -101,39 +101,18 @@ pub fn by_paper(costs: &mut impl MoveCosts) -> Result<Order, usize> {
     Ok(order)
 }
 
-/// A move that waits in the queue, or a state that has been reached.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    f: f64,
-    g: f64,
-    state: State,
-    /// The move that is not priced yet; `None` for a state that has been reached.
-    next: Option<(usize, usize)>,
-}
+/// A move that waits in the queue and is not priced yet, or without a move a state that has been reached. The greatest comes
+/// first: least f, then greatest g, then a fixed order. Costs are not negative, and such floats sort like their bits.
+type Entry = (Reverse<u64>, u64, State, Option<(usize, usize)>);
 
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-impl Eq for Entry {}
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Entry {
-    /// The greatest comes first: least f, then greatest g, then a fixed order.
-    fn cmp(&self, other: &Self) -> Ordering {
-        let rest = (self.state, self.next).cmp(&(other.state, other.next));
-        other.f.total_cmp(&self.f).then(self.g.total_cmp(&other.g)).then(rest)
-    }
+fn entry(f: f64, g: f64, state: State, next: Option<(usize, usize)>) -> Entry {
+    (Reverse(f.to_bits()), g.to_bits(), state, next)
 }
 
 /// The cheapest way found to every state: its cost, and the state and the move it came by.
 type Reached = HashMap<State, (f64, Option<(State, usize, usize)>)>;
 
-/// Why there is no order.
+/// Why no order of moves was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoOrder {
     /// None leads to the end; so many states were reached, all there are.
@@ -161,8 +140,9 @@ pub fn exact(costs: &mut impl MoveCosts, known: Option<Order>, patience: usize) 
     let start = State::default();
     reached.insert(start, (0.0, None));
     let f = remaining.bound(&start);
-    queue.push(Entry { f, g: 0.0, state: start, next: None });
-    while let Some(Entry { f, g, state, next }) = queue.pop() {
+    queue.push(entry(f, 0.0, start, None));
+    while let Some((Reverse(f), g, state, next)) = queue.pop() {
+        let (f, g) = (f64::from_bits(f), f64::from_bits(g));
         if f >= limit {
             break;
         }
@@ -179,7 +159,7 @@ pub fn exact(costs: &mut impl MoveCosts, known: Option<Order>, patience: usize) 
                     let after = state.after(robot, slot, costs.kind(robot));
                     let f = (g + bound + remaining.bound(&after)).max(f);
                     if f < limit {
-                        queue.push(Entry { f, g, state, next: Some((robot, slot)) });
+                        queue.push(entry(f, g, state, Some((robot, slot))));
                     }
                 }
             }
@@ -195,7 +175,7 @@ pub fn exact(costs: &mut impl MoveCosts, known: Option<Order>, patience: usize) 
         if reached.get(&after).is_none_or(|(before, _)| g < *before) {
             reached.insert(after, (g, Some((state, robot, slot))));
             let f = (g + remaining.bound(&after)).max(f);
-            queue.push(Entry { f, g, state: after, next: None });
+            queue.push(entry(f, g, after, None));
         }
     }
     let proved = |order| Order { proved: true, priced, ..order };

@@ -69,50 +69,29 @@ pub struct Planned {
 
 /// Why there is no plan.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum PlanError {
     /// Its thrusters' forces cannot be computed.
     #[error("{vehicle}: {source}")]
-    Propulsion {
-        /// The vehicle.
-        vehicle: String,
-        /// Why.
-        source: PropulsionError,
-    },
+    Propulsion { vehicle: String, source: PropulsionError },
     /// Nothing is known of the thrusters at this voltage.
     #[error(transparent)]
     Power(#[from] PowerError),
     /// More than the order can be decided for.
     #[error("{count} robots or slots: at most {} can be ordered", order::MOST)]
-    TooMany {
-        /// How many.
-        count: usize,
-    },
+    TooMany { count: usize },
     /// The paper's rule leads into a dead end.
     #[error("after {moves} moves by the paper's rule no robot can move (exact order may know better)")]
-    DeadEnd {
-        /// Moves made before.
-        moves: usize,
-    },
+    DeadEnd { moves: usize },
     /// The search for an order was given up: the goal may be reachable or not.
     #[error("no order of moves to the goal was found among {priced} moves priced; there may be one")]
-    OutOfPatience {
-        /// How many.
-        priced: usize,
-    },
+    OutOfPatience { priced: usize },
     /// No order of moves leads to the goal.
     #[error("the goal cannot be reached: {why} ({states} configurations searched, every one there is)")]
-    Unreachable {
-        /// What stands in the way at the start.
-        why: String,
-        /// States reached.
-        states: usize,
-    },
+    Unreachable { why: String, states: usize },
 }
 
 /// Plans a reconfiguration.
-///
-/// # Errors
-/// [`PlanError`].
 pub fn plan(problem: &Problem, request: &Request) -> Result<Planned, PlanError> {
     let count = problem.robots.len().max(problem.slots.len());
     if count > order::MOST {
@@ -223,9 +202,9 @@ impl<'a> MovePricer<'a> {
     fn least_balance_w(&self) -> f64 {
         let problem = self.problem;
         let neutral = problem.robots.iter().all(|robot| {
-            let vehicle = &problem.vehicles[robot.vehicle];
-            vehicle.weight_in_water_n == 0.0
-                && (0..2).all(|k| (vehicle.r_g_m[k] - vehicle.r_b_m[k]).abs() < 1e-12)
+            let body = &problem.vehicles[robot.vehicle].body;
+            (body.weight_n - body.buoyancy_n).abs() < 1e-12
+                && (0..2).all(|k| (body.r_g_m[k] - body.r_b_m[k]).abs() < 1e-12)
         });
         let [tool] = problem.tools.as_slice() else { return 0.0 };
         if !neutral {

@@ -32,19 +32,14 @@ const FIT_FROM_N: f64 = 4.0;
 
 /// Why a power law cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum PowerError {
     /// No sheet of the table.
     #[error("a battery voltage of {voltage_v} V is outside the thruster's table, 10 to 20 V")]
-    Voltage {
-        /// The voltage, V.
-        voltage_v: f64,
-    },
+    Voltage { voltage_v: f64 },
     /// Not positive.
     #[error("the quadratic law needs a positive coefficient, not {coefficient_w_n2} W/N²")]
-    Coefficient {
-        /// The coefficient, W/N².
-        coefficient_w_n2: f64,
-    },
+    Coefficient { coefficient_w_n2: f64 },
 }
 
 /// Electric power of a thruster against its thrust.
@@ -66,7 +61,7 @@ pub enum PowerLaw {
     },
 }
 
-/// P = c |u|ᵖ.
+/// Power of one direction of thrust, P = c |u|ᵖ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PowerCurve {
     /// c, W/Nᵖ.
@@ -95,7 +90,7 @@ pub(super) struct Piece {
 }
 
 impl PowerLaw {
-    /// (10) with η in W/N².
+    /// The paper's law (10), P = η u², with η in W/N².
     ///
     /// # Errors
     /// [`PowerError::Coefficient`] unless it is positive and finite.

@@ -69,7 +69,7 @@ pub struct Expense {
 }
 
 impl Expense {
-    /// E + λT, J.
+    /// Energy with what others draw meanwhile, E + λT, J.
     #[must_use]
     pub fn with_others(&self, lambda_w: f64) -> f64 {
         self.energy_j + lambda_w * self.duration_s
@@ -96,9 +96,6 @@ pub struct Propulsion {
 
 impl Propulsion {
     /// For a robot with full batteries at `battery_v`.
-    ///
-    /// # Errors
-    /// [`PropulsionError`].
     pub fn new(
         vehicle: &Vehicle,
         law: PowerLaw,
@@ -109,7 +106,7 @@ impl Propulsion {
         matrix.require_full_rank()?;
         let limits_n = vec![power::limits_n(battery_v)?; matrix.thrusters()];
         let allocator = Allocator::new(matrix, &limits_n, law)?;
-        let dynamics = Dynamics::new(&Cluster::of(&vehicle.body()))?;
+        let dynamics = Dynamics::new(&Cluster::of(&vehicle.body))?;
         Ok(Self { steady, dynamics, allocator, thrusters: vehicle.thrusters.len() })
     }
 

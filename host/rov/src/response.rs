@@ -17,19 +17,13 @@ const HALVINGS: u32 = 6;
 
 /// Why a motion cannot be computed.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ResponseError {
     /// Steps of 1/64 ms do not settle it.
     #[error(
         "not resolved up to {t_s} s: steps of {step_s:e} s and of half of it differ by {difference:e} (m, rad, m/s, rad/s)"
     )]
-    Unresolved {
-        /// The last time that was asked for, s.
-        t_s: f64,
-        /// The larger of the two steps, s.
-        step_s: f64,
-        /// Greatest difference.
-        difference: f64,
-    },
+    Unresolved { t_s: f64, step_s: f64, difference: f64 },
 }
 
 /// States at the times `at_s`, each zero or later and in any order, from `start` at time zero.
@@ -94,7 +88,7 @@ mod tests {
     use crate::cluster::Cluster;
 
     fn dynamics(change: impl Fn(&mut Body)) -> Dynamics {
-        let mut body = Vehicle::built_in("bluerov1").expect("it comes with the program").body();
+        let mut body = Vehicle::built_in("bluerov1").expect("it comes with the program").body;
         change(&mut body);
         Dynamics::new(&Cluster::of(&body)).expect("massive")
     }

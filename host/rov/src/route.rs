@@ -52,7 +52,7 @@ enum Way {
 }
 
 impl Mover {
-    /// Prices every direction once.
+    /// A mover with every direction of motion priced once.
     #[must_use]
     pub fn new(propulsion: Propulsion, rules: &Rules) -> Self {
         let constant = PowerMap::new(&propulsion, [rules.speed_m_s; 2]);

@@ -162,7 +162,7 @@ impl<'a> SearchGraph<'a> {
         self.lattice.len()
     }
 
-    /// The vertex of its slot.
+    /// The vertex of the mover's slot.
     #[must_use]
     pub fn slot(&self) -> usize {
         self.lattice.len() + 1
@@ -214,10 +214,6 @@ impl Space for SearchGraph<'_> {
         if vertex != self.slot() && self.is_beside_slot(here_m) && self.is_free(here_m, slot_m) {
             visit(self.slot(), self.cost_per_metre.cost(offset(here_m, slot_m)));
         }
-    }
-
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        self.leg_below(from, to, f64::INFINITY)
     }
 
     fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {

@@ -1,18 +1,10 @@
 //! Arithmetic of places and directions, m.
 
+pub(super) use quantity::vector::{dot, length};
+
 /// The way from `from` to `to`.
 pub(super) fn offset(from: [f64; 3], to: [f64; 3]) -> [f64; 3] {
     [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
-}
-
-/// a·b.
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// |v|.
-pub(super) fn length(v: [f64; 3]) -> f64 {
-    dot(v, v).sqrt()
 }
 
 /// A vector of a level body with heading `yaw_rad`, in the world.

@@ -1,7 +1,7 @@
 //! `flotilla compare`: several planners on one scenario, with the same seeds, side by side.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use modboat::planner_kind::PlannerKind;
 use plot::compare::Compared;
@@ -9,8 +9,8 @@ use plot::compare::Compared;
 use super::folder::Folder;
 use super::planner::Kind;
 use super::progress::Bar;
-use super::run::{DEFAULT, failure};
-use super::{Failure, signal, written};
+use super::run::{DEFAULT, failure, to_json};
+use super::{Failure, bad, could, signal, written};
 use crate::run::compare::{Comparison, Contender, FIGURES, compare};
 use crate::run::scenario::Scenario;
 
@@ -39,7 +39,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
-    let scenario = Scenario::open(&arguments.scenario).map_err(|error| Failure::Bad(error.to_string()))?;
+    let scenario = Scenario::open(&arguments.scenario).map_err(bad)?;
     let mut planners: Vec<PlannerKind> = arguments.planners.iter().map(|&kind| kind.into()).collect();
     if let Some(twice) = (1..planners.len()).find(|&k| planners[..k].contains(&planners[k])) {
         return Err(Failure::Bad(format!("--planners: {} is named twice", planners[twice].name())));
@@ -49,34 +49,29 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     }
     let first = arguments.seed.unwrap_or(scenario.seed);
     let seeds: Vec<u64> = (0..arguments.seeds).map(|k| first.saturating_add(k)).collect();
-    let folder = match &arguments.out {
-        Some(folder) => Folder::named(folder)?,
-        None => Folder::unused(Path::new("runs"), &format!("{}-compared", scenario.name))?,
-    };
+    let folder = Folder::of(arguments.out.as_deref(), &format!("{}-compared", scenario.name))?;
     signal::watch();
     let mut bar = Bar::new(&scenario.name);
     let compared = compare(&scenario, &planners, &seeds, &mut bar, &signal::STOP);
     let compared = compared.map_err(|error| failure(error, "")).inspect_err(|_| folder.discard())?;
     drop(bar);
-    let json = serde_json::to_string_pretty(&compared)
-        .map_err(|error| Failure::Could(format!("summary: {error}")))?;
-    let paths = write(&compared, &json, &folder.path)?;
+    let paths = write(&compared, &folder)?;
     let mut out = std::io::stdout().lock();
-    let outcome = if arguments.json { writeln!(out, "{json}") } else { print(&mut out, &compared, &paths) };
+    let outcome = match arguments.json {
+        true => writeln!(out, "{}", to_json(&compared)?),
+        false => print(&mut out, &compared, &paths),
+    };
     written(outcome.and_then(|()| out.flush()))?;
     compared.failure().map_or(Ok(()), |why| Err(Failure::Could(why)))
 }
 
-fn write(compared: &Comparison, json: &str, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let path = folder.join("summary.json");
-    std::fs::write(&path, format!("{json}\n"))
-        .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
-    let mut paths = vec![path];
+fn write(compared: &Comparison, folder: &Folder) -> Result<Vec<PathBuf>, Failure> {
+    let mut paths = vec![folder.write("summary.json", compared)?];
     let planners: Vec<_> =
         compared.planners.iter().map(|contender| (contender.planner, contender.records.as_slice())).collect();
     let pictures = Compared { scenario: &compared.scenario, planners: &planners };
-    let pictures = plot::write_comparison(&pictures, folder);
-    paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
+    let pictures = plot::write_comparison(&pictures, &folder.path);
+    paths.extend(pictures.map_err(could)?);
     Ok(paths)
 }
 

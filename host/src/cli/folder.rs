@@ -1,7 +1,10 @@
 //! The folder that a run leaves behind.
 
+use std::fmt::Display;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+
+use serde::Serialize;
 
 use super::Failure;
 
@@ -14,8 +17,22 @@ pub(super) struct Folder {
 }
 
 impl Folder {
+    /// The one that was named, or else a new one for this run below `runs`.
+    pub(super) fn of(named: Option<&Path>, run: &str) -> Result<Self, Failure> {
+        named.map_or_else(|| Self::unused(Path::new("runs"), run), Self::named)
+    }
+
+    /// Writes a value as JSON into the file `name`.
+    pub(super) fn write(&self, name: &str, value: &impl Serialize) -> Result<PathBuf, Failure> {
+        let path = self.path.join(name);
+        let failed = |error: &dyn Display| Failure::Could(format!("{}: {error}", path.display()));
+        let text = serde_json::to_string_pretty(value).map_err(|error| failed(&error))?;
+        std::fs::write(&path, text + "\n").map_err(|error| failed(&error))?;
+        Ok(path)
+    }
+
     /// `path`, made if need be.
-    pub(super) fn named(path: &Path) -> Result<Self, Failure> {
+    fn named(path: &Path) -> Result<Self, Failure> {
         let old = path.exists();
         std::fs::create_dir_all(path).map_err(|error| unwritable(path, &error))?;
         Self { path: path.to_owned(), old }.probed()
@@ -23,7 +40,7 @@ impl Folder {
 
     /// `parent/name`, or `name-2`, `name-3`, … if that is taken: no run overwrites another, not even one that
     /// begins at the same moment.
-    pub(super) fn unused(parent: &Path, name: &str) -> Result<Self, Failure> {
+    fn unused(parent: &Path, name: &str) -> Result<Self, Failure> {
         let mut path = parent.join(name);
         std::fs::create_dir_all(parent).map_err(|error| unwritable(&path, &error))?;
         for number in 2_u32.. {

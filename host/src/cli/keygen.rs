@@ -7,7 +7,7 @@ use link::identity::HostIdentity;
 use link::key_file::{KeyFile, KeyFileError, ModuleCredentials};
 use protocol::ModuleId;
 
-use super::{Failure, written};
+use super::{Failure, could, written};
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flotilla keygen\n  flotilla keygen --out tank/fleet.key\n  \
@@ -76,7 +76,7 @@ fn named(path: Option<&Path>) -> Result<PathBuf, KeyFileError> {
 /// The host that the file, or the default, makes.
 pub(super) fn host(path: Option<&Path>) -> Result<HostIdentity, Failure> {
     let key = named(path).and_then(|path| KeyFile::read(&path)).map_err(failure)?;
-    HostIdentity::new(key).map_err(|error| Failure::Could(error.to_string()))
+    HostIdentity::new(key).map_err(could)
 }
 
 /// What module `id` needs, from the file or the default.

@@ -3,6 +3,7 @@
 //!
 //! Exit codes: 0 done, 1 could not, 2 bad usage or input.
 
+use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -65,6 +66,16 @@ enum Failure {
     Could(String),
     /// Usage or input is wrong.
     Bad(String),
+}
+
+/// What is the user's to mend.
+fn bad(error: impl Display) -> Failure {
+    Failure::Bad(error.to_string())
+}
+
+/// What is not.
+fn could(error: impl Display) -> Failure {
+    Failure::Could(error.to_string())
 }
 
 /// Runs the program.

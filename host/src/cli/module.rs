@@ -15,7 +15,7 @@ use sim::module::{Setup, SimModule, TICK};
 use sim::rov::{RovSetup, SimRov};
 
 use super::keygen::module_credentials;
-use super::{Failure, signal, tell};
+use super::{Failure, bad, could, signal, tell};
 use crate::run::scenario::{Scenario, Start};
 
 #[derive(clap::Args)]
@@ -77,7 +77,7 @@ fn seed() -> u64 {
 
 fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
     let name = arguments.scenario.as_deref().unwrap_or(super::run::DEFAULT);
-    let scenario = Scenario::open(name).map_err(|error| Failure::Bad(error.to_string()))?;
+    let scenario = Scenario::open(name).map_err(bad)?;
     let modules = scenario.structure.len();
     if arguments.scenario.is_some() && usize::from(arguments.id) > modules {
         let id = arguments.id;
@@ -97,7 +97,7 @@ fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
         report_every: Duration(10_000),
         seed: seed(),
     };
-    let mut module = SimModule::new(&setup, radio, host).map_err(|error| Failure::Bad(error.to_string()))?;
+    let mut module = SimModule::new(&setup, radio, host).map_err(bad)?;
     tell(&format!("module {} on {address}, host at {host}", arguments.id));
     live(arguments, |now| module.tick(now).map(|()| module.state(now)))
 }
@@ -120,7 +120,7 @@ fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
         clock: &CLOCK,
         seed: seed(),
     };
-    let mut rov = SimRov::new(&setup, radio, host).map_err(|error| Failure::Bad(error.to_string()))?;
+    let mut rov = SimRov::new(&setup, radio, host).map_err(bad)?;
     tell(&format!("ROV {} on {address}, host at {host}", arguments.id));
     live(arguments, |now| rov.tick(now).map(|()| rov.state(now)))
 }
@@ -128,8 +128,8 @@ fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
 /// The radio, and where it listens. A network that is away for a while does not end a module.
 fn listen(arguments: &Arguments, host: SocketAddr) -> Result<(UdpRadio, SocketAddr), Failure> {
     let listen = arguments.listen.clone().unwrap_or_else(|| any_port(host));
-    let radio = UdpRadio::bind(listen.as_str()).map_err(|error| Failure::Bad(error.to_string()))?.patient();
-    let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
+    let radio = UdpRadio::bind(listen.as_str()).map_err(bad)?.patient();
+    let address = radio.local_address().map_err(could)?;
     Ok((radio, address))
 }
 

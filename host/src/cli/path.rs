@@ -17,7 +17,7 @@ use reader::file::{MADE_MAX, text_of};
 use serde::Serialize;
 
 use super::progress::Bar;
-use super::{Failure, written};
+use super::{Failure, bad, could, written};
 use crate::run::progress::Progress;
 
 #[derive(clap::Args)]
@@ -106,7 +106,7 @@ fn size_3d(volume: &Volume) -> String {
 
 /// The whole of a text file.
 fn text(file: &Path) -> Result<String, Failure> {
-    let text = text_of(file, MADE_MAX).map_err(|error| Failure::Bad(error.to_string()))?;
+    let text = text_of(file, MADE_MAX).map_err(bad)?;
     text.ok_or_else(|| Failure::Bad(format!("{}: no such file", file.display())))
 }
 
@@ -183,7 +183,7 @@ fn answer<const N: usize>(
         }
         let answer = ask(arguments.algorithm, &mut search, map, question);
         if arguments.json {
-            let line = serde_json::to_string(&answer).map_err(|error| Failure::Could(error.to_string()))?;
+            let line = serde_json::to_string(&answer).map_err(could)?;
             let outcome = writeln!(out, "{line}");
             let is_gone = outcome.is_err();
             written(outcome)?;

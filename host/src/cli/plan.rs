@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::request::{Previous, Request, Tails};
-use super::{Failure, envelope, filter, tell};
+use super::{Failure, bad, envelope, filter, tell};
 use crate::run::distances;
 use crate::run::scenario::Scenario;
 
@@ -99,7 +99,7 @@ struct Last {
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let (parameters, mut config) = match &arguments.scenario {
         Some(name) => {
-            let scenario = Scenario::open(name).map_err(|error| Failure::Bad(error.to_string()))?;
+            let scenario = Scenario::open(name).map_err(bad)?;
             (scenario.modboat, scenario.planner)
         }
         None => (Parameters::default(), PlannerConfig::default()),
@@ -119,7 +119,7 @@ impl Stream {
     fn answer(&mut self, number: u64, line: &str) -> Result<String, String> {
         let request = Request::read(line)?;
         let modules = request.cells.len();
-        let planner = self.planner(&request.cells)?;
+        self.prepare(&request.cells)?;
         let (tails, previous) = match request.tail_rad {
             Tails::Unknown => (None, None),
             Tails::Angles(angles) => {
@@ -138,12 +138,9 @@ impl Stream {
                 (Some(last.ends_rad.clone()), Some(last.cycle.clone()))
             }
         };
+        let planner = self.planners.get_mut(&request.cells).ok_or("no planner")?;
         let began = Instant::now();
-        let plan = self.planners.get_mut(&planner).ok_or("no planner")?.plan(
-            request.demand,
-            tails.as_deref(),
-            previous.as_deref(),
-        );
+        let plan = planner.plan(request.demand, tails.as_deref(), previous.as_deref());
         let solve_us = began.elapsed().as_micros() as u64;
         if plan.outside_envelope {
             let share = 100.0 * (1.0 - plan.error);
@@ -151,53 +148,37 @@ impl Stream {
                 "line {number}: the demand lies outside the envelope: {share:.1} % of it in the same direction (--envelope tells more)"
             ));
         }
-        let Plan {
-            outcome,
-            cycle,
-            transition,
-            wrench,
-            error,
-            travel_rad,
-            clearance_m,
-            guarantee_m,
-            loss_tolerant,
-            reason,
-            ..
-        } = &plan;
         let reply = Reply {
-            outcome: outcome.name(),
-            cycle,
+            outcome: plan.outcome.name(),
+            cycle: &plan.cycle,
             transition: rotations(&plan),
-            wrench: *wrench,
-            error: *error,
-            travel_rad: *travel_rad,
+            wrench: plan.wrench,
+            error: plan.error,
+            travel_rad: plan.travel_rad,
             // Alone, a module has nothing to be clear of; JSON has no infinity.
-            clearance_m: clearance_m.is_finite().then_some(*clearance_m),
-            guarantee_m: guarantee_m.filter(|guarantee_m| guarantee_m.is_finite()),
-            loss_tolerant: *loss_tolerant,
-            reason: reason.map(|reason| reason.to_string()),
+            clearance_m: Some(plan.clearance_m).filter(|clearance_m| clearance_m.is_finite()),
+            guarantee_m: plan.guarantee_m.filter(|guarantee_m| guarantee_m.is_finite()),
+            loss_tolerant: plan.loss_tolerant,
+            reason: plan.reason.map(|reason| reason.to_string()),
             planner: self.config.kind.name(),
             solve_us,
         };
         let answer = serde_json::to_string(&reply).map_err(|error| error.to_string())?;
-        let ends_rad = match (transition, tails) {
+        let ends_rad = match (&plan.transition, tails) {
             (Some(turns), _) => turns.iter().map(|turn| turn.to_rad).collect(),
             (None, Some(tails)) => tails,
-            (None, None) => cycle.iter().map(|swing| swing.start_rad()).collect(),
+            (None, None) => plan.cycle.iter().map(|swing| swing.start_rad()).collect(),
         };
         // A held fleet swims nothing that could be repeated.
-        if *outcome == Outcome::Held && self.previous.is_some() {
-            if let Some(last) = &mut self.previous {
-                last.ends_rad = ends_rad;
-            }
-        } else {
-            self.previous = Some(Last { cells: request.cells, cycle: plan.cycle, ends_rad });
+        match &mut self.previous {
+            Some(last) if plan.outcome == Outcome::Held => last.ends_rad = ends_rad,
+            previous => *previous = Some(Last { cells: request.cells, cycle: plan.cycle, ends_rad }),
         }
         Ok(answer)
     }
 
-    /// The key of the planner for `cells`, made if there is none yet.
-    fn planner(&mut self, cells: &[[i32; 2]]) -> Result<Vec<[i32; 2]>, String> {
+    /// Makes the planner for `cells` if there is none yet.
+    fn prepare(&mut self, cells: &[[i32; 2]]) -> Result<(), String> {
         if !self.planners.contains_key(cells) {
             let structure = Structure::from_cells(cells).map_err(|error| format!("cells: {error}"))?;
             let distance = Arc::clone(&self.distance);
@@ -211,7 +192,7 @@ impl Stream {
             }
             self.planners.insert(cells.to_vec(), planner);
         }
-        Ok(cells.to_vec())
+        Ok(())
     }
 }
 

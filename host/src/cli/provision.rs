@@ -13,10 +13,10 @@ use quantity::MODULE_IDS;
 use zeroize::Zeroizing;
 
 use super::keygen::module_credentials;
-use super::{Failure, written};
+use super::{Failure, bad, written};
 use crate::provision::image::{self, Format};
 use crate::provision::memory::CONFIGURATION;
-use crate::provision::{ModuleFile, NetworkOptions, ProvisionError, shown};
+use crate::provision::{ModuleFile, NetworkOptions, shown};
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flotilla provision --id 3 --from module.toml --out module-3.uf2\n  \
@@ -92,8 +92,8 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn provision(arguments: &Arguments, ids: &BTreeSet<u16>, from: &str) -> Result<(), Failure> {
-    let file = ModuleFile::open(from).map_err(refused)?;
-    file.check_shared(ids.len()).map_err(refused)?;
+    let file = ModuleFile::open(from).map_err(bad)?;
+    file.check_shared(ids.len()).map_err(bad)?;
     let options = NetworkOptions {
         host: arguments.host.clone(),
         ssid: arguments.ssid.clone(),
@@ -103,7 +103,7 @@ fn provision(arguments: &Arguments, ids: &BTreeSet<u16>, from: &str) -> Result<(
     let mut configurations = Vec::with_capacity(ids.len());
     for &id in ids {
         let credentials = module_credentials(arguments.key.as_deref(), id)?;
-        configurations.push(file.configuration(&credentials, &options).map_err(refused)?);
+        configurations.push(file.configuration(&credentials, &options).map_err(bad)?);
     }
     // Several files come all, or none does for one that is there already.
     if let Some(path) = targets.iter().find(|path| !arguments.force && fs::symlink_metadata(path).is_ok()) {
@@ -111,7 +111,7 @@ fn provision(arguments: &Arguments, ids: &BTreeSet<u16>, from: &str) -> Result<(
     }
     let mut said = String::new();
     for (configuration, path) in configurations.iter().zip(&targets) {
-        let bytes = image::encode(configuration, format).map_err(|error| Failure::Bad(error.to_string()))?;
+        let bytes = image::encode(configuration, format).map_err(bad)?;
         private_file::write(path, &bytes, arguments.force).map_err(|error| match error {
             PrivateFileError::Entropy(_) => Failure::Could(error.to_string()),
             _ => Failure::Bad(error.to_string()),
@@ -191,8 +191,4 @@ fn show(path: &Path) -> Result<(), Failure> {
     };
     let mut out = std::io::stdout().lock();
     written(write!(out, "# {}: {place}\n{text}", path.display()).and_then(|()| out.flush()))
-}
-
-fn refused(error: ProvisionError) -> Failure {
-    Failure::Bad(error.to_string())
 }

@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use link::faults::FaultParameters;
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
+use reader::Document;
 use reader::file::{MADE_MAX, text_from, text_of};
-use reader::{Document, FileError};
 use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::problem::Problem;
 use record::reconfigure::Record;
@@ -18,10 +18,9 @@ use rov::power::PowerLaw;
 use super::folder::Folder;
 use super::progress::Bar;
 use super::run::RadioKind;
-use super::{Failure, keygen, signal, tell, written};
+use super::{Failure, bad, could, keygen, signal, tell, written};
 use crate::run::experiment::Pace;
 use crate::run::progress::Progress;
-use crate::run::reconfigure::ExecutionError;
 use crate::run::reconfigure::execution::{Executed, Options, run};
 use crate::run::reconfigure::fleet::{InProcess, OverUdp};
 use crate::run::reconfigure::scenario::ReconfigureScenario;
@@ -125,7 +124,7 @@ struct Column {
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let opened = ReconfigureScenario::open(&arguments.scenario);
-    let scenario = opened.map_err(|error| Failure::Bad(error.to_string()))?;
+    let scenario = opened.map_err(bad)?;
     if let Some(path) = &arguments.verify {
         return judge(&scenario.problem, path);
     }
@@ -140,7 +139,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         RadioKind::Udp => {
             let host = keygen::host(arguments.key.as_deref())?;
             let radio = UdpRadio::bind(arguments.listen.as_str());
-            Some((radio.map_err(|error| Failure::Bad(error.to_string()))?, host))
+            Some((radio.map_err(bad)?, host))
         }
     };
     let (mut columns, mut failures) = (Vec::new(), Vec::new());
@@ -178,10 +177,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         drop(bar);
         return print_json(&columns);
     }
-    let folder = match &arguments.out {
-        Some(folder) => Folder::named(folder)?,
-        None => Folder::unused(Path::new("runs"), &scenario.problem.name)?,
-    };
+    let folder = Folder::of(arguments.out.as_deref(), &scenario.problem.name)?;
     if !arguments.plan_only {
         signal::watch();
         for column in &mut columns {
@@ -191,7 +187,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     drop(bar);
-    let paths = save(&scenario.problem, &columns, &folder.path)?;
+    let paths = save(&scenario.problem, &columns, &folder)?;
     let mut out = std::io::stdout().lock();
     let printed = table::print(&mut out, &scenario.problem, &columns)
         .and_then(|()| paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display())));
@@ -226,14 +222,13 @@ fn execute(
     let law = law(arguments.power, problem.rules.battery_v)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let options = Options { seed, radio: faults, law };
-    let could = |error: ExecutionError| Failure::Could(error.to_string());
     let stop = &signal::STOP;
     let Some((radio, host)) = radio else {
         let mut fleet = InProcess::new(problem, faults, seed).map_err(could)?;
         let pace = Pace::Simulated;
         return run(problem, plan, &options, &mut fleet, pace, bar, stop, &mut |_, _, _| {}).map_err(could);
     };
-    let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
+    let address = radio.local_address().map_err(could)?;
     tell(&format!(
         "listening on {address} for {} ROVs (flotilla module --rov --id 1 --host {address}, and so on)",
         problem.robots.len()
@@ -243,20 +238,9 @@ fn execute(
 }
 
 /// Plans, figures and pictures.
-fn save(problem: &Problem, columns: &[Column], folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let mut paths = Vec::new();
-    let mut write = |name: String, text: serde_json::Result<String>| {
-        let path = folder.join(name);
-        let text = text.map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
-        std::fs::write(&path, text + "\n")
-            .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
-        paths.push(path);
-        Ok(())
-    };
-    for column in columns {
-        let name = format!("plan-{}.json", column.title);
-        write(name, serde_json::to_string_pretty(&column.planned.plan))?;
-    }
+fn save(problem: &Problem, columns: &[Column], folder: &Folder) -> Result<Vec<PathBuf>, Failure> {
+    let plan = |column: &Column| folder.write(&format!("plan-{}.json", column.title), &column.planned.plan);
+    let mut paths: Vec<PathBuf> = columns.iter().map(plan).collect::<Result<_, _>>()?;
     let summaries: serde_json::Map<_, _> = columns
         .iter()
         .filter_map(|column| {
@@ -265,7 +249,7 @@ fn save(problem: &Problem, columns: &[Column], folder: &Path) -> Result<Vec<Path
         })
         .collect();
     if !summaries.is_empty() {
-        write("summary.json".to_owned(), serde_json::to_string_pretty(&summaries))?;
+        paths.push(folder.write("summary.json", &summaries)?);
     }
     let record = |column: &Column| match &column.executed {
         Some(executed) => executed.record.clone(),
@@ -273,8 +257,8 @@ fn save(problem: &Problem, columns: &[Column], folder: &Path) -> Result<Vec<Path
         None => Record { problem: problem.clone(), plan: column.planned.plan.clone(), samples: Vec::new() },
     };
     let records: Vec<Record> = columns.iter().map(record).collect();
-    let pictures = plot::reconfigure::write_all(&records, folder);
-    paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
+    let pictures = plot::reconfigure::write_all(&records, &folder.path);
+    paths.extend(pictures.map_err(could)?);
     Ok(paths)
 }
 
@@ -313,13 +297,12 @@ fn law(kind: PowerKind, battery_v: f64) -> Result<PowerLaw, Failure> {
             PowerLaw::quadratic(table.power_w(forward_n) / (forward_n * forward_n))
         }),
     };
-    law.map_err(|error| Failure::Bad(error.to_string()))
+    law.map_err(bad)
 }
 
 /// Says what is wrong with a plan from a file.
 fn judge(problem: &Problem, path: &Path) -> Result<(), Failure> {
     let name = path.display();
-    let bad = |error: FileError| Failure::Bad(error.to_string());
     let text = if path == Path::new("-") {
         text_from("-", std::io::stdin().lock(), MADE_MAX).map_err(bad)?
     } else {

@@ -2,24 +2,24 @@
 
 use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
 use protocol::ModuleId;
+use serde::Serialize;
 
 use super::folder::Folder;
 use super::planner::PlannerArguments;
 use super::progress::Bar;
-use super::{Failure, keygen, report, signal, tell, written};
+use super::{Failure, bad, could, keygen, report, signal, tell, written};
 use crate::run::RunError;
 use crate::run::experiment::{Pace, RunResult, run};
 use crate::run::fleet::{InProcess, OverUdp};
 use crate::run::progress::Progress;
 use crate::run::roster::Roster;
 use crate::run::scenario::Scenario;
-use crate::run::summary::Summary;
 
 /// The scenario that runs when none is named.
 pub(super) const DEFAULT: &str = "holonomic-1";
@@ -76,8 +76,7 @@ pub(super) enum RadioKind {
 }
 
 pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
-    let bad = |error: &dyn std::fmt::Display| Failure::Bad(error.to_string());
-    let mut scenario = Scenario::open(&arguments.scenario).map_err(|error| bad(&error))?;
+    let mut scenario = Scenario::open(&arguments.scenario).map_err(bad)?;
     arguments.planner.apply(&mut scenario.planner);
     if let Some(loss) = arguments.loss {
         scenario.radio.loss = loss;
@@ -100,13 +99,10 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
         RadioKind::Loopback => None,
         RadioKind::Udp => Some(remote(&arguments, &scenario)?),
     };
-    let folder = match &arguments.out {
-        Some(folder) => Folder::named(folder)?,
-        None => Folder::unused(Path::new("runs"), &scenario.name)?,
-    };
+    let folder = Folder::of(arguments.out.as_deref(), &scenario.name)?;
     signal::watch();
     let result = swim(&arguments, &scenario, seed, radio).inspect_err(|_| folder.discard())?;
-    let paths = write(&result, &folder.path)?;
+    let paths = write(&result, &folder)?;
     let json = if arguments.json { Some(to_json(&result.summary)?) } else { None };
     let mut out = std::io::stdout().lock();
     let outcome = match json {
@@ -138,15 +134,13 @@ struct Remote {
 }
 
 fn remote(arguments: &Arguments, scenario: &Scenario) -> Result<Remote, Failure> {
-    let bad = |error: &dyn std::fmt::Display| Failure::Bad(error.to_string());
     let host = keygen::host(arguments.key.as_deref())?;
     let roster = match &arguments.roster {
         Some(path) => Roster::read(path).and_then(|roster| roster.seats(&scenario.structure)),
         None => Roster::numbered(scenario.structure.len()).seats(&scenario.structure),
     };
-    let roster = roster.map_err(|error| bad(&error))?;
-    let radio = UdpRadio::bind(arguments.listen.as_str()).map_err(|error| bad(&error))?;
-    Ok(Remote { radio, host, roster })
+    let radio = UdpRadio::bind(arguments.listen.as_str()).map_err(bad)?;
+    Ok(Remote { radio, host, roster: roster.map_err(bad)? })
 }
 
 /// Runs `scenario` on the chosen radio.
@@ -164,7 +158,7 @@ fn swim(
         let result = run(scenario, seed, &mut fleet, pace, &mut bar, stop, &mut |_, _, _| {});
         return result.map_err(|error| failure(error, ""));
     };
-    let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
+    let address = radio.local_address().map_err(could)?;
     let listening = format!("listening on {address} for {} modules", scenario.structure.len());
     // A port that the system chose must be told to scripts too.
     if arguments.listen.ends_with(":0") {
@@ -212,16 +206,13 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
     }
 }
 
-fn to_json(summary: &Summary) -> Result<String, Failure> {
+pub(super) fn to_json(summary: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(summary).map_err(|error| Failure::Could(format!("summary: {error}")))
 }
 
-fn write(result: &RunResult, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let path = folder.join("summary.json");
-    std::fs::write(&path, to_json(&result.summary)? + "\n")
-        .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
-    let mut paths = vec![path];
-    let pictures = plot::write_all(&result.record, folder);
-    paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
+fn write(result: &RunResult, folder: &Folder) -> Result<Vec<PathBuf>, Failure> {
+    let mut paths = vec![folder.write("summary.json", &result.summary)?];
+    let pictures = plot::write_all(&result.record, &folder.path);
+    paths.extend(pictures.map_err(could)?);
     Ok(paths)
 }

@@ -8,7 +8,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use super::{Failure, filter};
+use super::{Failure, bad, filter};
 use crate::run::vehicles;
 use firmware::rov::thruster::{law, t200};
 use protocol::units::{PulseMicros, Volts};
@@ -93,7 +93,7 @@ struct Sample {
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let vehicle = match &arguments.vehicle {
-        Some(name) => Some(vehicles::open(name).map_err(|error| Failure::Bad(error.to_string()))?),
+        Some(name) => Some(vehicles::open(name).map_err(bad)?),
         None => None,
     };
     filter::run(|_, line| answer(line, vehicle.as_ref()))
@@ -102,12 +102,12 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
 fn answer(line: &str, usual: Option<&Vehicle>) -> Result<String, String> {
     let request: Request = filter::read(line)?;
     let (body, vehicle) = match (request.vehicle, usual) {
-        (Some(Described::Named(vehicle)), _) => (vehicle.body(), Some(*vehicle)),
+        (Some(Described::Named(vehicle)), _) => (vehicle.body.clone(), Some(*vehicle)),
         (Some(Described::Body(body)), _) => {
             body.validate().map_err(|error| format!("vehicle: {error}"))?;
             (*body, None)
         }
-        (None, Some(vehicle)) => (vehicle.body(), Some(vehicle.clone())),
+        (None, Some(vehicle)) => (vehicle.body.clone(), Some(vehicle.clone())),
         (None, None) => {
             return Err("vehicle: neither the request nor the command line says which".to_owned());
         }

@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str]); 16] = [
     // Of a reconfiguration the judge knows the data, and nothing of the planner that it judges.
     ("judge", &["reconfiguration"]),
     ("record", &["modboat", "reconfiguration"]),
-    ("plot", &["grid", "modboat", "quantity", "reconfiguration", "record"]),
+    ("plot", &["firmware", "grid", "modboat", "protocol", "quantity", "reconfiguration", "record"]),
     ("link", &["protocol", "quantity", "reader"]),
     ("sim", &["firmware", "modboat", "plant", "protocol", "quantity", "reconfiguration", "record", "rov"]),
     (

@@ -39,8 +39,8 @@ impl Space for Table {
             }
         }
     }
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        self.leg[from * self.vertices + to]
+    fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
+        self.leg[from * self.vertices + to].filter(|&cost| cost < limit)
     }
     fn bound(&self, vertex: usize, goal: usize) -> f64 {
         if vertex == goal { 0.0 } else { self.bound[vertex * self.vertices + goal] }
@@ -116,8 +116,8 @@ impl Space for Line {
             }
         }
     }
-    fn leg(&self, from: usize, to: usize) -> Option<f64> {
-        Some(self.1(from.abs_diff(to) as f64))
+    fn leg_below(&self, from: usize, to: usize, limit: f64) -> Option<f64> {
+        Some(self.1(from.abs_diff(to) as f64)).filter(|&cost| cost < limit)
     }
     fn bound(&self, _: usize, _: usize) -> f64 {
         0.0

@@ -5,6 +5,7 @@ use std::hint::black_box;
 use criterion::Criterion;
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
+use modboat::motion::Swing;
 use modboat::parameters::Parameters;
 use modboat::region::CollisionRegion;
 use modboat::tail::Tail;
@@ -33,6 +34,8 @@ pub fn geometry(criterion: &mut Criterion) {
     let table = DistanceTable::generate(&parameters);
     let swims = swims(&parameters);
     let ends = |[a, b, c, d]: [f64; 4]| ([a + b, c + d], [a - b, c - d]);
+    let swing = |centerline_rad, amplitude_rad| Swing { centerline_rad, amplitude_rad };
+    let swings = |[a, b, c, d]: [f64; 4]| [swing(a, b), swing(c, d)];
     let mut next = 0;
     let mut swim = || {
         next = (next + 1) % swims.len();
@@ -48,7 +51,7 @@ pub fn geometry(criterion: &mut Criterion) {
     group.bench_function("exact clearance along a swim", |b| {
         b.iter(|| {
             let (from, to) = ends(swim());
-            black_box(tail.clearance_along_m([1, 0], from, to))
+            black_box(tail.least_along_m([1, 0], from, to, f64::INFINITY))
         });
     });
     group.bench_function("exact collision along a swim", |b| {
@@ -59,20 +62,14 @@ pub fn geometry(criterion: &mut Criterion) {
     });
     group.bench_function("DoC direct", |b| {
         b.iter(|| {
-            let [x, a, y, c] = swim();
-            black_box(doc.swim(0, x, a, y, c))
-        });
-    });
-    group.bench_function("DoC direct, capped at 1 rad", |b| {
-        b.iter(|| {
-            let (from, to) = ends(swim());
-            black_box(doc.along_capped(0, from, to, 1.0))
+            let [i, j] = swings(swim());
+            black_box(doc.swim(0, i, j))
         });
     });
     group.bench_function("DoC direct, exact below 0.2 rad, else a bound", |b| {
         b.iter(|| {
             let (from, to) = ends(swim());
-            black_box(doc.along_bounded(0, from, to, 0.2))
+            black_box(doc.along_bounded(0, [from, to], 0.2))
         });
     });
     group.bench_function("DoC direct, clear by 0.1 rad?", |b| {
@@ -83,8 +80,8 @@ pub fn geometry(criterion: &mut Criterion) {
     });
     group.bench_function("DoC from the table, at random", |b| {
         b.iter(|| {
-            let [x, a, y, c] = swim();
-            black_box(table.swim(0, x, a, y, c))
+            let [i, j] = swings(swim());
+            black_box(table.swim(0, i, j))
         });
     });
     group.bench_function("DoC from the table, near the last", |b| {
@@ -96,7 +93,8 @@ pub fn geometry(criterion: &mut Criterion) {
                 at = swim();
             }
             at[k as usize % 4] += if k % 8 < 4 { 0.01 } else { -0.01 };
-            black_box(table.swim(0, at[0], at[1], at[2], at[3]))
+            let [i, j] = swings(at);
+            black_box(table.swim(0, i, j))
         });
     });
     group.bench_function("tracing a region", |b| {

@@ -11,7 +11,8 @@ use modboat::parameters::Parameters;
 use modboat::planner_config::PlannerConfig;
 use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
-use modboat::transition;
+use modboat::transition::solver::Solver;
+use modboat::transition::{self, Transition};
 
 use crate::demands::{Question, SHAPES, Sequence, demands, planner, stream};
 
@@ -91,7 +92,9 @@ pub fn transition(criterion: &mut Criterion) {
         group.bench_function(format!("{} modules", structure.len()), |b| {
             b.iter(|| {
                 let (tails, cycle) = turn.next()?;
-                black_box(transition::solve(&pairs, structure.cells(), tails, cycle, limit_rad, clear))
+                let (mut solver, mut best) = (Solver::default(), Transition::default());
+                black_box(transition::solve(&mut solver, &pairs, tails, cycle, limit_rad, clear, &mut best));
+                Some(best)
             });
         });
     }

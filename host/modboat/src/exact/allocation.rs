@@ -16,6 +16,8 @@
 //!
 //! Both run in time linear in the modules and allocate nothing.
 
+use quantity::vector::dot;
+
 use super::law::Law;
 use super::neighbours::{Cycle, Rules};
 use super::rest::RestPoses;
@@ -113,10 +115,6 @@ impl Place {
         let ([w1, w2], [x_m, y_m]) = (self.weights, self.lever_m);
         [w1 * x_n, w2 * y_n, x_m * y_n - y_m * x_n]
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// The solution of a symmetric positive definite 3 × 3 system by Cholesky; `None` if it is not.

@@ -1,9 +1,8 @@
 //! The search for a transition from the present tail angles to the start of a cycle: in one step if possible, else in two.
 
 use crate::buffers::Buffers;
-use crate::motion::Swing;
+use crate::motion::{Swing, ends};
 use crate::pairs::Pair;
-use crate::setting::ends;
 use crate::setting::{Approach, Setting};
 use crate::transition::solver::{Clearance, Least, Problem, Signs, Solver};
 
@@ -26,8 +25,7 @@ impl Clearance for Turning<'_> {
         // Beside a tail that rests out of reach, anything goes.
         let still = |k: usize| from_rad[k].to_bits() == to_rad[k].to_bits();
         let reach = &setting.reaches[offset];
-        still(0) && reach.clears_i(from_rad[0])
-            || still(1) && reach.clears_j(from_rad[1])
+        (0..2).any(|end| still(end) && reach.clears(end, from_rad[end]))
             || (setting.may_turn(offset, from_rad, to_rad)
                 || slow && setting.may_turn_slowly(offset, from_rad, to_rad))
                 && setting.may_stop(pair, from_rad, to_rad)

@@ -5,7 +5,7 @@ pub(super) const SMALL: usize = 4;
 /// Structures of so few modules have little to spare: more is tried.
 pub(super) const FEW: usize = 8;
 
-/// Rest poses for few modules.
+/// Choice of rest poses for structures of few modules.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
     /// Which of the choices made it is.

@@ -46,7 +46,7 @@ pub struct Law {
 }
 
 impl Law {
-    /// For modules of one kind.
+    /// The law of modules with these parameters.
     #[must_use]
     pub fn new(parameters: &Parameters) -> Self {
         let range_rad = [parameters.amplitude_min_rad, parameters.amplitude_max_rad];

@@ -1,8 +1,8 @@
 //! Whether the cycles of two neighbours are free of collisions: the constraint that every search here prunes by.
 
-use crate::motion::Swing;
+use crate::motion::{Swing, ends};
 use crate::pairs::Pair;
-use crate::setting::{Participation, Setting, ends};
+use crate::setting::{Participation, Setting};
 
 /// One module's cycle as the search sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,11 +44,10 @@ impl Rules<'_> {
         if (!active(pair.i) && i.amplitude_rad != 0.0) || (!active(pair.j) && j.amplitude_rad != 0.0) {
             return false;
         }
+        let [from, to] = ends(i.swing(), j.swing());
         if self.setting.is_unknown(pair) {
-            let [from, to] = ends(i.swing(), j.swing());
             return self.setting.keeps_out(pair, from, to);
         }
-        let [from, to] = ends(i.swing(), j.swing());
         if !self.setting.may_stop(pair, from, to) {
             return false;
         }

@@ -20,8 +20,8 @@ use super::law::Sign;
 use super::neighbours::Cycle;
 use super::orientation::may_hold;
 use super::search::{CycleCandidate, Search};
-use crate::motion::{Swing, Wrench};
-use crate::setting::{Setting, ends};
+use crate::motion::{Swing, Wrench, ends};
+use crate::setting::Setting;
 use crate::transition::solver::Signs;
 
 /// How long few modules are looked for.
@@ -254,11 +254,9 @@ impl Search {
         let mut field = self.field.take()?;
         let distance = &setting.distance;
         let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
-            let [from, to] = ends(i, j);
-            distance.along_bounded(offset, from, to, margin_rad)
+            distance.along_bounded(offset, ends(i, j), margin_rad)
         };
-        let aim = self.aim(setting, demand);
-        let aim = Aim { recentre: 0.0, ..aim };
+        let aim = Aim { recentre: 0.0, ..self.aim(setting, demand) };
         let asked =
             Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
         let rules = asked.rules();

@@ -12,10 +12,10 @@ use std::sync::Arc;
 use super::{Candidate, PotentialField};
 use crate::buffers::Buffers;
 use crate::distance_table::{DistanceTable, LOOK_UP_RAD};
-use crate::motion::{Swing, Wrench};
+use crate::motion::{Swing, Wrench, ends};
 use crate::pairs::Pair;
 use crate::plan::{Outcome, Plan};
-use crate::setting::{Approach, Setting, ends, swim_ends};
+use crate::setting::{Approach, Setting, swim_ends};
 use crate::transition::solver::Solver;
 use crate::transition::{self, Transition};
 
@@ -118,16 +118,11 @@ fn solve<'f>(
 ) -> &'f [Candidate] {
     let Some(table) = table else {
         let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
-            let [from, to] = ends(i, j);
-            setting.distance.along_bounded(offset, from, to, margin_rad)
+            setting.distance.along_bounded(offset, ends(i, j), margin_rad)
         };
         return field.solve(demand, previous, &swim);
     };
-    let swim = |offset: usize, i: Swing, j: Swing, _margin_rad: f64| {
-        let held_rad =
-            table.swim(offset, i.centerline_rad, i.amplitude_rad, j.centerline_rad, j.amplitude_rad);
-        held_rad - LOOK_UP_RAD
-    };
+    let swim = |offset: usize, i: Swing, j: Swing, _margin_rad: f64| table.swim(offset, i, j) - LOOK_UP_RAD;
     field.solve(demand, previous, &swim)
 }
 
@@ -156,7 +151,7 @@ fn reach(
     let clear = |offset: usize, from: [f64; 2], to: [f64; 2]| setting.may_turn(offset, from, to);
     let (pairs, limit_rad) = (&setting.pairs, setting.rotation_max_rad());
     let mut transition = Transition { turns: buffers.turns([]), ..Transition::default() };
-    if !transition::solve_into(solver, pairs, tails, &candidate.cycle, limit_rad, clear, &mut transition) {
+    if !transition::solve(solver, pairs, tails, &candidate.cycle, limit_rad, clear, &mut transition) {
         buffers.keep_way(Some(transition.turns), None);
         return None;
     }

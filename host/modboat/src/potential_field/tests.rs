@@ -29,9 +29,7 @@ impl Setup {
 
     fn solve(&mut self, demand: Wrench, previous: Option<&[Swing]>) -> Vec<Candidate> {
         let distance = &self.distance;
-        let swim = |offset: usize, i: Swing, j: Swing, _margin_rad: f64| {
-            distance.swim(offset, i.centerline_rad, i.amplitude_rad, j.centerline_rad, j.amplitude_rad)
-        };
+        let swim = |offset: usize, i: Swing, j: Swing, _margin_rad: f64| distance.swim(offset, i, j);
         self.field.solve(demand, previous, &swim).to_vec()
     }
 
@@ -169,13 +167,7 @@ fn bounds_spare_questions_and_change_nothing() {
                     let mut count = asked.get();
                     count[most] += 1;
                     asked.set(count);
-                    let doc_rad = distance.swim(
-                        offset,
-                        i.centerline_rad,
-                        i.amplitude_rad,
-                        j.centerline_rad,
-                        j.amplitude_rad,
-                    );
+                    let doc_rad = distance.swim(offset, i, j);
                     if most == 0 { doc_rad.min(margin_rad) } else { doc_rad }
                 };
                 setup.field.solve(demand, None, &swim).to_vec()

@@ -108,7 +108,7 @@ impl Setting {
             let between = steps.via_rad.map(|via_rad| [via_rad[pair.i], via_rad[pair.j]]);
             // A tail that rests out of reach is in no other's way.
             let reach = &self.reaches[pair.offset];
-            let away = |rest: [f64; 2]| reach.clears_i(rest[0]) && reach.clears_j(rest[1]);
+            let away = |rest: [f64; 2]| reach.clears(0, rest[0]) && reach.clears(1, rest[1]);
             if away(rest) && between.is_none_or(away) {
                 return true;
             }

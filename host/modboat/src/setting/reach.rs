@@ -5,6 +5,9 @@ use std::f64::consts::{PI, TAU};
 use crate::distance::DistanceToCollision;
 use quantity::wrap_rad;
 
+/// From the direction i to j to that in which tail i, tail j, points at the other, rad.
+const TURNED_RAD: [f64; 2] = [0.0, PI];
+
 /// Angles at which two tails at one lattice offset can touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
@@ -24,33 +27,17 @@ impl Reach {
         Self { towards_rad: row.atan2(col), within_rad: within_rad.min(PI) }
     }
 
-    /// Whether tail i is out of j's reach at this angle, wherever tail j is.
+    /// Whether tail i (`end` 0) or tail j (1) is out of the other's reach at this angle, wherever the other is.
     #[must_use]
-    pub fn clears_i(&self, phi_i_rad: f64) -> bool {
-        wrap_rad(phi_i_rad - self.towards_rad).abs() >= self.within_rad
+    pub fn clears(&self, end: usize, phi_rad: f64) -> bool {
+        wrap_rad(phi_rad - self.towards_rad - TURNED_RAD[end]).abs() >= self.within_rad
     }
 
-    /// Whether tail i is out of j's reach all the way from one angle to another.
+    /// The same all the way from one angle to another: it lies in what `within_rad` about the direction leaves of the circle.
     #[must_use]
-    pub fn clears_i_along(&self, from_rad: f64, to_rad: f64) -> bool {
-        self.clears_along(self.towards_rad, from_rad, to_rad)
-    }
-
-    /// The same of tail j.
-    #[must_use]
-    pub fn clears_j_along(&self, from_rad: f64, to_rad: f64) -> bool {
-        self.clears_along(self.towards_rad + PI, from_rad, to_rad)
-    }
-
-    /// Whether the way from one angle to another lies in what `within_rad` about `towards_rad` leaves of the circle.
-    fn clears_along(&self, towards_rad: f64, from_rad: f64, to_rad: f64) -> bool {
+    pub fn clears_along(&self, end: usize, from_rad: f64, to_rad: f64) -> bool {
+        let towards_rad = self.towards_rad + TURNED_RAD[end];
         let past_rad = (from_rad.min(to_rad) - towards_rad - self.within_rad).rem_euclid(TAU);
         past_rad + (to_rad - from_rad).abs() <= TAU - 2.0 * self.within_rad
-    }
-
-    /// Whether tail j is out of i's reach at this angle, wherever tail i is.
-    #[must_use]
-    pub fn clears_j(&self, phi_j_rad: f64) -> bool {
-        wrap_rad(phi_j_rad - self.towards_rad - PI).abs() >= self.within_rad
     }
 }

@@ -50,12 +50,11 @@ impl Setting {
     #[must_use]
     pub fn keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
         let reach = &self.reaches[pair.offset];
-        (self.participation[pair.j] != Participation::Unknown
-            || rests(from_rad[0], to_rad[0])
-            || reach.clears_i_along(from_rad[0], to_rad[0]))
-            && (self.participation[pair.i] != Participation::Unknown
-                || rests(from_rad[1], to_rad[1])
-                || reach.clears_j_along(from_rad[1], to_rad[1]))
+        [pair.j, pair.i].into_iter().enumerate().all(|(end, other)| {
+            self.participation[other] != Participation::Unknown
+                || rests(from_rad[end], to_rad[end])
+                || reach.clears_along(end, from_rad[end], to_rad[end])
+        })
     }
 
     /// Whether a pair may move from → to, as far as power is concerned: always, unless plans are to be tolerant of that.
@@ -75,10 +74,8 @@ impl Setting {
     /// Whether of a pair that moves from → to one keeps out of the other's reach; of two of which one rests nothing is asked.
     fn one_keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
         let reach = &self.reaches[pair.offset];
-        rests(from_rad[0], to_rad[0])
-            || rests(from_rad[1], to_rad[1])
-            || reach.clears_i_along(from_rad[0], to_rad[0])
-            || reach.clears_j_along(from_rad[1], to_rad[1])
+        (0..2).any(|end| rests(from_rad[end], to_rad[end]))
+            || (0..2).any(|end| reach.clears_along(end, from_rad[end], to_rad[end]))
     }
 
     /// Whether of a pair that moves from → to one may stop anywhere while the other goes on: in this motion, or in the cycle before

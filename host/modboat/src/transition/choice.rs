@@ -56,7 +56,7 @@ impl Default for Limits {
     }
 }
 
-/// Result of a search.
+/// Result of a search for one option per module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Answer {
     /// The choice in [`Chooser::chosen`].
@@ -130,7 +130,7 @@ impl Chooser {
         self.descent.reserve(modules, count);
     }
 
-    /// Removes all nodes.
+    /// Removes all nodes from the problem.
     pub fn clear(&mut self) {
         self.costs.clear();
         self.first.clear();
@@ -143,7 +143,7 @@ impl Chooser {
         self.first.push(self.costs.len());
     }
 
-    /// The option chosen, by module.
+    /// The option chosen for each module.
     #[must_use]
     pub fn chosen(&self) -> &[u8] {
         &self.chosen

@@ -37,14 +37,6 @@ pub struct Transition {
     pub exact: bool,
 }
 
-impl Transition {
-    /// True if nothing moves.
-    #[must_use]
-    pub fn is_still(&self) -> bool {
-        self.turns.iter().all(|turn| turn.rotation_rad().abs() < STILL_RAD)
-    }
-}
-
 /// Clearance of turns only: swims need no check where all amplitudes keep or change their sign together.
 struct Turns<F>(F);
 
@@ -58,26 +50,12 @@ impl<F: Fn(usize, [f64; 2], [f64; 2]) -> bool> Clearance for Turns<F> {
     }
 }
 
-/// The transition with the least travel from the poses `from_rad` into `cycle`, over both signs of the
-/// amplitudes; `None` if it is proved that there is none.
+/// Writes into `best`, with the memory of `solver`, the transition with the least travel from the poses `from_rad` into `cycle`,
+/// over both signs of the amplitudes; false if it is proved that there is none.
 ///
 /// `limit_rad` is the greatest |rotation|, and `clear(offset, from, to)` says whether two neighbours at that offset index
 /// may turn along the segment from → to of (φᵢ, φⱼ).
-#[must_use]
 pub fn solve(
-    pairs: &Pairs,
-    _cells: &[[i32; 2]],
-    from_rad: &[f64],
-    cycle: &[Swing],
-    limit_rad: f64,
-    clear: impl Fn(usize, [f64; 2], [f64; 2]) -> bool,
-) -> Option<Transition> {
-    let mut best = Transition::default();
-    solve_into(&mut Solver::default(), pairs, from_rad, cycle, limit_rad, clear, &mut best).then_some(best)
-}
-
-/// The same, written into `best` with the memory of `solver`; false if there is none.
-pub fn solve_into(
     solver: &mut Solver,
     pairs: &Pairs,
     from_rad: &[f64],

@@ -40,7 +40,7 @@ pub trait Clearance {
     fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool;
 }
 
-/// The transition asked for.
+/// The transition that the solver is asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
     /// The neighbours.

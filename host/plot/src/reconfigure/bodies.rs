@@ -30,9 +30,6 @@ enum Body<'r> {
 }
 
 /// Draws all bodies of one step.
-///
-/// # Errors
-/// What plotters reports.
 pub fn draw(stage: &Stage<'_, '_>, rest: &Rest) -> Result<(), DrawError> {
     let mut bodies: Vec<(Body<'_>, Solid)> = Vec::new();
     bodies.extend(rest.robots.iter().map(|r| (Body::Robot(r), r.hull)));

@@ -90,12 +90,6 @@ pub fn label(plan: &Plan) -> &'static str {
     }
 }
 
-/// The name and the description of the problem that the records share; empty without a record.
-#[must_use]
-pub fn subject(records: &[Record]) -> (&str, &str) {
-    records.first().map_or(("", ""), |r| (r.problem.name.as_str(), r.problem.description.as_str()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

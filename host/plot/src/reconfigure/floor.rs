@@ -63,9 +63,6 @@ fn draw_arcs(
 }
 
 /// Draws the floor and what lies on it.
-///
-/// # Errors
-/// What plotters reports.
 pub fn draw(stage: &Stage<'_, '_>, world: &World, rest: &Rest) -> Result<(), DrawError> {
     let Window { x: north, y: east } = world.floor;
     let at = |n: f64, e: f64| [n, e, world.depth_m];

@@ -21,10 +21,9 @@ use super::PlotError;
 pub mod bodies;
 pub mod executed_move;
 pub mod floor;
-pub mod force;
 pub mod panels;
 pub mod power;
-pub mod pwm;
+pub mod quantities;
 #[cfg(test)]
 mod sample;
 pub mod scene;
@@ -33,20 +32,16 @@ pub mod stage;
 pub mod step;
 pub mod stroke;
 pub mod top;
-pub mod velocity;
 
 /// Writes every picture of these executed plans of one problem into an existing directory; returns the files in order.
-///
-/// # Errors
-/// [`PlotError`] with the first file that could not be drawn or written.
 pub fn write_all(records: &[Record], directory: &Path) -> Result<Vec<PathBuf>, PlotError> {
     let pictures = [
         ("scene.svg", scene::svg(records)),
         ("top.svg", top::svg(records)),
-        ("velocity.svg", velocity::svg(records)),
-        ("force.svg", force::svg(records)),
+        ("velocity.svg", quantities::velocity(records)),
+        ("force.svg", quantities::force(records)),
         ("power.svg", power::svg(records)),
-        ("pwm.svg", pwm::svg(records)),
+        ("pwm.svg", quantities::pwm(records)),
     ];
     super::write(pictures, directory)
 }

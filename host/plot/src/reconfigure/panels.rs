@@ -12,11 +12,9 @@ use super::executed_move::{self, ExecutedMove};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{Axis, extent, number};
 use crate::lines::{self, Point};
-use crate::picture::{self, Area, Chart, DrawError, Heading, Panel};
+use crate::picture::{self, Area, Chart, DrawError, Panel};
 use crate::style::{self, Anchor};
 
-/// Width of the picture, px.
-const WIDTH: f64 = 1500.0;
 /// Most columns of a block.
 const MOST: usize = 4;
 /// Height of the title over a column, px.
@@ -43,7 +41,15 @@ pub struct Row {
     pub ticks: usize,
 }
 
-/// A picture made of rows.
+impl Row {
+    /// A line that joins its values, on an axis about zero with some five ticks.
+    pub fn new(title: &str, value: impl Fn(&Sample, usize) -> Option<f64> + 'static) -> Self {
+        let (title, value) = (title.to_owned(), Box::new(value));
+        Self { title, value, holds: (-0.05, 0.05), shaded: None, is_stepped: false, ticks: 5 }
+    }
+}
+
+/// A picture of several quantities, a row of panels for each.
 pub struct Table<'t> {
     /// What it shows.
     pub subject: &'t str,
@@ -103,14 +109,11 @@ fn curve(row: &Row, moved: &ExecutedMove<'_>) -> Vec<Point> {
     steps
 }
 
-/// Draws the picture.
-///
-/// # Errors
-/// What plotters reports.
+/// Draws a picture of the records: a column for each slot, a row for each quantity.
 pub fn svg(records: &[Record], table: &Table<'_>) -> Result<String, DrawError> {
     let columns = columns(records);
     let blocks: Vec<&[Column<'_>]> = columns.chunks(MOST).collect();
-    let (width, _) = picture::body_size((WIDTH, 0.0));
+    let (width, _) = picture::body_size((picture::WIDE, 0.0));
     let mut legend: Vec<(Sign, String)> = records
         .iter()
         .enumerate()
@@ -120,16 +123,12 @@ pub fn svg(records: &[Record], table: &Table<'_>) -> Result<String, DrawError> {
         })
         .collect();
     legend.extend(table.legend.iter().cloned());
-    let legend_px = stroke::legend_height(&legend, width - 26.0) + 10.0;
     let bars_px = TITLE + BAR * records.len() as f64 + 4.0;
     let row_px = table.chart_height + picture::around(false, false);
     let block_px = bars_px
         + row_px * table.rows.len() as f64
         + (picture::around(false, true) - picture::around(false, false))
         + 14.0;
-    let height = picture::height_for(legend_px + block_px * blocks.len().max(1) as f64);
-    let (name, description) = executed_move::subject(records);
-    let heading = Heading { name, subject: table.subject, line: description.to_owned() };
     let spans = columns.iter().flat_map(|c| &c.moves).map(|(_, c)| c.span_s().1 - c.span_s().0);
     let longest_s = extent(spans).map_or(1.0, |(_, longest)| longest.max(1e-3));
     let ranges: Vec<(f64, f64)> = table
@@ -140,8 +139,8 @@ pub fn svg(records: &[Record], table: &Table<'_>) -> Result<String, DrawError> {
             extent(values.map(|p| p.1).chain([row.holds.0, row.holds.1])).unwrap_or((-1.0, 1.0))
         })
         .collect();
-    let svg = picture::render((WIDTH, height), &heading, |area| {
-        stroke::legend(area, (13.0, 0.0), width - 26.0, &legend)?;
+    let height = block_px * blocks.len().max(1) as f64;
+    stroke::render(records, table.subject, picture::WIDE, height, &legend, |area, legend_px| {
         for (n, block) in blocks.iter().enumerate() {
             let top = style::px(legend_px + block_px * n as f64);
             let bottom = style::px(legend_px + block_px * (n + 1) as f64);
@@ -160,8 +159,7 @@ pub fn svg(records: &[Record], table: &Table<'_>) -> Result<String, DrawError> {
             }
         }
         Ok(())
-    })?;
-    Ok(stroke::dashes(&svg))
+    })
 }
 
 /// Where the slot is, and a bar for every move to it.
@@ -210,16 +208,10 @@ fn draw_chart(
     (is_first, is_last): (bool, bool),
 ) -> Result<(), DrawError> {
     let (width, _) = picture::area_size(area);
-    let panel = Panel {
-        title: if is_first { &row.title } else { "" },
-        legend: &[],
-        legend_below: false,
-        x: Axis::time(0.0, longest_s, (picture::chart_width(width) / 55.0) as usize),
-        y: Axis::padded(low, high, row.ticks),
-        x_title: is_last.then_some("Time since the move began, s"),
-        y_title: None,
-    };
-    let chart = Chart::new(area, &panel)?;
+    let x = Axis::time(0.0, longest_s, (picture::chart_width(width) / 55.0) as usize);
+    let panel = Panel::new(if is_first { &row.title } else { "" }, x, Axis::padded(low, high, row.ticks));
+    let x_title = is_last.then_some("Time since the move began, s");
+    let chart = Chart::new(area, &Panel { x_title, ..panel })?;
     let across = chart.x();
     if let Some(shaded) = row.shaded {
         chart.band((across.start, across.end), shaded, style::fill(style::DEMAND, 0.13))?;

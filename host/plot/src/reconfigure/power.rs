@@ -11,11 +11,9 @@ use super::executed_move::{self, ExecutedMove};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{Axis, extent, number};
 use crate::lines::{self, Point};
-use crate::picture::{self, Area, Chart, DrawError, Heading, Panel};
+use crate::picture::{self, Area, Chart, DrawError, Panel};
 use crate::style::{self, Anchor};
 
-/// Width of the picture, px.
-const WIDTH: f64 = 1500.0;
 /// Height of the chart of one record, px.
 const POWER: f64 = 165.0;
 /// Height of the chart of energies, px.
@@ -23,26 +21,18 @@ const ENERGY: f64 = 260.0;
 /// An axis of power ends at this multiple of what is exceeded 2 % of the time, if peaks go further.
 const HEADROOM: f64 = 1.6;
 
-/// Draws the picture.
-///
-/// # Errors
-/// What plotters reports.
+/// Draws the picture of power over time, as SVG.
 pub fn svg(records: &[Record]) -> Result<String, DrawError> {
-    let (width, _) = picture::body_size((WIDTH, 0.0));
-    let legend = legend(records);
-    let legend_px = stroke::legend_height(&legend, width - 26.0) + 10.0;
     let power_px = POWER + picture::around(false, false);
     let energy_px = ENERGY + picture::around(false, true);
-    let height = picture::height_for(legend_px + power_px * records.len() as f64 + energy_px);
-    let (name, description) = executed_move::subject(records);
-    let heading = Heading { name, subject: "electric power", line: description.to_owned() };
+    let height = power_px * records.len() as f64 + energy_px;
     let times = records.iter().flat_map(|r| {
         r.samples.iter().map(|s| s.t_s).chain(planned_w(&r.plan).into_iter().map(|(t_s, _)| t_s))
     });
     let end_s = extent(times).map_or(1.0, |(_, end_s)| end_s.max(1e-3));
     let most_w = most_w(records);
-    let svg = picture::render((WIDTH, height), &heading, |area| {
-        stroke::legend(area, (13.0, 0.0), width - 26.0, &legend)?;
+    let legend = legend(records);
+    stroke::render(records, "electric power", picture::WIDE, height, &legend, |area, legend_px| {
         let (_, mut rest) = area.split_vertically(style::px(legend_px));
         for record in records {
             let (panel, below) = rest.split_vertically(style::px(power_px));
@@ -50,8 +40,7 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
             rest = below;
         }
         draw_energy(&rest, records, end_s)
-    })?;
-    Ok(stroke::dashes(&svg))
+    })
 }
 
 fn legend(records: &[Record]) -> Vec<(Sign, String)> {
@@ -127,16 +116,8 @@ fn draw_power(
     if let Some(peak_w) = peak_w {
         title += &format!(" (peaks up to {} W are cut)", number(peak_w, 0));
     }
-    let panel = Panel {
-        title: &title,
-        legend: &[],
-        legend_below: false,
-        x: Axis::time(0.0, end_s, 15),
-        // The numbers of the movers stand above the curves.
-        y: Axis::exact(0.0, 1.22 * shown_w, 5),
-        x_title: None,
-        y_title: None,
-    };
+    // The numbers of the movers stand above the curves.
+    let panel = Panel::new(&title, Axis::time(0.0, end_s, 15), Axis::exact(0.0, 1.22 * shown_w, 5));
     let chart = Chart::new(area, &panel)?;
     let (across, up) = (chart.x(), chart.y());
     let moves = executed_move::executed_moves(record);
@@ -188,16 +169,9 @@ fn draw_energy(area: &Area<'_>, records: &[Record], end_s: f64) -> Result<(), Dr
     let planned: Vec<Vec<Point>> = records.iter().map(|r| planned_j(&r.plan)).collect();
     let values = executed.iter().chain(&planned).flatten().map(|p| p.1);
     let most_j = extent(values).map_or(1.0, |(_, most)| most.max(1e-3));
-    let panel = Panel {
-        title: "Energy since the beginning, J: executed, and planned as a thin line to a ring",
-        legend: &[],
-        legend_below: false,
-        x: Axis::time(0.0, end_s, 15),
-        y: Axis::exact(0.0, 1.08 * most_j, 6),
-        x_title: Some("Time, s"),
-        y_title: None,
-    };
-    let chart = Chart::new(area, &panel)?;
+    let title = "Energy since the beginning, J: executed, and planned as a thin line to a ring";
+    let panel = Panel::new(title, Axis::time(0.0, end_s, 15), Axis::exact(0.0, 1.08 * most_j, 6));
+    let chart = Chart::new(area, &Panel { x_title: Some("Time, s"), ..panel })?;
     for (n, (executed, planned)) in executed.iter().zip(&planned).enumerate() {
         let (colour, pattern) = stroke::of_record(n);
         chart.line(planned.clone(), style::line(colour, 0.55, 1.0))?;

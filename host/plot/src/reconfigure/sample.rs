@@ -76,15 +76,12 @@ pub fn eight() -> Record {
 }
 
 fn problem(name: &str, starts: &[[f64; 3]], slots: &[[f64; 3]]) -> Problem {
-    let vehicle = |text| toml::from_str::<Vehicle>(text).expect("a vehicle");
+    let vehicle = |name| Vehicle::built_in(name).expect("a vehicle");
     let pose = |[x, y, z]: [f64; 3]| Pose::from([x, y, z, 0.0]);
     Problem {
         name: name.to_owned(),
         description: "four BlueROV1 carry a 20 N tool and line up ahead of it".to_owned(),
-        vehicles: vec![
-            vehicle(include_str!("../../../data/vehicles/bluerov1.toml")),
-            vehicle(include_str!("../../../data/vehicles/tool-20n.toml")),
-        ],
+        vehicles: vec![vehicle("bluerov1"), vehicle("tool-20n")],
         robots: (1..)
             .zip(starts)
             .map(|(id, &at)| Robot { id, vehicle: 0, start: pose(at), capabilities: Vec::new() })

@@ -21,7 +21,7 @@ use super::step::{Rest, rests};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{extent, number};
 use crate::lines::{Point, Window};
-use crate::picture::{self, Area, DrawError, Heading};
+use crate::picture::{self, Area, DrawError};
 use crate::style::{self, Anchor};
 
 /// Width of the picture, px.
@@ -41,10 +41,7 @@ const ASIDE_RAD: f64 = 0.62;
 /// Floor around everything, m.
 const AIR_M: f64 = 0.1;
 
-/// Draws the picture.
-///
-/// # Errors
-/// What plotters reports.
+/// Draws the picture of the reconfiguration step by step, as SVG.
 pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let rows: Vec<Vec<Rest>> = records.iter().map(rests).collect();
     let world = world(&rows);
@@ -56,40 +53,38 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let scale = ((cell_px - 14.0) / across).min(HIGHEST / up);
     let cell_height = CAPTION + scale * up + 12.0;
     let legend = legend(&rows);
-    let legend_px = stroke::legend_height(&legend, width - 26.0) + 10.0;
     let row_px = |rests: &Vec<Rest>| TITLE + cell_height * rests.len().div_ceil(MOST) as f64;
-    let height = picture::height_for(legend_px + rows.iter().map(row_px).sum::<f64>());
-    let (name, description) = executed_move::subject(records);
-    let heading = Heading { name, subject: "reconfiguration in steps", line: description.to_owned() };
-    let svg = picture::render((WIDTH, height), &heading, |area| {
-        stroke::legend(area, (13.0, 0.0), width - 26.0, &legend)?;
-        let mut top = legend_px;
-        for (record, rests) in records.iter().zip(&rows) {
-            draw_title(area, top, record)?;
-            for (n, rest) in rests.iter().enumerate() {
-                let left = 10.0 + cell_px * (n % MOST) as f64;
-                let down = top + TITLE + cell_height * (n / MOST) as f64;
-                let cell = area
-                    .clone()
-                    .shrink((style::px(left), style::px(down)), (style::px(cell_px), style::px(cell_height)));
-                draw_caption(&cell, n, rest)?;
-                let middle = 0.5 * (world.seen.x.0 + world.seen.x.1);
-                let origin = (0.5 * cell_px - scale * middle, CAPTION + scale * world.seen.y.1);
-                let stage = Stage { area: &cell, view: world.view, scale, origin };
-                floor::draw(&stage, &world, rest)?;
-                bodies::draw(&stage, rest)?;
-                if n == 0 {
-                    draw_triad(&cell, &world.view, (34.0, cell_height - 34.0))?;
+    let height = rows.iter().map(row_px).sum::<f64>();
+    let svg =
+        stroke::render(records, "reconfiguration in steps", WIDTH, height, &legend, |area, legend_px| {
+            let mut top = legend_px;
+            for (record, rests) in records.iter().zip(&rows) {
+                draw_title(area, top, record)?;
+                for (n, rest) in rests.iter().enumerate() {
+                    let left = 10.0 + cell_px * (n % MOST) as f64;
+                    let down = top + TITLE + cell_height * (n / MOST) as f64;
+                    let cell = area.clone().shrink(
+                        (style::px(left), style::px(down)),
+                        (style::px(cell_px), style::px(cell_height)),
+                    );
+                    draw_caption(&cell, n, rest)?;
+                    let middle = 0.5 * (world.seen.x.0 + world.seen.x.1);
+                    let origin = (0.5 * cell_px - scale * middle, CAPTION + scale * world.seen.y.1);
+                    let stage = Stage { area: &cell, view: world.view, scale, origin };
+                    floor::draw(&stage, &world, rest)?;
+                    bodies::draw(&stage, rest)?;
+                    if n == 0 {
+                        draw_triad(&cell, &world.view, (34.0, cell_height - 34.0))?;
+                    }
                 }
+                top += row_px(rests);
             }
-            top += row_px(rests);
-        }
-        Ok(())
-    })?;
+            Ok(())
+        })?;
     // Stretches of a path are painted apart: round ends close the joints.
     let RGBColor(r, g, b) = style::SKY;
     let sky = format!("stroke=\"#{r:02X}{g:02X}{b:02X}\"");
-    Ok(stroke::dashes(&svg).replace(&sky, &format!("{sky} stroke-linecap=\"round\"")))
+    Ok(svg.replace(&sky, &format!("{sky} stroke-linecap=\"round\"")))
 }
 
 /// What every picture shows.

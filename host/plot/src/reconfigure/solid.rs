@@ -12,6 +12,8 @@
 //! hide the other; if two planes say opposite things, neither hides the other. What must be painted first follows by
 //! a topological sort; where bodies hide each other in a ring, the farthest goes first.
 
+use quantity::vector::{cross, dot, length};
+
 use crate::lines::Point;
 
 /// A vector in the world, m.
@@ -65,7 +67,7 @@ pub struct Solid {
     pub half: Vec3,
 }
 
-/// A face of a solid.
+/// A face of a solid, and whether the viewer sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Face {
     /// Axis it is normal to.
@@ -118,13 +120,13 @@ impl Solid {
         p
     }
 
-    /// All eight corners.
+    /// All eight corners of the box.
     #[must_use]
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|n| self.at([0, 1, 2].map(|k| if n >> k & 1 == 1 { 1.0 } else { -1.0 })))
     }
 
-    /// All six faces.
+    /// All six faces of the box.
     #[must_use]
     pub fn faces(&self, view: &View) -> [Face; 6] {
         std::array::from_fn(|n| {
@@ -250,17 +252,9 @@ pub fn is_inside(polygon: &[Point], p: Point) -> bool {
     left || right
 }
 
-fn dot(a: Vec3, b: Vec3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
 fn unit(v: Vec3) -> Option<Vec3> {
-    let length = dot(v, v).sqrt();
-    (length > 1e-6).then(|| v.map(|c| c / length))
+    let size = length(v);
+    (size > 1e-6).then(|| v.map(|c| c / size))
 }
 
 #[cfg(test)]

@@ -33,9 +33,6 @@ impl Stage<'_, '_> {
     }
 
     /// A line through points of the world.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn line(&self, points: &[Vec3], line: ShapeStyle) -> Result<(), DrawError> {
         if points.len() < 2 {
             return Ok(());
@@ -45,18 +42,12 @@ impl Stage<'_, '_> {
     }
 
     /// A closed line through points of the world.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn ring(&self, points: &[Vec3], line: ShapeStyle) -> Result<(), DrawError> {
         let closed: Vec<Vec3> = points.iter().chain(points.first()).copied().collect();
         self.line(&closed, line)
     }
 
     /// A filled polygon between points of the world.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn polygon(&self, points: &[Vec3], fill: ShapeStyle) -> Result<(), DrawError> {
         if points.len() < 3 {
             return Ok(());
@@ -66,9 +57,6 @@ impl Stage<'_, '_> {
     }
 
     /// A disc of that radius in px, `offset` px (right, down) from a point of the world.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn disc(&self, at: Vec3, offset: Point, radius_px: f64, colour: RGBColor) -> Result<(), DrawError> {
         let (x, y) = self.at(at);
         let centre = Self::grid((x + offset.0, y + offset.1));
@@ -76,18 +64,12 @@ impl Stage<'_, '_> {
     }
 
     /// A text with `offset` px (right, down) from a point of the world.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn text(&self, text: &str, at: Vec3, offset: Point, look: &TextStyle<'_>) -> Result<(), DrawError> {
         let (x, y) = self.at(at);
         self.area.draw_text(text, look, Self::grid((x + offset.0, y + offset.1)))
     }
 
     /// The faces of a solid that the viewer sees, each darker the further its normal points down or aside.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn hull(&self, solid: &Solid, colour: RGBColor) -> Result<(), DrawError> {
         for face in solid.faces(&self.view).iter().filter(|f| f.is_seen) {
             let shade = [0.16, 0.32, 0.0][face.axis];
@@ -97,9 +79,6 @@ impl Stage<'_, '_> {
     }
 
     /// The edges of a solid that the viewer sees.
-    ///
-    /// # Errors
-    /// What plotters reports.
     pub fn edges(&self, solid: &Solid, line: ShapeStyle) -> Result<(), DrawError> {
         let faces = solid.faces(&self.view);
         let seen = |axis: usize, high: bool| faces[2 * axis + usize::from(!high)].is_seen;

@@ -1,13 +1,14 @@
 //! How records are told apart: solid, dashed and dotted lines as in the paper's Figs. 4–6, with a colour each.
 //!
 //! Plotters knows no dash pattern. It is carried through as a mark in the lowest bits of a colour's blue, which the
-//! eye does not see, and [`dashes`] turns the marked strokes into dashed ones. Colours that carry a mark are those of
+//! eye does not see, and `dashes` turns the marked strokes into dashed ones. Colours that carry a mark are those of
 //! `MARKED` and no others.
 
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::RGBColor;
+use record::reconfigure::Record;
 
-use crate::picture::{Area, DrawError};
+use crate::picture::{self, Area, DrawError, Heading};
 use crate::style::{self, Anchor};
 
 /// Pattern of a line: solid, dashed or dotted.
@@ -37,7 +38,7 @@ pub fn of_record(index: usize) -> (RGBColor, Pattern) {
     }
 }
 
-/// A colour that carries a pattern to [`dashes`].
+/// A colour that carries a pattern to `dashes`.
 #[must_use]
 pub fn marked(colour: RGBColor, pattern: Pattern) -> RGBColor {
     let mark = PATTERNS.iter().find(|p| p.0 == pattern).map_or(0, |p| p.1);
@@ -45,8 +46,7 @@ pub fn marked(colour: RGBColor, pattern: Pattern) -> RGBColor {
 }
 
 /// Turns marked strokes into dashed ones.
-#[must_use]
-pub fn dashes(svg: &str) -> String {
+fn dashes(svg: &str) -> String {
     let mut svg = svg.to_owned();
     for colour in MARKED {
         for (pattern, _, lengths) in PATTERNS {
@@ -102,15 +102,33 @@ fn places(texts: &[(Sign, String)], width: f64) -> Vec<(f64, f64)> {
 }
 
 /// The height of a legend in rows of `width` px.
-#[must_use]
-pub fn legend_height(entries: &[(Sign, String)], width: f64) -> f64 {
+fn legend_height(entries: &[(Sign, String)], width: f64) -> f64 {
     places(entries, width).last().map_or(0.0, |p| p.1 + 0.5 * LEGEND_ROW)
 }
 
+/// A picture `width` px wide of what the records share: under the heading a legend, then `height` px that `draw` fills, told how
+/// far down they begin.
+pub fn render(
+    records: &[Record],
+    subject: &str,
+    width: f64,
+    height: f64,
+    entries: &[(Sign, String)],
+    draw: impl FnOnce(&Area<'_>, f64) -> Result<(), DrawError>,
+) -> Result<String, DrawError> {
+    let rows_px = picture::body_size((width, 0.0)).0 - 26.0;
+    let legend_px = legend_height(entries, rows_px) + 10.0;
+    let (name, description) =
+        records.first().map_or(("", ""), |r| (r.problem.name.as_str(), r.problem.description.as_str()));
+    let heading = Heading { name, subject, line: description.to_owned() };
+    let svg = picture::render((width, picture::height_for(legend_px + height)), &heading, |area| {
+        legend(area, (13.0, 0.0), rows_px, entries)?;
+        draw(area, legend_px)
+    })?;
+    Ok(dashes(&svg))
+}
+
 /// Draws a legend from a point (right, down) in px on, in rows of `width` px.
-///
-/// # Errors
-/// What plotters reports.
 pub fn legend(
     area: &Area<'_>,
     (left, top): (f64, f64),

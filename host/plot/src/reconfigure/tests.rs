@@ -8,10 +8,10 @@ fn pictures(records: &[Record]) -> [(&'static str, String); 6] {
     [
         ("scene", scene::svg(records).expect("a picture")),
         ("top", top::svg(records).expect("a picture")),
-        ("velocity", velocity::svg(records).expect("a picture")),
-        ("force", force::svg(records).expect("a picture")),
+        ("velocity", quantities::velocity(records).expect("a picture")),
+        ("force", quantities::force(records).expect("a picture")),
         ("power", power::svg(records).expect("a picture")),
-        ("pwm", pwm::svg(records).expect("a picture")),
+        ("pwm", quantities::pwm(records).expect("a picture")),
     ]
 }
 
@@ -137,7 +137,7 @@ fn layers_and_large_fleets_stay_inside() {
             }
         }
     }
-    let heave = velocity::svg(&sample::below()).expect("a picture");
+    let heave = quantities::velocity(&sample::below()).expect("a picture");
     assert!(heave.contains("Heave velocity w, m/s"));
     assert!(scene::svg(&sample::below()).expect("a picture").contains("sensor"));
 }

@@ -9,11 +9,9 @@ use super::step::{Rest, from_above, rests};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{Axis, extent, number};
 use crate::lines::Point;
-use crate::picture::{self, Area, Chart, DrawError, Heading, Panel};
+use crate::picture::{self, Area, Chart, DrawError, Panel};
 use crate::style::{self, Anchor};
 
-/// Width of the picture, px.
-const WIDTH: f64 = 1500.0;
 /// Greatest height of a chart, px.
 const HIGHEST: f64 = 640.0;
 /// Greatest width of a chart with its axes, px.
@@ -21,13 +19,10 @@ const MOST_WIDE: f64 = 720.0;
 /// Space around what is shown, m.
 const AIR_M: f64 = 0.15;
 
-/// Draws the picture.
-///
-/// # Errors
-/// What plotters reports.
+/// Draws the picture of the paths seen from above, as SVG.
 pub fn svg(records: &[Record]) -> Result<String, DrawError> {
     let all: Vec<Vec<Rest>> = records.iter().map(rests).collect();
-    let (width, _) = picture::body_size((WIDTH, 0.0));
+    let (width, _) = picture::body_size((picture::WIDE, 0.0));
     let count = records.len().max(1);
     let each_px = (width / count as f64).min(MOST_WIDE);
     let (east, north) = bounds(&all);
@@ -43,15 +38,11 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
         (Sign::Box(style::MUTED, 0.4, None), "robot at the end".to_owned()),
         (Sign::Disc(style::HULL), "tool".to_owned()),
     ];
-    let legend_px = stroke::legend_height(&legend, width - 26.0) + 10.0;
     let moves = all.iter().map(|r| r.len().saturating_sub(1)).max().unwrap_or(0);
     let list_px = stroke::LEGEND_ROW * moves as f64 + 16.0;
     let panel_px = chart_height + picture::around(false, true);
-    let height = picture::height_for(legend_px + panel_px + list_px);
-    let (name, description) = executed_move::subject(records);
-    let heading = Heading { name, subject: "paths from above", line: description.to_owned() };
-    let svg = picture::render((WIDTH, height), &heading, |area| {
-        stroke::legend(area, (13.0, 0.0), width - 26.0, &legend)?;
+    let height = panel_px + list_px;
+    stroke::render(records, "paths from above", picture::WIDE, height, &legend, |area, legend_px| {
         for (n, (record, rests)) in records.iter().zip(&all).enumerate() {
             let corner = (style::px(each_px * n as f64), style::px(legend_px));
             let cell = area.clone().shrink(corner, (style::px(each_px), style::px(panel_px + list_px)));
@@ -60,8 +51,7 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
             draw_list(&list, rests)?;
         }
         Ok(())
-    })?;
-    Ok(stroke::dashes(&svg))
+    })
 }
 
 /// East and north of everything.
@@ -109,13 +99,9 @@ fn draw_map(
         format!("{}: {total} J in {} s as planned", executed_move::label(plan), number(plan.time_s, 1));
     let tick_m = 60.0 / scale;
     let panel = Panel {
-        title: &title,
-        legend: &[],
-        legend_below: false,
-        x: Axis::spaced(east.0, east.1, tick_m),
-        y: Axis::spaced(north.0, north.1, tick_m),
         x_title: Some("East, m"),
         y_title: Some("North, m"),
+        ..Panel::new(&title, Axis::spaced(east.0, east.1, tick_m), Axis::spaced(north.0, north.1, tick_m))
     };
     let chart = Chart::new(area, &panel)?;
     let (Some(start), Some(end)) = (rests.first(), rests.last()) else { return Ok(()) };

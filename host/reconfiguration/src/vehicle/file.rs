@@ -5,6 +5,7 @@ use reader::{Document, FileError, Mistake};
 use serde::Deserialize;
 
 use super::{Connector, Thruster, Vehicle};
+use crate::body::{Body, GRAVITY_M_S2};
 use crate::strip::{Strips, WATER_KG_M3};
 
 /// The file's own shape. What it leaves out of hydrodynamics is estimated from the box.
@@ -47,43 +48,40 @@ fn of(document: &Document<'_>) -> Result<Vehicle, Mistake> {
     }
     check_ranges(&tables.box_m.map(|edge| ("box_m", edge, "m", Range::Positive))).map_err(number)?;
     let strips = Strips::of_box(tables.box_m, WATER_KG_M3);
-    let vehicle = Vehicle {
-        name: tables.name,
-        box_m: tables.box_m,
+    check_ranges(&[
+        ("mass_kg", tables.mass_kg, "kg", Range::Positive),
+        ("weight_in_water_n", tables.weight_in_water_n, "N", Range::Finite),
+    ])
+    .map_err(number)?;
+    let weight_n = tables.mass_kg * GRAVITY_M_S2;
+    let body = Body {
         mass_kg: tables.mass_kg,
-        weight_in_water_n: tables.weight_in_water_n,
+        weight_n,
+        buoyancy_n: weight_n - tables.weight_in_water_n,
         r_g_m: tables.r_g_m,
         r_b_m: tables.r_b_m,
         inertia_kg_m2: tables.inertia_kg_m2,
         added_mass: tables.added_mass.unwrap_or(strips.added_mass),
         linear_damping: tables.linear_damping,
         quadratic_damping: tables.quadratic_damping.unwrap_or(strips.quadratic_damping),
-        thrusters: tables.thrusters,
-        connectors: tables.connectors,
-        capabilities: tables.capabilities,
     };
-    let body = vehicle.body();
-    check_ranges(&[
-        ("mass_kg", vehicle.mass_kg, "kg", Range::Positive),
-        ("weight_in_water_n", vehicle.weight_in_water_n, "N", Range::Finite),
-    ])
-    .map_err(number)?;
     if body.buoyancy_n < 0.0 {
         return Err(number(ParameterError {
             key: "weight_in_water_n",
-            value: vehicle.weight_in_water_n,
+            value: tables.weight_in_water_n,
             unit: "N",
             reason: "must be at most the weight in air",
         }));
     }
     body.validate().map_err(number)?;
-    let thrusters = vehicle.thrusters.iter().map(|t| ("thrusters", "direction", t.position_m, t.direction));
-    let connectors = vehicle.connectors.iter().map(|c| ("connectors", "normal", c.position_m, c.normal));
+    let thrusters = tables.thrusters.iter().map(|t| ("thrusters", "direction", t.position_m, t.direction));
+    let connectors = tables.connectors.iter().map(|c| ("connectors", "normal", c.position_m, c.normal));
     for (index, (table, key, position_m, direction)) in thrusters.enumerate().chain(connectors.enumerate()) {
         placed(key, position_m, direction)
             .map_err(|error| document.mistake_in(&[table, &index.to_string()], error.key, &error))?;
     }
-    Ok(vehicle)
+    let Tables { name, box_m, thrusters, connectors, capabilities, .. } = tables;
+    Ok(Vehicle { name, box_m, body, thrusters, connectors, capabilities })
 }
 
 fn placed(key: &'static str, position_m: [f64; 3], direction: [f64; 3]) -> Result<(), ParameterError> {

@@ -14,8 +14,7 @@ const T_SHAPE: [[f64; 4]; 4] =
     [[0.0, -0.33, 0.0, 0.0], [0.0, 0.33, 0.0, 0.0], [-0.483, 0.0, 0.0, 0.0], [-0.966, 0.0, 0.0, 0.0]];
 
 fn allocator(poses: &[[f64; 4]], law: PowerLaw) -> Allocator {
-    let robot: Vehicle = toml::from_str(include_str!("../../../data/vehicles/bluerov1.toml"))
-        .expect("the vehicle is well formed");
+    let robot = Vehicle::built_in("bluerov1").expect("comes with the program");
     let members: Vec<_> = poses.iter().map(|pose| (&robot, Pose::from(*pose))).collect();
     let matrix =
         ConfigurationMatrix::of_cluster(&members, &Pose::default()).expect("its thrusters are sound");

@@ -17,7 +17,7 @@
 use nalgebra::{Matrix6, Matrix6xX, Vector6};
 
 use super::super::power::PowerLaw;
-use super::{times, transposed_times};
+use super::times;
 
 /// Residual of the demand at which the search ends, as a share of it.
 const TOLERANCE: f64 = 1e-12;
@@ -44,7 +44,7 @@ pub(super) fn solve(
     law: &PowerLaw,
 ) -> Option<Vec<f64>> {
     let evaluate = |lambda: Vector6<f64>| -> Option<State> {
-        let y = transposed_times(rows, &lambda);
+        let y = rows.tr_mul(&lambda);
         let (mut thrusts_n, mut grows) = (Vec::with_capacity(y.len()), Vec::with_capacity(y.len()));
         let (mut value, mut most) = (-lambda.dot(target), 0.0);
         for (&y, &(low, high)) in y.iter().zip(limits_n) {
@@ -60,7 +60,7 @@ pub(super) fn solve(
         Some(State { lambda, thrusts_n, grows, value, gradient, unreachable })
     };
     // Start at the marginal powers of the least-norm thrusts, the answer of the quadratic law without limits.
-    let least_norm = transposed_times(rows, target);
+    let least_norm = rows.tr_mul(target);
     let mut start = Vector6::zeros();
     for (column, u) in rows.column_iter().zip(least_norm.iter()) {
         start += column * law.marginal_w_n(*u)?;

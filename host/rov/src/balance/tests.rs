@@ -61,12 +61,12 @@ fn clusters_are_balanced_each_on_its_own() {
 
 #[test]
 fn a_tool_alone_and_a_tool_too_heavy_are_refused() {
-    let (robot, tool) = (vehicle("bluerov1"), vehicle("tool-20n"));
+    let (robot, mut tool) = (vehicle("bluerov1"), vehicle("tool-20n"));
     let alone = balanced(&[(at(3.0, 0.0), &robot), (at(0.0, 0.0), &tool)]);
     assert_eq!(alone, Err(Unbalanced::Alone(1)));
     // 20 N at 5 m: 100 N·m. The thruster behind, 0.35 m behind the two before, gives 51.4 N at most: 18.0 N·m.
-    let heavy = Vehicle { r_g_m: [5.0, 0.0, 0.0], ..tool };
-    match balanced(&[(at(0.0, 0.0), &heavy), (at(-0.483, 0.0), &robot)]) {
+    tool.body.r_g_m = [5.0, 0.0, 0.0];
+    match balanced(&[(at(0.0, 0.0), &tool), (at(-0.483, 0.0), &robot)]) {
         Err(Unbalanced::OutOfReach { body: 0, served }) => {
             assert!((served - 0.18).abs() < 1e-3, "{served}");
         }

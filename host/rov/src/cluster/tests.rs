@@ -67,7 +67,7 @@ fn energy_and_power_are_the_members_sum() {
         let own = |a: f64, b: f64| (psi.cos() * a + psi.sin() * b, psi.cos() * b - psi.sin() * a);
         let ((u, v), (p, q)) = (own(vx, vy), own(p, q));
         let nu = [u, v, vz, p, q, r];
-        let body = kind.body();
+        let body = &kind.body;
         // ½ m |v + ω × r_G|² + ½ ωᵀ I ω + ½ νᵀ M_A ν
         let [gx, gy, gz] = body.r_g_m;
         let at_g = [u + q * gz - r * gy, v + r * gx - p * gz, vz + p * gy - q * gx];
@@ -120,11 +120,12 @@ fn the_origin_is_a_matter_of_taste() {
 fn a_cluster_moves_as_one_vehicle_with_the_composed_coefficients() {
     let d = 0.165;
     let still = [0.0; 6];
-    let robot = Vehicle { linear_damping: still, quadratic_damping: still, ..vehicle("bluerov1") };
+    let mut robot = vehicle("bluerov1");
+    (robot.body.linear_damping, robot.body.quadratic_damping) = (still, still);
     let members = [(Pose::from([0.0, d, 0.0, 0.0]), &robot), (Pose::from([0.0, -d, 0.0, 0.0]), &robot)];
     let pair = Cluster::new(&Pose::default(), &members).expect("two");
-    let (m, [i_x, i_y, i_z], [x, y, z, k, p, n]) = (robot.mass_kg, robot.inertia_kg_m2, robot.added_mass);
-    let alone = robot.body();
+    let alone = robot.body.clone();
+    let (m, [i_x, i_y, i_z], [x, y, z, k, p, n]) = (alone.mass_kg, alone.inertia_kg_m2, alone.added_mass);
     let one = Cluster::of(&Body {
         mass_kg: 2.0 * m,
         weight_n: 2.0 * alone.weight_n,
@@ -141,7 +142,7 @@ fn a_cluster_moves_as_one_vehicle_with_the_composed_coefficients() {
     });
     assert!((pair.position_m - one.position_m).norm() < 1e-9 && (pair.nu - one.nu).norm() < 1e-9);
     // And still water is not free: what is needed to hold level and still is nothing for neutral robots.
-    assert!(Cluster::of(&robot.body()).force_needed(&still).iter().all(|part| part.abs() < 1e-15));
+    assert!(Cluster::of(&robot.body).force_needed(&still).iter().all(|part| part.abs() < 1e-15));
 }
 
 #[test]

@@ -44,44 +44,23 @@ impl std::fmt::Display for Configuration {
 
 /// Why a problem is refused.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ProblemError {
     /// A number among the rules.
     #[error("[rules] {0}")]
     Rule(#[from] ParameterError),
     /// Corners of the water that enclose none.
     #[error("[rules] bounds_m = {bounds_m:?} m: the first corner must be below the second in x, y and z")]
-    Bounds {
-        /// The corners.
-        bounds_m: [[f64; 3]; 2],
-    },
+    Bounds { bounds_m: [[f64; 3]; 2] },
     /// A pose that no place has.
     #[error("{place}: {number}")]
-    Pose {
-        /// The body that has it.
-        place: Place,
-        /// Which number of it.
-        number: ParameterError,
-    },
+    Pose { place: Place, number: ParameterError },
     /// A box without an inside.
     #[error("{place}: {name}: box_m = {box_m:?} m: must be finite and greater than zero")]
-    Box {
-        /// The body that has it.
-        place: Place,
-        /// The vehicle's name.
-        name: String,
-        /// Its box.
-        box_m: [f64; 3],
-    },
+    Box { place: Place, name: String, box_m: [f64; 3] },
     /// A vehicle that is not there.
     #[error("{place}: vehicle {vehicle} of {vehicles}")]
-    NoSuchVehicle {
-        /// The body that has it.
-        place: Place,
-        /// Its index.
-        vehicle: usize,
-        /// How many there are.
-        vehicles: usize,
-    },
+    NoSuchVehicle { place: Place, vehicle: usize, vehicles: usize },
     /// No robots.
     #[error("a reconfiguration needs at least one robot")]
     NoRobots,
@@ -90,102 +69,41 @@ pub enum ProblemError {
     IdZero,
     /// A number that two robots have.
     #[error("robot id = {id} stands twice")]
-    IdTwice {
-        /// The number.
-        id: u16,
-    },
+    IdTwice { id: u16 },
     /// A robot that cannot move.
     #[error("robot {id}: {name} has no thrusters: it can only be a tool")]
-    NoThrusters {
-        /// The robot.
-        id: u16,
-        /// The vehicle's name.
-        name: String,
-    },
+    NoThrusters { id: u16, name: String },
     /// v1: more robots than slots.
     #[error("{slots} slots for {robots} robots: the goal needs at least one each")]
-    TooFewSlots {
-        /// Slots.
-        slots: usize,
-        /// Robots.
-        robots: usize,
-    },
+    TooFewSlots { slots: usize, robots: usize },
     /// v2: no robot has the capability that a slot requires.
     #[error("slot {} requires {capability:?}, which no robot brings", slot + 1)]
-    MissingCapability {
-        /// Index of the slot.
-        slot: usize,
-        /// What it requires.
-        capability: String,
-    },
+    MissingCapability { slot: usize, capability: String },
     /// v2: too many robots for the slots whose requirements they meet.
     #[error("robots {} fit only into {}: no one-to-one assignment", list(robots), only(slots))]
-    NoAssignment {
-        /// Those robots.
-        robots: Vec<u16>,
-        /// Indices of all slots that any of them may take.
-        slots: Vec<usize>,
-    },
+    NoAssignment { robots: Vec<u16>, slots: Vec<usize> },
     /// Something sticks out of the water.
     #[error(
         "{place} at {position_m:?} m does not fit into the water, {:?} m to {:?} m",
         bounds_m[0],
         bounds_m[1]
     )]
-    OutsideWater {
-        /// What.
-        place: Place,
-        /// Its centre, m.
-        position_m: [f64; 3],
-        /// Corners of the water, m.
-        bounds_m: [[f64; 3]; 2],
-    },
+    OutsideWater { place: Place, position_m: [f64; 3], bounds_m: [[f64; 3]; 2] },
     /// Two in one place.
     #[error("{first} and {second} are both at {position_m:?} m")]
-    SamePlace {
-        /// One.
-        first: Place,
-        /// The other.
-        second: Place,
-        /// Where, m.
-        position_m: [f64; 3],
-    },
+    SamePlace { first: Place, second: Place, position_m: [f64; 3] },
     /// Two in each other.
     #[error("{first} and {second} overlap by {depth_m:.3} m")]
-    Overlap {
-        /// One.
-        first: Place,
-        /// The other.
-        second: Place,
-        /// By how much, m.
-        depth_m: f64,
-    },
+    Overlap { first: Place, second: Place, depth_m: f64 },
     /// v4: a tool without a connection.
     #[error("tool {} is left alone: it has no connection at the {configuration}", tool + 1)]
-    ToolAlone {
-        /// Index of the tool.
-        tool: usize,
-        /// Where.
-        configuration: Configuration,
-    },
+    ToolAlone { tool: usize, configuration: Configuration },
     /// A robot or slot without a connection.
     #[error("{place} has no connection at the {configuration}")]
-    Unconnected {
-        /// Which.
-        place: Place,
-        /// Where.
-        configuration: Configuration,
-    },
+    Unconnected { place: Place, configuration: Configuration },
     /// More than one cluster.
     #[error("the {configuration} is not one cluster: no chain of connections from {first} to {second}")]
-    Apart {
-        /// Which configuration.
-        configuration: Configuration,
-        /// One end.
-        first: Place,
-        /// The other.
-        second: Place,
-    },
+    Apart { configuration: Configuration, first: Place, second: Place },
 }
 
 fn list<T: ToString>(items: &[T]) -> String {

@@ -5,17 +5,11 @@ use super::*;
 
 fn hull(name: &str, box_m: [f64; 3], thrusters: usize) -> Vehicle {
     let thruster = Thruster { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], reversed: false };
+    let robot = Vehicle::built_in("bluerov1").expect("it comes with the program");
     Vehicle {
         name: name.to_owned(),
         box_m,
-        mass_kg: 1.0,
-        weight_in_water_n: 0.0,
-        r_g_m: [0.0; 3],
-        r_b_m: [0.0; 3],
-        inertia_kg_m2: [1.0; 3],
-        added_mass: [0.0; 6],
-        linear_damping: [0.0; 6],
-        quadratic_damping: [0.0; 6],
+        body: robot.body,
         thrusters: vec![thruster; thrusters],
         connectors: Vec::new(),
         capabilities: Vec::new(),

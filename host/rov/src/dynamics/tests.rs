@@ -113,7 +113,7 @@ fn unforced_motion_loses_energy() {
     let seed = 13;
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     for name in ["bluerov1", "bluerov2", "bluerov2-heavy", "tool-20n"] {
-        let body = vehicle(name).body();
+        let body = vehicle(name).body;
         let dynamics = dynamics(&body);
         let total_j = |state: &State| {
             let depth = |r: [f64; 3]| (state.position_m + state.attitude * Vector3::from(r)).z;
@@ -173,7 +173,7 @@ fn a_small_roll_swings_at_the_pendulums_period() {
 /// (I_yy + M_q̇) q̇ = (Z_ẇ − X_u̇) u w.
 #[test]
 fn the_munk_moment_turns_a_body_across_its_way() {
-    let body = vehicle("bluerov2").body();
+    let body = vehicle("bluerov2").body;
     let still = [0.0; 6];
     let neutral = Body {
         linear_damping: still,
@@ -196,7 +196,7 @@ fn the_munk_moment_turns_a_body_across_its_way() {
 fn the_published_speed_lies_between_the_published_drags() {
     let thrust_n = 14.0 * GRAVITY_M_S2;
     let [fast, slow] = ["bluerov2", "bluerov2-heavy"].map(|name| {
-        let body = vehicle(name).body();
+        let body = vehicle(name).body;
         // Only surge: held level and neutral.
         let neutral = Body { r_g_m: [0.0; 3], r_b_m: [0.0; 3], buoyancy_n: body.weight_n, ..body.clone() };
         let mut state = State::from_eta(&[0.0; 6], &[0.0; 6]);
@@ -215,7 +215,7 @@ fn the_published_speed_lies_between_the_published_drags() {
 #[test]
 fn euler_angles_follow_the_kinematics() {
     let mut rng = ChaCha8Rng::seed_from_u64(15);
-    let dynamics = dynamics(&vehicle("bluerov1").body());
+    let dynamics = dynamics(&vehicle("bluerov1").body);
     for _ in 0..50 {
         let state = tumbling(&mut rng);
         let [_, _, _, phi, theta, psi] = state.eta();
@@ -242,7 +242,7 @@ fn euler_angles_follow_the_kinematics() {
 #[test]
 fn a_loop_through_the_vertical_is_no_hurdle() {
     let still = [0.0; 6];
-    let body = vehicle("bluerov1").body();
+    let body = vehicle("bluerov1").body;
     let body = Body { linear_damping: still, quadratic_damping: still, ..body };
     let dynamics = dynamics(&body);
     let mut state = State::from_eta(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.5], &[0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
@@ -319,7 +319,7 @@ fn the_default_step_is_fine_enough() {
     let mut worst = 0.0_f64;
     for trial in 0..24 {
         let name = ["bluerov1", "bluerov2", "bluerov2-heavy", "tool-20n"][trial % 4];
-        let dynamics = dynamics(&vehicle(name).body());
+        let dynamics = dynamics(&vehicle(name).body);
         let start = tumbling(&mut rng);
         let reach = [20.0, 20.0, 20.0, 1.0, 1.0, 1.0];
         let tau = Vector6::from_iterator(reach.map(|most| rng.random_range(-most..most)));
@@ -339,7 +339,7 @@ fn the_default_step_is_fine_enough() {
 
 #[test]
 fn what_has_no_mass_has_no_motion() {
-    let body = Body { mass_kg: -1.0, added_mass: [0.0; 6], ..vehicle("bluerov1").body() };
+    let body = Body { mass_kg: -1.0, added_mass: [0.0; 6], ..vehicle("bluerov1").body };
     let refused = Dynamics::new(&Cluster::of(&body)).expect_err("no mass").to_string();
     assert!(refused.starts_with("the least eigenvalue of the mass matrix is -1e0"), "{refused}");
 }

@@ -42,7 +42,7 @@ impl Profile {
         Self { way, speed: speed.min((way * acceleration).sqrt()), acceleration }
     }
 
-    /// T, s.
+    /// Whole time T, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         // T = L/v̂ + v̂/a

@@ -11,6 +11,7 @@ use reconfiguration::plan::{Action, ActionKind};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Rules;
 
+use super::super::vector::{dot, length, offset};
 use super::profile::Profile;
 
 /// The reference of one instant: pose, velocity and acceleration of a level body.
@@ -49,13 +50,8 @@ pub struct ReferenceTrajectory {
     profile: Profile,
     /// What undocking and docking take, s.
     pause_s: f64,
-    limits: Limits,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Limits {
-    speed: f64,
-    acceleration: f64,
+    /// Greatest speed, m/s or rad/s, and acceleration, m/s² or rad/s².
+    limits: [f64; 2],
 }
 
 impl ReferenceTrajectory {
@@ -68,12 +64,18 @@ impl ReferenceTrajectory {
         };
         let speed = if action.speed > 0.0 { action.speed } else { least };
         let acceleration = action.acceleration.filter(|a| *a > 0.0).unwrap_or(usual);
-        Self::between(action.kind, action.from, action.to, Limits { speed, acceleration }, action.duration_s)
+        Self::between(action.kind, action.from, action.to, [speed, acceleration], action.duration_s)
     }
 
-    fn between(kind: ActionKind, from: Pose, to: Pose, limits: Limits, duration_s: f64) -> Self {
-        let way_m: [f64; 3] = std::array::from_fn(|k| to.position_m[k] - from.position_m[k]);
-        let length_m = way_m.iter().map(|x| x * x).sum::<f64>().sqrt();
+    fn between(
+        kind: ActionKind,
+        from: Pose,
+        to: Pose,
+        [speed, acceleration]: [f64; 2],
+        duration_s: f64,
+    ) -> Self {
+        let way_m = offset(from.position_m, to.position_m);
+        let length_m = length(way_m);
         let angle_rad = wrap_rad(to.yaw_rad - from.yaw_rad);
         let (mut direction, mut round, mut pause_s) = ([0.0; 3], 0.0, 0.0);
         let way = match kind {
@@ -90,8 +92,8 @@ impl ReferenceTrajectory {
                 0.0
             }
         };
-        let profile = Profile::new(way, limits.speed, limits.acceleration);
-        Self { kind, from, to, direction, round, profile, pause_s, limits }
+        let profile = Profile::new(way, speed, acceleration);
+        Self { kind, from, to, direction, round, profile, pause_s, limits: [speed, acceleration] }
     }
 
     /// The rest of it from the reference at `t_s` on, beginning at rest.
@@ -112,13 +114,13 @@ impl ReferenceTrajectory {
         self.kind
     }
 
-    /// The pose at its end.
+    /// The pose at the end of the action.
     #[must_use]
     pub fn end(&self) -> Pose {
         self.to
     }
 
-    /// How long it takes, s.
+    /// How long the action takes, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.profile.duration_s().max(self.pause_s)
@@ -146,9 +148,9 @@ impl ReferenceTrajectory {
     /// Distance of a place from the straight line of a leg, from the place of anything else, m.
     #[must_use]
     pub fn cross_track_m(&self, position_m: [f64; 3]) -> f64 {
-        let off_m: [f64; 3] = std::array::from_fn(|k| position_m[k] - self.from.position_m[k]);
-        let along_m: f64 = (0..3).map(|k| off_m[k] * self.direction[k]).sum();
-        (0..3).map(|k| (off_m[k] - along_m * self.direction[k]).powi(2)).sum::<f64>().sqrt()
+        let off_m = offset(self.from.position_m, position_m);
+        let along_m = dot(off_m, self.direction);
+        length([0, 1, 2].map(|k| off_m[k] - along_m * self.direction[k]))
     }
 }
 

@@ -42,9 +42,9 @@ use super::super::power::PowerLaw;
 use super::los;
 use super::reference::Reference;
 
-/// ω T_d of position.
+/// Product ω T_d of bandwidth and delay, for position.
 pub const POSITION: f64 = 0.2;
-/// ω T_d of attitude.
+/// Product ω T_d of bandwidth and delay, for attitude.
 pub const ATTITUDE: f64 = 0.3;
 /// Position errors not answered, m. *Assumed*.
 pub const STILL_M: f64 = 5e-4;
@@ -83,9 +83,6 @@ pub struct TrackingController {
 impl TrackingController {
     /// For docked bodies (level poses in the world, tools among them), steered about the pose of the first. `limits_n`
     /// are those of every thruster, body after body; `delay_s` is T_d.
-    ///
-    /// # Errors
-    /// [`TrackingError`].
     pub fn new(
         members: &[(Pose, &Vehicle)],
         limits_n: &[(f64, f64)],
@@ -236,7 +233,7 @@ mod tests {
         let robot = vehicle("bluerov1");
         let pose = Pose::default();
         let controller = controller(&[(pose, &robot)]);
-        let dynamics = Dynamics::new(&Cluster::of(&robot.body())).expect("a body");
+        let dynamics = Dynamics::new(&Cluster::of(&robot.body)).expect("a body");
         let matrix = ConfigurationMatrix::of_vehicle(&robot).expect("thrusters");
         for speed in [0.0, 0.3, 0.5] {
             let mut state =

@@ -94,7 +94,7 @@ impl Basin {
     /// [`BasinError`].
     pub fn new(bodies: &[(Pose, &Vehicle)]) -> Result<Self, BasinError> {
         let floating = bodies.iter().map(|&(berth, vehicle)| {
-            let alone = Cluster::of(&vehicle.body());
+            let alone = Cluster::of(&vehicle.body);
             let mass = alone.rigid_body_mass() + alone.added_mass();
             Floating { vehicle: vehicle.clone(), mass, berth, docked: true }
         });

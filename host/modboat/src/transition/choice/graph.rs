@@ -11,7 +11,7 @@ pub fn bits(mut mask: u16) -> impl Iterator<Item = u8> {
     })
 }
 
-/// One module.
+/// One module as a node of the graph.
 #[derive(Clone, Copy, Debug)]
 pub struct Node {
     /// Number of options.
@@ -39,7 +39,7 @@ impl Edge {
     }
 }
 
-/// Nodes and edges.
+/// Modules as nodes, and what they ask of each other as edges.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     /// By node.

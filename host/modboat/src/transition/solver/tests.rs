@@ -55,8 +55,7 @@ impl Clearance for Exact {
     }
 
     fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool {
-        let offset = pair.offset;
-        self.0.swim(offset, i.centerline_rad, i.amplitude_rad, j.centerline_rad, j.amplitude_rad) >= 0.0
+        self.0.swim(pair.offset, i, j) >= 0.0
     }
 }
 

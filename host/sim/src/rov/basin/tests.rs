@@ -3,8 +3,8 @@ use super::*;
 fn vehicle(name: &str, drags: bool) -> Vehicle {
     let mut vehicle = Vehicle::built_in(name).expect("built in");
     if !drags {
-        (vehicle.linear_damping, vehicle.quadratic_damping) = ([0.0; 6], [0.0; 6]);
-        vehicle.r_g_m = vehicle.r_b_m;
+        (vehicle.body.linear_damping, vehicle.body.quadratic_damping) = ([0.0; 6], [0.0; 6]);
+        vehicle.body.r_g_m = vehicle.body.r_b_m;
     }
     vehicle
 }
