@@ -21,7 +21,7 @@ use super::neighbours::Cycle;
 use super::orientation::may_hold;
 use super::search::{CycleCandidate, Search};
 use crate::motion::{Swing, Wrench, ends};
-use crate::setting::Setting;
+use crate::setting::Case;
 use crate::transition::solver::Signs;
 
 /// How long few modules are looked for.
@@ -90,22 +90,16 @@ impl Search {
     /// found. Where the tails are known and may stay, the allocation must hold cycles that start there.
     pub fn turn(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         demand: Wrench,
         tails: Option<&[f64]>,
         loss_tolerant: bool,
     ) -> Option<CycleCandidate> {
         let modules = self.order.len();
         let once = !tails.is_some_and(|tails| self.may_stay(tails));
-        let asked = Asked {
-            setting,
-            demand,
-            tails,
-            loss_tolerant,
-            signs: approach::signs(&self.rest, modules),
-            once,
-        };
-        let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
+        let asked =
+            Asked { case, demand, tails, loss_tolerant, signs: approach::signs(&self.rest, modules), once };
+        let mut rng = ChaCha8Rng::seed_from_u64(case.config.seed);
         let mut best = Best::default();
         let starts = (STARTS_MODULES / modules).clamp(STARTS_LEAST, STARTS_MOST);
         if modules > FEW {
@@ -163,7 +157,7 @@ impl Search {
     /// compared.
     fn turn_a_little(&mut self, asked: &Asked<'_>, compared: usize, best: &mut Best) {
         self.best.clone_from(&self.allocation.cycles);
-        let aim = self.aim(asked.setting, asked.demand);
+        let aim = self.aim(&asked.case, asked.demand);
         let rules = asked.rules();
         for turning in 0..=self.order.len() {
             if best.compared >= compared {
@@ -204,7 +198,7 @@ impl Search {
     /// Amplitudes for the choice of rest poses at hand, or for others from there, if there are any. The module at the place
     /// `first` is the first to choose.
     fn try_choice(&mut self, asked: &Asked<'_>, number: usize, first: usize, poses: Poses, best: &mut Best) {
-        let plain = self.aim(asked.setting, asked.demand);
+        let plain = self.aim(&asked.case, asked.demand);
         let rules = asked.rules();
         let Self { allocation, rest, law, order, poses_rad, .. } = &mut *self;
         let turns = number % 2 == 1 || poses == Poses::Offered;
@@ -232,7 +226,7 @@ impl Search {
                 return;
             }
             best.compared += 1;
-            let aim = self.aim(asked.setting, asked.demand);
+            let aim = self.aim(&asked.case, asked.demand);
             let Self { allocation, orientation, rest, law, merit, .. } = &mut *self;
             let about = (&aim, asked.demand.to_array());
             let Some(own) = merit.of(allocation, orientation, &asked.rules(), rest, law, about, least) else {
@@ -246,19 +240,18 @@ impl Search {
     /// Cycles of Algorithm 1, polished, wherever they start.
     pub fn turn_by_field(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         demand: Wrench,
         tails: Option<&[f64]>,
         previous: Option<&[Swing]>,
     ) -> Option<CycleCandidate> {
         let mut field = self.field.take()?;
-        let distance = &setting.distance;
+        let distance = &case.distance;
         let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
             distance.along_bounded(offset, ends(i, j), margin_rad)
         };
-        let aim = Aim { recentre: 0.0, ..self.aim(setting, demand) };
-        let asked =
-            Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
+        let aim = Aim { recentre: 0.0, ..self.aim(&case, demand) };
+        let asked = Asked { case, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
         let rules = asked.rules();
         let mut best = Best::default();
         for candidate in field.solve(demand, previous, &swim) {
@@ -317,9 +310,9 @@ impl Search {
 
     /// Keeps the cycles of the allocation if they are better than the best so far and there is a way to them.
     pub(super) fn consider(&mut self, asked: &Asked<'_>, met: bool, score: f64, best: &mut Best) {
-        let Asked { setting, demand, tails, .. } = *asked;
+        let Asked { case, demand, tails, .. } = *asked;
         let mut cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
-        let error = setting.error(demand, setting.wrench(&cycle));
+        let error = case.error(demand, case.wrench(&cycle));
         let better = best.found.as_ref().is_none_or(|found| match (met, found.met) {
             (true, true) => score > best.score,
             (met, other) => met && !other || met == other && error < found.error,
