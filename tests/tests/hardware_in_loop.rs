@@ -1,12 +1,12 @@
 //! Host, radio, firmware and tank together, with faults: a bad medium, a module that reboots, a motor that jams.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::atomic::AtomicBool;
 
 use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::{Fleet, InProcess};
 use host::run::host::Controller;
+use host::run::orders::Unattended;
 use host::run::pilot::Pilot;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
@@ -36,7 +36,7 @@ fn run_with(scenario: &Scenario, seed: u64, hook: Hook<'_>) -> (RunResult, InPro
         let t_s = pilot.origin().map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
         hook(now, t_s, fleet);
     };
-    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut at };
+    let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut at };
     let result = run(scenario, seed, &mut fleet, drive, &mut Quiet);
     (result.unwrap_or_else(|error| panic!("seed {seed}: {error}")), fleet)
 }

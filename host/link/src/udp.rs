@@ -23,7 +23,9 @@ pub const BROKEN_AFTER: Duration = Duration(3_000_000);
 
 /// Why a radio is broken: for [`BROKEN_AFTER`] this machine has let no datagram through.
 #[derive(Debug, Error)]
-#[error("the radio is broken: no datagram got through for {silent_s:.1} s, {failures} failed in all; the last: {source}")]
+#[error(
+    "the radio is broken: no datagram got through for {silent_s:.1} s, {failures} failed in all; the last: {source}"
+)]
 pub struct BrokenRadio {
     /// For how long, s.
     pub silent_s: f32,

@@ -15,6 +15,7 @@ mod filter;
 mod folder;
 mod keygen;
 mod module;
+mod operator;
 mod path;
 mod plan;
 mod planner;
@@ -54,6 +55,14 @@ enum Command {
     Reconfigure(reconfigure::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
     Module(module::Arguments),
+    /// Emergency stop: every drive off at once, tails braked, until a release
+    Stop(operator::Arguments),
+    /// The fleet finishes its cycle and holds, until a release
+    Hold(operator::Arguments),
+    /// End a stop or a hold
+    Release(operator::Arguments),
+    /// What each module does, and what is wrong with it
+    Status(operator::Arguments),
     /// Make the secret key of a fleet, or from it the key of one module
     Keygen(keygen::Arguments),
     /// Make what is written to a module's flash: its number, its key, its network, the constants of its hardware
@@ -89,6 +98,10 @@ pub fn main() -> ExitCode {
         Command::Path(arguments) => path::main(&arguments),
         Command::Reconfigure(arguments) => reconfigure::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
+        Command::Stop(arguments) => operator::main(operator::Wish::Stop, &arguments),
+        Command::Hold(arguments) => operator::main(operator::Wish::Hold, &arguments),
+        Command::Release(arguments) => operator::main(operator::Wish::Release, &arguments),
+        Command::Status(arguments) => operator::main(operator::Wish::Status, &arguments),
         Command::Keygen(arguments) => keygen::main(&arguments),
         Command::Provision(arguments) => provision::main(&arguments),
     };

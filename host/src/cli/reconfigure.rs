@@ -16,6 +16,7 @@ use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::PowerLaw;
 
 use super::folder::Folder;
+use super::operator::socket::Desk;
 use super::progress::Bar;
 use super::run::RadioKind;
 use super::{Failure, bad, could, keygen, signal, tell, written};
@@ -223,10 +224,10 @@ fn execute(
     let law = law(arguments.power, problem.rules.battery_v)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let options = Options { seed, radio: faults, law };
-    let stop = &signal::STOP;
     let Some((radio, host)) = radio else {
         let mut fleet = InProcess::rovs(problem, faults, seed).map_err(could)?;
-        let drive = Drive { pace: Pace::Simulated, stop, hook: &mut |_, _, _| {} };
+        let mut desk = Desk::keyboard();
+        let drive = Drive { pace: Pace::Simulated, operator: &mut desk, hook: &mut |_, _, _| {} };
         return run(problem, plan, &options, &mut fleet, drive, bar).map_err(could);
     };
     let address = radio.local_address().map_err(could)?;
@@ -235,7 +236,8 @@ fn execute(
         problem.robots.len()
     ));
     let mut fleet = OverUdp::rovs(problem, radio, host, faults, seed);
-    let drive = Drive { pace: Pace::Real, stop, hook: &mut |_, _, _| {} };
+    let mut desk = super::run::desk(&problem.name, bar);
+    let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
     run(problem, plan, &options, &mut fleet, drive, bar).map_err(could)
 }
 

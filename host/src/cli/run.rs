@@ -11,6 +11,7 @@ use protocol::ModuleId;
 use serde::Serialize;
 
 use super::folder::Folder;
+use super::operator::socket::Desk;
 use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::{Failure, bad, could, keygen, report, signal, tell, written};
@@ -151,12 +152,12 @@ fn swim(
     seed: u64,
     remote: Option<Remote>,
 ) -> Result<RunResult, Failure> {
-    let stop = &signal::STOP;
     let mut bar = Bar::new(&scenario.name);
     let Some(Remote { radio, host, roster }) = remote else {
         let pace = if arguments.realtime { Pace::Watched } else { Pace::Simulated };
         let mut fleet = InProcess::boats(scenario, seed).map_err(|error| failure(error, ""))?;
-        let drive = Drive { pace, stop, hook: &mut |_, _, _| {} };
+        let mut desk = if arguments.realtime { desk(&scenario.name, &mut bar) } else { Desk::keyboard() };
+        let drive = Drive { pace, operator: &mut desk, hook: &mut |_, _, _| {} };
         let result = run(scenario, seed, &mut fleet, drive, &mut bar);
         return result.map_err(|error| failure(error, ""));
     };
@@ -169,9 +170,18 @@ fn swim(
         bar.note(&listening);
     }
     let mut fleet = OverUdp::boats(scenario, radio, host, roster, seed);
-    let drive = Drive { pace: Pace::Real, stop, hook: &mut |_, _, _| {} };
+    let mut desk = desk(&scenario.name, &mut bar);
+    let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
     let result = run(scenario, seed, &mut fleet, drive, &mut bar);
     result.map_err(|error| failure(error, &invitation(arguments, address)))
+}
+
+/// Where an operator reaches the run. A run that cannot be reached is begun all the same: Ctrl-C stops it.
+pub(super) fn desk(scenario: &str, bar: &mut Bar) -> Desk {
+    Desk::open(scenario).unwrap_or_else(|error| {
+        bar.note(&format!("flotilla stop, hold, release and status do not reach this run: {error}"));
+        Desk::keyboard()
+    })
 }
 
 /// What a module that does not answer may be started with, less its number.

@@ -1,16 +1,38 @@
-//! Ctrl-C: the first asks for an orderly end, the second is the operating system's.
+//! Ctrl-C: the first ends a run in good order, the second is an emergency stop, the third ends the program at once.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use crate::run::orders::{Operator, Order, RunStatus};
 
 /// Becomes true at the first Ctrl-C.
 pub static STOP: AtomicBool = AtomicBool::new(false);
+
+/// How often Ctrl-C was pressed.
+static PRESSED: AtomicU32 = AtomicU32::new(0);
 
 /// Watches for Ctrl-C from now on.
 pub fn watch() {
     // Without a handler Ctrl-C ends the program at once, which is safe too: modules that hear nothing hold.
     let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
+        STOP.store(true, Ordering::Relaxed);
+        if PRESSED.fetch_add(1, Ordering::Relaxed) >= 2 {
             std::process::exit(130);
         }
     });
+}
+
+/// The operator at the keyboard.
+#[derive(Debug, Default)]
+pub struct Keyboard {
+    followed: u32,
+}
+
+impl Operator for Keyboard {
+    fn poll(&mut self, _: &dyn Fn() -> RunStatus) -> Option<Order> {
+        if self.followed >= PRESSED.load(Ordering::Relaxed) {
+            return None;
+        }
+        self.followed += 1;
+        Some(if self.followed == 1 { Order::End } else { Order::Stop })
+    }
 }

@@ -16,15 +16,14 @@
 //! | [`PoseSource`] | [`Cameras`](super::boats::Cameras) | [`ExactPoses`](super::reconfigure::water::ExactPoses) |
 //! | [`Observer`] | [`Recorder`](super::recorder::Recorder) | [`Recorder`](super::reconfigure::recorder::Recorder) |
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use protocol::time::FleetInstant;
-use protocol::{MAX_DATAGRAM, Radio};
+use protocol::time::{Duration, FleetInstant};
+use protocol::{MAX_DATAGRAM, ModuleState, Radio};
 
 use super::RunError;
 use super::clock::{Clock, Pace};
 use super::fleet::{Address, Fleet};
 use super::host::{Controller, Host, Step};
+use super::orders::{Operator, Order, RunStatus};
 use super::progress::Progress;
 use super::reporter::{Reporter, stopped};
 
@@ -70,8 +69,8 @@ pub type FaultHook<'a, C, F> = &'a mut dyn FnMut(FleetInstant, &C, &mut F);
 pub struct Drive<'a, C, F> {
     /// Whose time it follows.
     pub pace: Pace,
-    /// Becomes true where the run is to end early: the fleet holds, and what was measured is kept.
-    pub stop: &'a AtomicBool,
+    /// Who may stop, hold, release and end it.
+    pub operator: &'a mut dyn Operator,
     /// Faults.
     pub hook: FaultHook<'a, C, F>,
 }
@@ -99,9 +98,17 @@ pub struct Run<'a, C, F: Fleet, W, P> {
     pub poses: P,
     /// What the water felt of each module in the last step.
     pub actuation: Vec<F::Actuation>,
-    /// Since when the fleet has not been under way.
+    /// Since when the fleet has not been under way, though it might be.
     idle_since: FleetInstant,
+    /// The stop or hold in force.
+    halted: Option<Order>,
+    /// Until when an ended run waits for its fleet to come to rest.
+    ends_by: Option<FleetInstant>,
 }
+
+/// How long an ended run waits at most for its modules to finish their cycle, or to have stopped. *Assumed*: a cycle with its
+/// transition takes two seconds.
+const REST_WITHIN: Duration = Duration(3_000_000);
 
 impl<'a, C, F, W, P> Run<'a, C, F, W, P>
 where
@@ -113,7 +120,16 @@ where
     /// Before its first step.
     pub fn new(controller: C, fleet: &'a mut F, world: Option<W>, poses: P) -> Self {
         let host = Host::new(controller, fleet.host(), fleet.roster());
-        Self { host, fleet, world, poses, actuation: Vec::new(), idle_since: FleetInstant(0) }
+        Self {
+            host,
+            fleet,
+            world,
+            poses,
+            actuation: Vec::new(),
+            idle_since: FleetInstant(0),
+            halted: None,
+            ends_by: None,
+        }
     }
 
     /// The tick at `now`; `clock` is read again for each datagram. What the controller decided in it.
@@ -143,7 +159,7 @@ where
         self.look(now);
         let step = self.act(now)?;
         self.transmit(clock)?;
-        if self.host.controller.is_under_way() {
+        if self.host.controller.is_under_way() || self.halted.is_some() {
             self.idle_since = now;
         }
         Ok(step)
@@ -198,11 +214,14 @@ where
         progress: &mut dyn Progress,
         observers: &mut [&mut dyn Observer<Self>],
     ) -> Result<Ending, RunError> {
-        let Drive { pace, stop, hook } = drive;
+        let Drive { pace, operator, hook } = drive;
         let (mut clock, mut reporter) = (Clock::new(pace), Reporter::default());
         let (at, why) = loop {
             let now = clock.next_tick();
             hook(now, &self.host.controller, self.fleet);
+            while let Some(order) = operator.poll(&|| self.status(now)) {
+                self.obey(now, order, progress);
+            }
             let step = self.step(now, || clock.now())?;
             for observer in observers.iter_mut() {
                 observer.observe(now, self)?;
@@ -210,11 +229,10 @@ where
             if let Step::End(why) = step {
                 break (now, why);
             }
-            if stop.load(Ordering::Relaxed) {
-                progress.note("interrupted: the fleet finishes its cycle and holds");
-                self.host.finish();
-                self.transmit(|| clock.now())?;
-                break (now, Some("interrupted".to_owned()));
+            if self.ends_by.is_some_and(|by| now >= by || self.is_at_rest()) {
+                let stopped = self.halted == Some(Order::Stop);
+                let why = if stopped { "ended by an emergency stop" } else { "interrupted" };
+                break (now, Some(why.to_owned()));
             }
             let idle_s = self.idle_s(now);
             reporter.report(now, idle_s, &self.host, progress);
@@ -223,6 +241,60 @@ where
             }
         };
         Ok(Ending { why, at, wall_s: clock.elapsed_s() })
+    }
+
+    /// Does what an operator orders at `now`.
+    fn obey(&mut self, now: FleetInstant, order: Order, progress: &mut dyn Progress) {
+        let Host { controller, .. } = &mut self.host;
+        match order {
+            Order::Stop | Order::Hold => controller.halt(order),
+            Order::Release => controller.resume(),
+            Order::End => controller.finish(),
+        }
+        let dispatcher = self.host.dispatcher_mut();
+        progress.note(match order {
+            Order::Stop => {
+                dispatcher.emergency_stop(now);
+                "emergency stop: every drive is off until a release"
+            }
+            // A hold does not end a stop.
+            Order::Hold if self.halted == Some(Order::Stop) => "the fleet is stopped: a hold changes nothing",
+            Order::Hold => {
+                dispatcher.hold();
+                "hold: the fleet finishes its cycle and holds until a release"
+            }
+            Order::Release => {
+                dispatcher.release(now);
+                "released: the run goes on"
+            }
+            Order::End => {
+                dispatcher.hold();
+                "interrupted: the fleet finishes its cycle and holds"
+            }
+        });
+        match order {
+            Order::Stop => self.halted = Some(Order::Stop),
+            Order::Hold => self.halted = self.halted.or(Some(Order::Hold)),
+            Order::Release => self.halted = None,
+            Order::End => {}
+        }
+        // A stop while the run ends has its own time.
+        if order == Order::End || order == Order::Stop && self.ends_by.is_some() {
+            self.ends_by = Some(now.after(REST_WITHIN));
+        }
+    }
+
+    /// Whether every module that has joined has finished its cycle, or has stopped where a stop is in force.
+    fn is_at_rest(&self) -> bool {
+        let rests = |state| match self.halted {
+            Some(Order::Stop) => state == ModuleState::Stopped,
+            _ => state != ModuleState::Executing,
+        };
+        self.host.dispatcher().modules().iter().filter_map(|link| link.state()).all(rests)
+    }
+
+    fn status(&self, now: FleetInstant) -> RunStatus {
+        RunStatus::of(now, &self.host.controller, self.host.dispatcher(), self.halted)
     }
 
     /// Why the run ends for modules that do not answer. What was measured before a module fell silent is kept.

@@ -18,6 +18,7 @@ use super::closed_loop::Drive;
 use super::distances;
 use super::experiment::{Pace, RunResult, run};
 use super::fleet::InProcess;
+use super::orders::EndWhen;
 use super::progress::Progress;
 use super::scenario::Scenario;
 use super::summary::Summary;
@@ -235,7 +236,7 @@ fn one(
 ) -> Result<RunResult, RunError> {
     let mut fleet = InProcess::boats(scenario, seed)?;
     let mut tally = Tally { done_ms, seen_ms: 0 };
-    let drive = Drive { pace: Pace::Simulated, stop, hook: &mut |_, _, _| {} };
+    let drive = Drive { pace: Pace::Simulated, operator: &mut EndWhen::new(stop), hook: &mut |_, _, _| {} };
     let result = run(scenario, seed, &mut fleet, drive, &mut tally);
     tally.at(scenario.duration_s(), scenario.duration_s());
     result

@@ -1,7 +1,6 @@
 //! One run of Modboats: pilot, fleet, tank and motion capture in the [closed loop](super::closed_loop).
 
 use std::sync::OnceLock;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use protocol::time::FleetInstant;
@@ -15,6 +14,7 @@ use super::boats::{BoatRun, Cameras};
 use super::closed_loop::{Drive, Run};
 use super::distances;
 use super::fleet::{Fleet, InProcess};
+use super::orders::Unattended;
 use super::pilot::{Decision, Pilot};
 use super::progress::{Progress, Quiet};
 use super::recorder::Recorder;
@@ -41,8 +41,14 @@ pub struct RunResult {
 /// [`RunError`].
 pub fn simulate(scenario: &Scenario, seed: u64) -> Result<RunResult, RunError> {
     let mut fleet = InProcess::boats(scenario, seed)?;
-    let (pace, stop) = (Pace::Simulated, &AtomicBool::new(false));
-    run(scenario, seed, &mut fleet, Drive { pace, stop, hook: &mut |_, _, _| {} }, &mut Quiet)
+    let pace = Pace::Simulated;
+    run(
+        scenario,
+        seed,
+        &mut fleet,
+        Drive { pace, operator: &mut Unattended, hook: &mut |_, _, _| {} },
+        &mut Quiet,
+    )
 }
 
 /// Runs `scenario` with any fleet.

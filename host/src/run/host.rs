@@ -13,6 +13,7 @@ use protocol::time::FleetInstant;
 use protocol::{Delivery, ModuleId, Motion};
 
 use super::RunError;
+use super::orders::Order;
 
 /// What steers a fleet: the pilot of Modboats, the execution of a plan of ROVs.
 pub trait Controller {
@@ -47,6 +48,12 @@ pub trait Controller {
 
     /// The run is over: it decides nothing more.
     fn finish(&mut self);
+
+    /// An operator has ordered a stop or a hold: until [`resume`](Self::resume) nothing is decided that moves the fleet.
+    fn halt(&mut self, order: Order);
+
+    /// The stop or hold is over: it goes on from where the fleet is.
+    fn resume(&mut self);
 
     /// Time zero of the run, fleet time; `None` before it is known.
     fn origin(&self) -> Option<FleetInstant>;

@@ -29,6 +29,7 @@ pub mod distances;
 pub mod experiment;
 pub mod fleet;
 pub mod host;
+pub mod orders;
 pub mod pilot;
 pub mod progress;
 pub mod reconfigure;

@@ -44,9 +44,10 @@ use quantity::ParameterError;
 
 use super::RunError;
 use super::host::{Controller, Dispatch, Patience, Step};
+use super::orders::Order;
 use super::scenario::{Demand, Leg, Scenario, Timing};
 
-pub use decision::{Decision, Order, Via};
+pub use decision::{Decision, SentCycle, Via};
 use decision::{all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps};
 use phase::{Phase, PhaseEvent};
 
@@ -145,6 +146,15 @@ impl Pilot {
     /// How often a cycle that no module may miss was given up because a module might have missed it.
     pub fn dropped(&self) -> u32 {
         self.dropped
+    }
+
+    /// The second step of a transition is not sent any more.
+    fn give_up_if_turning(&mut self) {
+        if self.phase == Phase::Turning
+            && let Some(decision) = self.decisions.last_mut()
+        {
+            give_up_second(decision);
+        }
     }
 
     fn handle_phase(&mut self, event: PhaseEvent) {
@@ -364,11 +374,7 @@ impl Controller for Pilot {
             DispatcherEvent::Reported(index)
                 if links.modules()[index].state() == Some(ModuleState::Stopped) =>
             {
-                if self.phase == Phase::Turning
-                    && let Some(decision) = self.decisions.last_mut()
-                {
-                    give_up_second(decision);
-                }
+                self.give_up_if_turning();
                 self.handle_phase(PhaseEvent::Stopped);
             }
             _ => {}
@@ -405,6 +411,15 @@ impl Controller for Pilot {
         self.handle_phase(PhaseEvent::Ended);
     }
 
+    fn halt(&mut self, _: Order) {
+        self.give_up_if_turning();
+        self.handle_phase(PhaseEvent::Halted);
+    }
+
+    fn resume(&mut self) {
+        self.handle_phase(PhaseEvent::Released);
+    }
+
     /// Start of the first cycle.
     fn origin(&self) -> Option<FleetInstant> {
         self.origin
@@ -419,6 +434,9 @@ impl Controller for Pilot {
     }
 
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {
+        if self.phase == Phase::Halted {
+            return "the fleet is halted by an operator".to_owned();
+        }
         if !self.is_under_way() {
             return "the fleet holds: a module's tail is not known".to_owned();
         }

@@ -1,11 +1,12 @@
 //! What a run says of itself while it goes on, for a person.
 
 use link::dispatcher::Dispatcher;
+use protocol::ModuleState;
 use protocol::ledger::Outgoing;
 use protocol::time::FleetInstant;
-use protocol::{Faults, ModuleState};
 
 use super::host::{Controller, Host};
+use super::orders::fault_names;
 use super::progress::Progress;
 
 /// Pause between two reports of time and link, µs.
@@ -82,9 +83,7 @@ fn missing<C: Controller, A: Copy>(host: &Host<C, A>) -> String {
 pub(super) fn stopped<C: Controller, A: Copy>(host: &Host<C, A>) -> Option<String> {
     let links = host.dispatcher();
     let index = links.modules().iter().position(|link| link.state() == Some(ModuleState::Stopped))?;
-    let faults = links.modules()[index].faults();
-    let names: Vec<&str> =
-        Faults::NAMES.iter().filter(|(fault, _)| faults.has(*fault)).map(|(_, name)| *name).collect();
+    let names = fault_names(links.modules()[index].faults());
     let id = host.controller.id(index, links);
     Some(format!("{} {id} has stopped: {}", C::MODULE, names.join(", ")))
 }

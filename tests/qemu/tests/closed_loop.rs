@@ -1,12 +1,11 @@
 //! Whole runs with emulated modules: the host plans, dispatches and observes as in `flotilla run --radio udp`, over real sockets and in
 //! lock step with the modules, while things go wrong.
 
-use std::sync::atomic::AtomicBool;
-
 use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::Fleet;
 use host::run::host::Controller;
+use host::run::orders::Unattended;
 use host::run::pilot::Pilot;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
@@ -38,7 +37,7 @@ fn swim(scenario: &Scenario, fleet: &mut Emulated, mut hook: impl FnMut(f64, &mu
             hook((now.0 - origin.0) as f64 * 1e-6, fleet);
         }
     };
-    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut with_time };
+    let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut with_time };
     run(scenario, SEED, fleet, drive, &mut Quiet).expect("a run")
 }
 

@@ -4,13 +4,12 @@
 //! Both get the same cycles. Two runs that plan for themselves do not: which of several equally good cycles is taken turns on the last
 //! digit of an observed pose, and after a few seconds the plans have nothing in common but what they achieve.
 
-use std::sync::atomic::AtomicBool;
-
 use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::InProcess;
 use host::run::host::Controller;
-use host::run::pilot::{Order, Pilot};
+use host::run::orders::Unattended;
+use host::run::pilot::{Pilot, SentCycle};
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use protocol::time::{Duration, FleetInstant};
@@ -44,7 +43,7 @@ fn in_process(scenario: &Scenario) -> (RunResult, Vec<Vec<f64>>) {
             courses.push(fleet.modules().iter().map(|module| module.tail().angle_rad).collect());
         }
     };
-    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut watch };
+    let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut watch };
     let result = run(scenario, SEED, &mut fleet, drive, &mut Quiet);
     (result.expect("a run"), courses)
 }
@@ -64,7 +63,7 @@ fn began(seen: &[Seen], cycle: u32) -> Option<(FleetInstant, FleetInstant, Fleet
 /// What both execute.
 struct Plan {
     /// Starts are those of the run in this process.
-    orders: Vec<Order>,
+    orders: Vec<SentCycle>,
     /// When the first one starts there.
     origin: FleetInstant,
     /// When the last one ends there.
@@ -80,7 +79,7 @@ impl Plan {
         let length_us = courses.len() as u64 * 1_000;
         // Only what was run to its end.
         let whole = || decisions.iter().filter(|decision| decision.end().0 - origin.0 <= length_us);
-        let orders: Vec<_> = whole().flat_map(|decision| decision.orders()).collect();
+        let orders: Vec<_> = whole().flat_map(|decision| decision.sent_cycles()).collect();
         assert!(orders.len() >= 10, "{} cycles", orders.len());
         let end = whole().map(|decision| decision.end()).max().expect("some");
         Self { orders, origin, end, courses }

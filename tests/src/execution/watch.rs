@@ -1,12 +1,11 @@
 //! A run in this process with the judge beside it, and modules that lose their power on the way.
 
-use std::sync::atomic::AtomicBool;
-
 use host::run::RunError;
 use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::InProcess;
 use host::run::host::Controller;
+use host::run::orders::Unattended;
 use host::run::pilot::{Decision, Pilot};
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
@@ -50,7 +49,6 @@ pub fn judged(scenario: &Scenario, seed: u64, reboots: &[Reboot]) -> Result<(Run
     let mut marks: Vec<Mark> = Vec::new();
     let mut seen: Vec<Seen> = Vec::new();
     let mut reboots = reboots.to_vec();
-    let stop = AtomicBool::new(false);
     let mut watch = |now: FleetInstant, pilot: &Pilot, fleet: &mut InProcess| {
         let decisions = pilot.decisions();
         // The last one may have been given up in the same tick in which another one was made.
@@ -77,7 +75,7 @@ pub fn judged(scenario: &Scenario, seed: u64, reboots: &[Reboot]) -> Result<(Run
             fleet.modules_mut()[reboot.module].reboot(now, reboot.off);
         }
     };
-    let drive = Drive { pace: Pace::Simulated, stop: &stop, hook: &mut watch };
+    let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut watch };
     let run = run(scenario, seed, &mut fleet, drive, &mut Quiet)?;
     Ok((run, judge.report()))
 }

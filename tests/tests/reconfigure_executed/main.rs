@@ -5,6 +5,7 @@ use host::run::closed_loop::Drive;
 use host::run::experiment::Pace;
 use host::run::fleet::InProcess;
 use host::run::host::Controller;
+use host::run::orders::Unattended;
 use host::run::progress::Quiet;
 use host::run::reconfigure::ExecutionError;
 use host::run::reconfigure::controller::Execution;
@@ -23,7 +24,6 @@ use rov::power::PowerLaw;
 use rov::propulsion::{Propulsion, Steady};
 use sim::rov::Thrusters;
 use std::f64::consts::FRAC_PI_2;
-use std::sync::atomic::AtomicBool;
 use tests::reconfigure::{self as random, Kind};
 
 mod udp;
@@ -59,7 +59,7 @@ fn with_faults(
         let origin = controller.origin();
         hook(now, origin.map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64()), fleet);
     };
-    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut at };
+    let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut at };
     run(problem, plan, options, &mut fleet, drive, &mut Quiet)
         .unwrap_or_else(|error| panic!("seed {}: {error}", options.seed))
 }

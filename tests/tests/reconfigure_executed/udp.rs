@@ -4,6 +4,7 @@ use host::run::RunError;
 use host::run::closed_loop::Drive;
 use host::run::experiment::Pace;
 use host::run::fleet::{Fleet, OverUdp};
+use host::run::orders::Unattended;
 use host::run::progress::Quiet;
 use host::run::reconfigure::execution::run;
 use link::dispatcher::Dispatcher;
@@ -18,7 +19,6 @@ use sim::node::Setup;
 use sim::rov::remote::RemoteRov;
 use sim::rov::{RovActuation, SimRov, Thrusters};
 use std::net::SocketAddr;
-use std::sync::atomic::AtomicBool;
 
 use super::{all_arrived, options, pair, show};
 
@@ -96,7 +96,7 @@ fn robots_on_udp_follow_the_plan() {
     let rovs = rovs.collect();
     let host = OverUdp::rovs(&problem, radio, identity.clone(), FaultParameters::default(), 1);
     let mut fleet = OnSockets { host, rovs };
-    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut |_, _, _| {} };
+    let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut |_, _, _| {} };
     let executed = run(&problem, &plan, &options(1), &mut fleet, drive, &mut Quiet).expect("begun");
     show("over UDP", &executed);
     all_arrived(&executed, 0.04);

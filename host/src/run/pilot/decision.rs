@@ -40,7 +40,7 @@ pub struct Decision {
 
 /// One cycle of every module.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Order {
+pub struct SentCycle {
     /// Its number.
     pub number: u32,
     /// When it starts, fleet time.
@@ -80,9 +80,10 @@ impl Decision {
 
     /// What goes over the wire for it: one cycle, or the two that it takes.
     #[must_use]
-    pub fn orders(&self) -> Vec<Order> {
-        let first = Order { number: self.number, start: self.start, motions: first_cycles(self) };
-        let last = || Order { number: self.last_number(), start: self.last_start(), motions: cycles(self) };
+    pub fn sent_cycles(&self) -> Vec<SentCycle> {
+        let first = SentCycle { number: self.number, start: self.start, motions: first_cycles(self) };
+        let last =
+            || SentCycle { number: self.last_number(), start: self.last_start(), motions: cycles(self) };
         if self.via.is_some() { vec![first, last()] } else { vec![first] }
     }
 

@@ -14,13 +14,15 @@ pub enum Phase {
     Turning,
     /// A decision is under way, and all of it sent.
     Swimming,
+    /// An operator has ordered a stop or a hold.
+    Halted,
     /// The run is over.
     Finished,
 }
 
 /// Every phase, in the order in which a pilot meets them.
-pub const PHASES: [Phase; 5] =
-    [Phase::Waiting, Phase::Pausing, Phase::Turning, Phase::Swimming, Phase::Finished];
+pub const PHASES: [Phase; 6] =
+    [Phase::Waiting, Phase::Pausing, Phase::Turning, Phase::Swimming, Phase::Halted, Phase::Finished];
 
 /// Events that change the phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -43,6 +45,10 @@ pub enum PhaseEvent {
     Lost,
     /// A module reports that it has stopped.
     Stopped,
+    /// An operator orders a stop or a hold.
+    Halted,
+    /// An operator orders a release.
+    Released,
     /// The scenario's time is over, or the run is ended.
     Ended,
 }
@@ -82,7 +88,9 @@ pub const PHASE_TRANSITIONS: &[PhaseTransition] = table! {
     PauseOver: Pausing => Waiting, "the next decision is due";
     Lost: Swimming => Waiting, "the others finish their cycle and hold: from where to go on is seen when all rest";
     Stopped: Turning | Swimming => Waiting, "it let go of its cycle, and its tail may be anywhere";
-    Ended: Waiting | Pausing | Turning | Swimming => Finished, "the modules finish what runs and hold";
+    Halted: Waiting | Pausing | Turning | Swimming => Halted, "the modules have stopped, or finish what runs and hold";
+    Released: Halted => Waiting, "from where to go on is seen when all rest";
+    Ended: Waiting | Pausing | Turning | Swimming | Halted => Finished, "the modules finish what runs and hold";
 };
 
 impl Phase {

@@ -102,6 +102,8 @@ pub struct Conductor<'a> {
     t_s: f64,
     waited_s: f64,
     astray: bool,
+    /// An operator holds the cluster: time stands still, and every robot keeps its place.
+    held: bool,
     /// Where the mover is, relative to its reference, at the last look: m, rad.
     off: (f64, f64),
     mover: Option<(usize, TrackingController)>,
@@ -152,6 +154,7 @@ impl<'a> Conductor<'a> {
             t_s: 0.0,
             waited_s: 0.0,
             astray: false,
+            held: false,
             off: (0.0, 0.0),
             mover: None,
             stations: Vec::new(),
@@ -216,6 +219,10 @@ impl<'a> Conductor<'a> {
         answering: &[bool],
     ) -> Result<Option<Coupling>, ExecutionError> {
         let Some((robot, _)) = self.mover else { return Ok(None) };
+        if self.held {
+            self.astray = true;
+            return Ok(None);
+        }
         if answering != self.answering {
             self.answering.copy_from_slice(answering);
             self.station()?;
@@ -244,6 +251,12 @@ impl<'a> Conductor<'a> {
             self.waited_s += dt_s;
         }
         if self.waited_s > PATIENCE_S { Err(self.late(robot).into()) } else { Ok(None) }
+    }
+
+    /// Lets time stand still: every robot keeps its place, and the mover's reference rests where it is. Released, it goes on from
+    /// rest once the mover is there.
+    pub fn hold(&mut self, held: bool) {
+        self.held = held;
     }
 
     /// The mover has taken hold in its slot.

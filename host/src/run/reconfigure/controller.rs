@@ -21,6 +21,7 @@ use rov::power::PowerLaw;
 
 use super::super::RunError;
 use super::super::host::{Controller, Dispatch, Patience, Step};
+use super::super::orders::Order;
 use super::ExecutionError;
 use super::conductor::{AHEAD_S, Conductor, Coupling, HAND_OVER_S, PERIOD};
 use super::water::{STEP, STEP_S, is_step};
@@ -46,6 +47,8 @@ pub struct Execution<'a> {
     /// Until when the conductor has been told that time passes.
     advanced: FleetInstant,
     number: u32,
+    /// A stop, a hold or the end that an operator has ordered.
+    halted: Option<Order>,
 }
 
 impl<'a> Execution<'a> {
@@ -64,6 +67,7 @@ impl<'a> Execution<'a> {
             origin: None,
             advanced: FleetInstant(0),
             number: 0,
+            halted: None,
         })
     }
 
@@ -151,13 +155,27 @@ impl Controller for Execution<'_> {
         if begun && self.conductor.is_finished() {
             return Ok(Step::End(None));
         }
-        if self.joined.is_some() && now.0.is_multiple_of(u64::from(PERIOD.0)) {
+        // Held, robots are told to keep their place; stopped, nothing.
+        let told = matches!(self.halted, None | Some(Order::Hold));
+        if told && self.joined.is_some() && now.0.is_multiple_of(u64::from(PERIOD.0)) {
             return Ok(Step::Dispatch(self.dispatch(now)?));
         }
         Ok(Step::Wait)
     }
 
-    fn finish(&mut self) {}
+    fn finish(&mut self) {
+        self.halted = Some(Order::End);
+    }
+
+    fn halt(&mut self, order: Order) {
+        self.halted = Some(order);
+        self.conductor.hold(true);
+    }
+
+    fn resume(&mut self) {
+        self.halted = None;
+        self.conductor.hold(false);
+    }
 
     /// When the water lets go.
     fn origin(&self) -> Option<FleetInstant> {

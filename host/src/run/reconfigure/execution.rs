@@ -2,8 +2,6 @@
 //!
 //! Energy and time count from plan time 0, when the water lets go.
 
-use std::sync::atomic::AtomicBool;
-
 use link::faults::FaultParameters;
 use reconfiguration::plan::Plan;
 use reconfiguration::problem::Problem;
@@ -16,6 +14,7 @@ use super::super::RunError;
 use super::super::clock::Pace;
 use super::super::closed_loop::{Drive, Run};
 use super::super::fleet::{Fleet, InProcess};
+use super::super::orders::Unattended;
 use super::super::progress::Progress;
 use super::super::summary::{LinkFigures, reboots};
 use super::ExecutionError;
@@ -56,8 +55,15 @@ pub fn execute(
     progress: &mut dyn Progress,
 ) -> Result<Executed, RunError> {
     let mut fleet = InProcess::rovs(problem, options.radio, options.seed)?;
-    let (pace, stop) = (Pace::Simulated, &AtomicBool::new(false));
-    run(problem, plan, options, &mut fleet, Drive { pace, stop, hook: &mut |_, _, _| {} }, progress)
+    let pace = Pace::Simulated;
+    run(
+        problem,
+        plan,
+        options,
+        &mut fleet,
+        Drive { pace, operator: &mut Unattended, hook: &mut |_, _, _| {} },
+        progress,
+    )
 }
 
 /// Executes `plan` with any fleet.

@@ -1,0 +1,139 @@
+//! What an operator orders while a run goes on, and what the run tells of itself.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use link::dispatcher::{Dispatcher, ModuleLink};
+use protocol::Faults;
+use protocol::time::FleetInstant;
+use serde::{Deserialize, Serialize};
+
+use super::host::Controller;
+
+/// An order to a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Emergency stop: every module takes the drive off at once, brakes, and stays so until a release.
+    Stop,
+    /// Modules finish their cycle and hold; ROVs keep their place. Until a release.
+    Hold,
+    /// Ends a stop or a hold: the run goes on from where the fleet is.
+    Release,
+    /// Ends the run: modules finish their cycle and hold, and what was measured is kept.
+    End,
+}
+
+/// Where orders come from: signals of the operating system, a socket, a console.
+pub trait Operator {
+    /// The next order by now, if there is one. Whether or not, it may ask for `status` and show it.
+    fn poll(&mut self, status: &dyn Fn() -> RunStatus) -> Option<Order>;
+}
+
+/// An operator that orders nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unattended;
+
+impl Operator for Unattended {
+    fn poll(&mut self, _: &dyn Fn() -> RunStatus) -> Option<Order> {
+        None
+    }
+}
+
+/// Ends the run when a flag is set, and orders nothing else.
+#[derive(Debug)]
+pub struct EndWhen<'a> {
+    flag: &'a AtomicBool,
+    told: bool,
+}
+
+impl<'a> EndWhen<'a> {
+    /// When `flag` is set.
+    #[must_use]
+    pub const fn new(flag: &'a AtomicBool) -> Self {
+        Self { flag, told: false }
+    }
+}
+
+impl Operator for EndWhen<'_> {
+    fn poll(&mut self, _: &dyn Fn() -> RunStatus) -> Option<Order> {
+        let ends = !self.told && self.flag.load(Ordering::Relaxed);
+        self.told |= ends;
+        ends.then_some(Order::End)
+    }
+}
+
+/// A run at one moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunStatus {
+    /// Time of the scenario, s; below zero while modules join.
+    pub t_s: f64,
+    /// How long the scenario takes, s.
+    pub duration_s: f64,
+    /// What the fleet does, in a sentence.
+    pub fleet: String,
+    /// `stop` or `hold`, while one is in force.
+    pub order: Option<String>,
+    /// Every module of the roster.
+    pub modules: Vec<ModuleStatus>,
+}
+
+/// A module as it last said.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModuleStatus {
+    /// Its number.
+    pub id: u16,
+    /// What it was doing; `None` before its first report.
+    pub state: Option<String>,
+    /// What was wrong with it.
+    pub faults: Vec<String>,
+    /// Battery voltage, V; `None` before its first report, and where there is no sensor.
+    pub battery_v: Option<f64>,
+    /// How long ago it was heard, s; `None` if never.
+    pub silent_s: Option<f64>,
+}
+
+impl ModuleStatus {
+    /// Of a module's link at `now`.
+    pub fn of<A: Copy>(now: FleetInstant, id: u16, link: &ModuleLink<A>) -> Self {
+        let boat = link.telemetry().map(|report| report.battery);
+        let battery = boat.or(link.rov_telemetry().map(|report| report.battery));
+        Self {
+            id,
+            state: link.state().map(|state| format!("{state:?}")),
+            faults: fault_names(link.faults()),
+            battery_v: battery.map(|battery| f64::from(battery.0)).filter(|volts| volts.is_finite()),
+            silent_s: link.is_known().then(|| f64::from(now.since(link.heard()).as_secs_f32())),
+        }
+    }
+}
+
+/// Names of the faults that are set.
+#[must_use]
+pub fn fault_names(faults: Faults) -> Vec<String> {
+    Faults::NAMES.iter().filter(|(fault, _)| faults.has(*fault)).map(|(_, name)| (*name).to_owned()).collect()
+}
+
+impl RunStatus {
+    /// Of a controller and its links at `now`, while `order` is in force.
+    pub fn of<C: Controller, A: Copy>(
+        now: FleetInstant,
+        controller: &C,
+        links: &Dispatcher<A>,
+        order: Option<Order>,
+    ) -> Self {
+        let modules = links.modules().iter().enumerate();
+        let t_s = |origin: FleetInstant| now.as_secs_f64() - origin.as_secs_f64();
+        Self {
+            t_s: controller.origin().map_or(-1.0, t_s),
+            duration_s: controller.duration_s(),
+            fleet: controller.status(links),
+            order: match order {
+                Some(Order::Stop) => Some("stop".to_owned()),
+                Some(Order::Hold) => Some("hold".to_owned()),
+                _ => None,
+            },
+            modules: modules
+                .map(|(index, link)| ModuleStatus::of(now, controller.id(index, links), link))
+                .collect(),
+        }
+    }
+}
