@@ -254,3 +254,50 @@ fn the_example_of_plan_works() {
     assert_eq!(finished.code, Some(0), "{request}: {finished:?}");
     assert!(finished.out[0].contains("\"outcome\":\"planned\""), "{finished:?}");
 }
+
+/// What is asked of loss reaches the planner, from the command line as from the file; the share that was met is in the summary.
+#[test]
+fn loss_tolerance_is_what_was_asked() {
+    let folder = scenario(8.0, "[planner]\nloss_tolerant = \"off\"\n");
+    let run = |how: &[&str], out: &str| {
+        let arguments = [&["run", "t.toml", "--json", "--out", out], how].concat();
+        let finished = Process::start(folder.path(), &arguments).finish();
+        assert_eq!((finished.code, finished.err.len()), (Some(0), 0), "{finished:?}");
+        let summary = read(&folder.path().join(out));
+        let cycles = &summary["cycles"];
+        assert!(cycles["total"].as_u64() >= Some(4) && cycles["planned"] == cycles["total"], "{summary}");
+        ["loss_tolerant_share", "power_tolerant_share"].map(|key| cycles[key].as_f64().expect(key))
+    };
+    let [loss, _] = run(&[], "off");
+    assert!(
+        loss < 1.0,
+        "with nothing asked {loss} of the cycles are loss tolerant: this scenario tells nothing"
+    );
+    let [loss, power] = run(&["--loss-tolerant", "require"], "require");
+    assert!(loss == 1.0, "{loss}");
+    assert!(power < 1.0, "without being asked {power} are power tolerant: this scenario tells nothing");
+    assert_eq!(run(&["--loss-tolerant", "power"], "power"), [1.0, 1.0]);
+    let wrong = Process::start(folder.path(), &["run", "t.toml", "--loss-tolerant", "always"]).finish();
+    assert_eq!((wrong.code, wrong.out.len()), (Some(2), 0), "{wrong:?}");
+    assert!(wrong.err.join("\n").contains("prefer, require, power, off"), "{wrong:?}");
+}
+
+/// As many modules as there are, or fewer: anything else is bad usage, and nothing is begun.
+#[test]
+fn as_many_modules_can_be_required_as_there_are() {
+    let folder = scenario(4.0, "");
+    for (require, why) in [
+        ("4", "flotilla: --require 4: there are only 3 modules in t"),
+        ("0", "must be `all` or a number of modules from 1 to 1024"),
+        ("some", "must be `all` or a number of modules from 1 to 1024"),
+    ] {
+        let finished = Process::start(folder.path(), &["run", "t.toml", "--require", require]).finish();
+        assert_eq!((finished.code, finished.out.len()), (Some(2), 0), "{finished:?}");
+        assert!(finished.err.join("\n").contains(why), "{require}: {finished:?}");
+    }
+    assert_eq!(names(folder.path()), ["t.toml"]);
+    for require in ["3", "all"] {
+        let finished = Process::start(folder.path(), &["run", "t.toml", "--require", require]).finish();
+        assert_eq!(finished.code, Some(0), "{finished:?}");
+    }
+}

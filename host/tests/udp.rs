@@ -24,9 +24,9 @@ fn scenario(duration_s: f64) -> String {
 }
 
 /// A host on a port of the system's choice, and its address.
-fn host(folder: &Path) -> (Process, String) {
+fn host(folder: &Path, more: &[&str]) -> (Process, String) {
     let arguments = ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--key", KEY];
-    let host = Process::start(folder, &[&arguments[..], &["--json", "--out", "results"]].concat());
+    let host = Process::start(folder, &[&arguments[..], &["--json", "--out", "results"], more].concat());
     let line = host.err.recv_timeout(PATIENCE).expect("a line about the port");
     let address =
         line.strip_prefix("listening on ").and_then(|rest| rest.split_once(' ')).expect("an address").0;
@@ -96,7 +96,7 @@ fn three_processes_swim_a_leg() {
     let folder = tempdir().expect("a folder");
     keygen(folder.path());
     std::fs::write(folder.path().join("t.toml"), scenario(12.0)).expect("a file");
-    let (host, address) = host(folder.path());
+    let (host, address) = host(folder.path(), &[]);
     let _modules = ["1", "2", "3"].map(|id| module(folder.path(), id, &address));
     let finished = host.finish();
     let summary = summary(folder.path(), &finished);
@@ -118,7 +118,7 @@ fn a_module_that_dies_and_comes_back_is_taken_in_again() {
     let folder = tempdir().expect("a folder");
     keygen(folder.path());
     std::fs::write(folder.path().join("t.toml"), scenario(600.0)).expect("a file");
-    let (host, address) = host(folder.path());
+    let (host, address) = host(folder.path(), &[]);
     let _others = ["1", "2"].map(|id| module(folder.path(), id, &address));
     let first_life = module(folder.path(), "3", &address);
     await_swimming(&first_life);
@@ -139,4 +139,40 @@ fn a_module_that_dies_and_comes_back_is_taken_in_again() {
     links.iter().for_each(assert_exact);
     assert_eq!(links.iter().map(|link| link["boots"].as_u64()).collect::<Vec<_>>(), [1, 1, 2].map(Some));
     assert!(links.iter().all(|link| link["acknowledged"].as_u64() >= Some(1)), "{summary}");
+}
+
+/// Two of three are enough where two are required: the third gets nothing, and fails nothing.
+#[test]
+fn two_modules_swim_where_two_are_required() {
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    std::fs::write(folder.path().join("t.toml"), scenario(12.0)).expect("a file");
+    let (host, address) = host(folder.path(), &["--require", "2"]);
+    let _modules = ["1", "2"].map(|id| module(folder.path(), id, &address));
+    let finished = host.finish();
+    let summary = summary(folder.path(), &finished);
+    assert_eq!(summary["complete"], true, "{summary}");
+    let contacts = summary["contacts"].as_array().expect("a list").len();
+    assert_eq!(finished.code, Some(i32::from(contacts > 0)), "{finished:?}");
+    let links = summary["link"].as_array().expect("a list");
+    let taken = links.iter().map(|link| link["acknowledged"].as_u64().expect("a number"));
+    let taken: Vec<u64> = taken.collect();
+    assert!(taken[0] >= 1 && taken[1] >= 1 && taken[2] == 0, "{summary}");
+    assert_eq!((&links[2]["cycles"], &links[2]["boots"]), (&0.into(), &0.into()), "{summary}");
+}
+
+/// The same fleet where all are required: the run ends by itself, says which module is missing, and could not.
+#[test]
+fn two_of_three_modules_are_not_enough_where_all_are_required() {
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    let text = scenario(12.0).replace("join_s = 60", "join_s = 5\nrequire = 2");
+    std::fs::write(folder.path().join("t.toml"), text).expect("a file");
+    // The command line goes before the file.
+    let (host, address) = host(folder.path(), &["--require", "all"]);
+    let _modules = ["1", "2"].map(|id| module(folder.path(), id, &address));
+    let finished = host.finish();
+    assert_eq!(finished.code, Some(1), "{finished:?}");
+    assert!(finished.err.last().is_some_and(|why| why.contains("module 3")), "{finished:?}");
+    assert!(finished.out.is_empty(), "nothing was measured: {finished:?}");
 }

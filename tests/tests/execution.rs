@@ -79,8 +79,8 @@ fn conclude(title: &str, runs: &[(u64, Judged)]) -> Vec<String> {
     let broken =
         runs.iter().flat_map(|(seed, run)| run.broken.iter().map(move |why| format!("seed {seed}: {why}")));
     let mut broken: Vec<String> = broken.collect();
-    if 10 * planned < 9 * cycles {
-        broken.push(format!("only {planned} of {cycles} cycles planned"));
+    if runs.is_empty() || planned == 0 || 10 * planned < 9 * cycles {
+        broken.push(format!("only {planned} of {cycles} cycles planned in {} runs", runs.len()));
     }
     broken
 }

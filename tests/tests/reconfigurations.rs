@@ -95,7 +95,7 @@ fn bounds_hold(problem: &Problem, planned: &Planned, what: &str) {
 }
 
 #[test]
-fn energy_beats_length_on_both_t_to_i_and_best_takes_at_most_seven_tenths() {
+fn energy_beats_length_on_both_t_to_i_and_best_takes_half_of_it() {
     // What an independent reimplementation of the paper's method found: energy, s, and Euclidean, s.
     let others = [("t-to-i-far", [156.0, 33.9, 197.3, 41.3]), ("t-to-i-below", [165.3, 35.5, 203.5, 44.3])];
     for (name, other) in others {
@@ -126,7 +126,7 @@ fn energy_beats_length_on_both_t_to_i_and_best_takes_at_most_seven_tenths() {
             best_j / length_j,
         );
         assert!(energy_j < length_j && energy_s < length_s, "{name}: energy does not beat length");
-        assert!(best_j <= 0.70 * length_j, "{name}: {best_j} J of {length_j} J");
+        assert!(best_j <= 0.50 * length_j, "{name}: {best_j} J of {length_j} J, where 0.43 and 0.47 were seen");
     }
 }
 

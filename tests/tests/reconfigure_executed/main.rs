@@ -14,7 +14,7 @@ use reconfiguration::plan::{Action, ActionKind, Criterion, Manner, Move, Placed,
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot, Rules, Slot};
 use reconfiguration::vehicle::Vehicle;
-use rov::planner::{OrderRule, Request, plan};
+use rov::planner::{OrderRule, PlanError, Request, plan};
 use rov::power::PowerLaw;
 use rov::propulsion::{Propulsion, Steady};
 use std::f64::consts::FRAC_PI_2;
@@ -138,6 +138,8 @@ fn near(executed_j: f64, wanted_j: f64, most: f64, what: &str) {
 }
 const SMOOTH: f64 = 0.025;
 const BY_TABLE: f64 = 0.055;
+/// Random problems: 3 % at most were seen.
+const RANDOM: f64 = 0.06;
 /// Plans by the paper's rules, of which ramps and corners are reckoned, not planned.
 const PAPER: f64 = 0.06;
 
@@ -183,26 +185,37 @@ fn the_measured_table_can_be_planned_and_executed_by() {
 /// Whatever can be planned can be executed, planar and in space, with and without a tool.
 #[test]
 fn random_reconfigurations_are_executed() {
+    const SEEDS: u64 = 16;
     let (mut ratios, mut dead_ends) = (Vec::new(), 0);
-    for seed in 0..16 {
+    for seed in 0..SEEDS {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let kind = Kind { robots: rng.random_range(3..=5), ..Kind::random(&mut rng) };
         let problem = random::problem(kind, &mut rng);
         let (criterion, manner, order) = (Criterion::Energy, Manner::Best, OrderRule::Paper);
-        let Ok(planned) = plan(&problem, &Request { criterion, manner, order, law: law() }) else {
-            dead_ends += 1;
-            continue;
+        let planned = match plan(&problem, &Request { criterion, manner, order, law: law() }) {
+            Ok(planned) => planned,
+            // The paper's order may lead to where no robot can move.
+            Err(PlanError::DeadEnd { .. }) => {
+                dead_ends += 1;
+                continue;
+            }
+            Err(error) => panic!("seed {seed}, {kind:?}: {error}"),
         };
         let executed = execute(&problem, &planned.plan, &options(seed), &mut Quiet).expect("begun");
         let ratio = executed.summary.ratio.expect("a robot moved");
         println!("seed {seed}, {kind:?}: {:.2} J, executed/planned {ratio:.4}", planned.plan.energy_total_j);
         all_arrived(&executed, 0.05);
-        assert!((ratio - 1.0).abs() < 0.1, "seed {seed}: {ratio}");
+        assert!((ratio - 1.0).abs() < RANDOM, "seed {seed}: {ratio}");
         ratios.push(ratio);
     }
     let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
-    println!("{} executed, mean executed/planned {mean:.4}; {dead_ends} without a plan", ratios.len());
-    assert!(ratios.len() >= 10);
+    let most = ratios.iter().fold(0.0, |most: f64, ratio| most.max((ratio - 1.0).abs()));
+    println!(
+        "{} executed, executed/planned {mean:.4} on average, off by {most:.4} at most; {dead_ends} dead ends",
+        ratios.len()
+    );
+    // One was seen to be.
+    assert!(dead_ends <= 2, "{dead_ends} of {SEEDS} problems came to a dead end");
 }
 
 /// The paper's plans know no acceleration. Executed with it they take longer and draw more; how much is expected.
