@@ -182,8 +182,8 @@ fn beats_smoothed_a_star_on_random_maps() {
     }
     println!("  expanded: {expanded} against {expanded_along} (octile bound)");
     for (bound, wins, _, _, ratios) in scores {
-        assert!(wins >= 70, "{bound}: shorter in {wins} of 100");
-        assert!(mean(ratios) < 1.0);
+        assert!(wins >= 98, "{bound}: shorter in {wins} of 100, where 99 were seen");
+        assert!(mean(ratios) < 0.989, "where 0.978 and 0.974 were seen");
     }
 }
 

@@ -89,9 +89,9 @@ fn table_the_other_scenarios_with_both_planners() {
                 mean("without_transition_share", 100.0, 1),
                 mean("interval_s", 1.0, 3)
             );
-            // A tail's length: a structure that drifts off does not keep its station.
+            // Twice what was seen, 11.5 and 20 mm: a structure that drifts off does not keep its station.
             let off_m = contender.figures.get("position_max_m").map_or(0.0, |spread| spread.worst);
-            if off_m > 0.09 {
+            if off_m > if contender.planner == PlannerKind::Exact.name() { 0.023 } else { 0.04 } {
                 wrong.push(format!("{name}, {}: {off_m} m off its station", contender.planner));
             }
             wrong.extend(broken(name, contender));

@@ -79,7 +79,8 @@ fn conclude(title: &str, runs: &[(u64, Judged)]) -> Vec<String> {
     let broken =
         runs.iter().flat_map(|(seed, run)| run.broken.iter().map(move |why| format!("seed {seed}: {why}")));
     let mut broken: Vec<String> = broken.collect();
-    if runs.is_empty() || planned == 0 || 10 * planned < 9 * cycles {
+    // One in 1,479 was seen.
+    if planned == 0 || cycles - planned > 2.max(cycles / 700) {
         broken.push(format!("only {planned} of {cycles} cycles planned in {} runs", runs.len()));
     }
     broken
@@ -132,9 +133,15 @@ fn following_error_of_four_experiments_and_ten_sharp_scenarios() {
     println!("\nfollowing error, mrad: RMS and greatest");
     println!("scenario      | swing            | transition       | rest");
     let mut broken = Vec::new();
+    // Twice what was seen with nominal motors, rad: RMS and greatest. What plans allow is 0.022.
+    let bounds =
+        [(Phase::Swing, 1.6e-3, 5.2e-3), (Phase::Transition, 2e-3, 5.8e-3), (Phase::Rest, 1.7e-3, 4.4e-3)];
     for (scenario, run) in scenarios.iter().zip(&runs) {
-        let shown = [Phase::Swing, Phase::Transition, Phase::Rest].map(|phase| {
+        let shown = bounds.map(|(phase, rms_rad, greatest_rad)| {
             let off = run.report.of(phase);
+            if off.rms_rad() > rms_rad || off.greatest_rad > greatest_rad {
+                broken.push(format!("{}: {} {off:?}", scenario.name, phase.name()));
+            }
             format!("{:>6.2} {:>9.2}", 1e3 * off.rms_rad(), 1e3 * off.greatest_rad)
         });
         println!("{:<13} | {} | {} | {}", scenario.name, shown[0], shown[1], shown[2]);

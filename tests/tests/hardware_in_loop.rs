@@ -84,13 +84,17 @@ fn rms(errors: impl IntoIterator<Item = f64>) -> f64 {
     f64::sqrt(sum / count)
 }
 
-/// What every run must keep, however bad the medium.
+/// Twice what was seen: 0.01 % on the worst medium, 0.05 % with a pause for a module that came back.
+const ON_TIME: f64 = 2.5e-4;
+const WITH_A_PAUSE: f64 = 1e-3;
+
+/// What every run must keep, however bad the medium; velocities within this share of what is demanded.
 #[track_caller]
-fn follows_its_demand(summary: &Summary) {
+fn follows_its_demand(summary: &Summary, velocity: f64) {
     assert!(summary.complete, "ended after {} s", summary.duration_s);
     for leg in &summary.legs {
-        assert!(leg.velocity_error <= 0.002, "velocity off by {}", leg.velocity_error);
-        assert!(leg.heading_rms_rad <= 0.005, "heading RMS {} rad", leg.heading_rms_rad);
+        assert!(leg.velocity_error <= velocity, "velocity off by {}", leg.velocity_error);
+        assert!(leg.heading_rms_rad <= 0.0046, "heading RMS {} rad", leg.heading_rms_rad);
     }
 }
 
@@ -209,7 +213,7 @@ fn table_a_bad_medium_changes_nothing_that_matters() {
             1e3 * summary.least_clearance_m.expect("neighbours"),
         );
         ledgers_balance(&result, &mut fleet, end);
-        follows_its_demand(summary);
+        follows_its_demand(summary, ON_TIME);
         assert!(summary.contacts.is_empty(), "{:?}", summary.contacts);
         assert!(summary.cycles.planned == summary.cycles.total, "{:?}", summary.cycles);
         // Every module executed every cycle: no tail was ever elsewhere than the cycles say.
@@ -286,8 +290,8 @@ fn a_jammed_motor_stops_its_module_and_is_not_hidden() {
     let end_s = last.start_s + last.transition_s + last.period_s;
     let (jammed, free) = (within(0, jam_s + 0.5, end_s), within(1, jam_s + 0.5, end_s));
     println!("tail RMS after the jam: {jammed:.3} rad at module 1, {free:.4} rad at module 2");
-    assert!(jammed > 0.5 && free < 0.1, "{jammed} and {free} rad");
-    assert!(within(0, 0.0, jam_s) < 0.05);
+    assert!(jammed > 1.0 && free < 0.004, "{jammed} and {free} rad");
+    assert!(within(0, 0.0, jam_s) < 0.007);
 }
 
 /// The cycle that starts first after `from_s` for which `fit` holds, in an undisturbed run.
@@ -340,12 +344,12 @@ fn a_module_that_reboots_between_cycles_is_taken_in_again() {
         result.summary.contacts
     );
     assert_eq!(result.summary.cycles.reboots, 1);
-    assert!(count == 1 && pause_s < 5.0, "the fleet holds once, for {pause_s} s");
-    follows_its_demand(&result.summary);
+    assert!(count == 1 && pause_s < 0.6, "the fleet holds once, for {pause_s} s");
+    follows_its_demand(&result.summary, WITH_A_PAUSE);
     assert!(result.summary.contacts.is_empty(), "{:?}", result.summary.contacts);
     // Module 2 swims with the others to the end.
     let late = tail_errors(&result.record, 1).into_iter().filter(|(t_s, _)| *t_s > 30.0).map(|(_, e)| e);
-    assert!(rms(late) < 0.05);
+    assert!(rms(late) < 0.005);
 }
 
 #[test]
@@ -362,8 +366,8 @@ fn a_module_that_reboots_in_mid_swing_is_taken_in_again() {
         result.summary.contacts
     );
     assert_eq!(result.summary.cycles.reboots, 1);
-    assert!(count >= 1 && pause_s < 8.0, "{count} pauses of up to {pause_s} s");
-    follows_its_demand(&result.summary);
+    assert!(count >= 1 && pause_s < 0.6, "{count} pauses of up to {pause_s} s");
+    follows_its_demand(&result.summary, WITH_A_PAUSE);
     // A tail that coasts without power may meet another; if it does, the summary says so and the run fails.
     let after = |contact: &host::run::summary::ContactFigures| contact.t_s >= reboot_s - 1e-3;
     assert!(result.summary.contacts.iter().all(after), "{:?}", result.summary.contacts);

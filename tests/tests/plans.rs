@@ -147,7 +147,7 @@ fn plans_for_tails_that_reach_across_a_diagonal_keep_their_word() {
         "tails of 0.75 pitches: {} plans accepted by the checker, {planned} planned, {repeated} repeated, {held} held",
         rows.len()
     );
-    assert!(planned * 2 > rows.len(), "{planned} planned of {}", rows.len());
+    assert_eq!(planned, rows.len(), "planned");
 }
 
 /// From random poses, many of which touch already.
@@ -172,9 +172,8 @@ fn plans_from_arbitrary_poses_keep_their_word() {
     // No way out of a contact is planned: what touches is held.
     assert!(!counts.contains_key(&("planned".to_owned(), false)));
     assert!(counts.contains_key(&("held".to_owned(), false)), "no pose touched");
-    let (held_apart, planned) = (("held".to_owned(), true), ("planned".to_owned(), true));
-    let held_apart = counts.get(&held_apart).copied().unwrap_or(0);
-    assert!(held_apart * 20 < counts[&planned], "{held_apart} held although no tails touch");
+    assert!(!counts.contains_key(&("held".to_owned(), true)), "held although no tails touch");
+    assert!(counts[&("planned".to_owned(), true)] >= 850, "most poses do not touch");
 }
 
 #[test]
@@ -217,5 +216,5 @@ fn table_ten_thousand_plans_keep_their_word() {
     // In one piece, whatever else is printed meanwhile.
     print!("{table}");
     let [planned, ..] = outcomes(&rows);
-    assert!(planned * 1000 >= rows.len() * 995, "{planned} of {} planned", rows.len());
+    assert_eq!(planned, rows.len(), "planned");
 }

@@ -126,7 +126,10 @@ fn energy_beats_length_on_both_t_to_i_and_best_takes_half_of_it() {
             best_j / length_j,
         );
         assert!(energy_j < length_j && energy_s < length_s, "{name}: energy does not beat length");
-        assert!(best_j <= 0.50 * length_j, "{name}: {best_j} J of {length_j} J, where 0.43 and 0.47 were seen");
+        assert!(
+            best_j <= 0.50 * length_j,
+            "{name}: {best_j} J of {length_j} J, where 0.43 and 0.47 were seen"
+        );
     }
 }
 
@@ -173,8 +176,8 @@ fn the_exact_order_is_never_above_the_rule_over_fifty_random_reconfigurations() 
         100.0 * most,
         savings.len(),
     );
-    assert!(savings.len() >= 30 && proved + unreachable >= 45, "{} compared, {proved} proved", savings.len());
-    assert!(mean > 0.0 && most > 0.05, "nothing is saved");
+    assert!(savings.len() == SEEDS && proved == SEEDS, "{} compared, {proved} proved", savings.len());
+    assert!(mean > 0.1 && most > 0.25, "{mean} saved on average, where 0.19 were seen, {most} at most");
 }
 
 #[test]
@@ -214,7 +217,7 @@ fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
                 );
                 mutants.push(spoiler.name);
             }
-            assert!(mutants.len() >= 10, "{what}: {mutants:?} only");
+            assert!(mutants.len() + 1 >= SPOILERS.len(), "{what}: {mutants:?} only");
         }
         (what, result.map(|planned| planned.plan.moves.len()), mutants)
     });
@@ -236,9 +239,9 @@ fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
     );
     unreachable.iter().for_each(|line| println!("  {line}"));
     println!("{} mutants rejected: {mutants:?}", mutants.values().sum::<usize>());
-    assert!(plans >= 195, "{plans} plans of {SEEDS}, where 199 were seen");
+    assert!(plans >= 198, "{plans} plans of {SEEDS}, where 199 were seen");
     assert!(
-        SPOILERS.iter().all(|spoiler| mutants.get(spoiler.name).is_some_and(|&count| count >= 50)),
+        SPOILERS.iter().all(|spoiler| mutants.get(spoiler.name).is_some_and(|&count| count >= 100)),
         "{mutants:?}"
     );
 }
@@ -345,7 +348,7 @@ fn the_exact_order_is_the_least_of_all_orders_and_assignments() {
         }
     }
     println!("{solved} of 16 solved, {below} of them better than by the paper's rule");
-    assert!(solved >= 12 && below >= 1, "{solved} solved, {below} below the rule");
+    assert!(solved == 16 && below >= 6, "{solved} solved, {below} below the rule, where 11 were seen");
 }
 
 /// T to I in a tunnel as wide as the T: the stem has no way past the tool.

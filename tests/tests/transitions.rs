@@ -125,7 +125,9 @@ fn table_square_structures_have_a_transition_in_99_of_100_cases() {
         );
     }
     for (side, planned, decisions, (found, tried)) in figures {
-        assert!(percent(found, tried) >= 99.0, "{side} x {side}: {found} of {tried} single cycles");
-        assert!(percent(planned, decisions) >= 99.0, "{side} x {side}: {planned} of {decisions} decisions");
+        // The paper's 99 %; of small squares all were reached.
+        let least = if side <= 3 { 99.9 } else { 99.0 };
+        assert!(percent(found, tried) >= least, "{side} x {side}: {found} of {tried} single cycles");
+        assert_eq!(planned, decisions, "{side} x {side}: decisions with an outcome planned");
     }
 }

@@ -96,8 +96,22 @@ fn show(what: &str, executed: &Executed) {
     }
 }
 
+/// The greatest roll or pitch of a robot that moves and of one that waits, rad.
+fn tilts(executed: &Executed) -> (f64, f64) {
+    let Executed { record, .. } = executed;
+    let (mut moving_rad, mut waiting_rad) = (0.0_f64, 0.0_f64);
+    for sample in &record.samples {
+        let mover = sample.moving.map(|number| record.plan.moves[number].robot);
+        for (robot, of) in record.problem.robots.iter().zip(&sample.robots) {
+            let most_rad = if mover == Some(robot.id) { &mut moving_rad } else { &mut waiting_rad };
+            *most_rad = most_rad.max(of.eta[3].abs()).max(of.eta[4].abs());
+        }
+    }
+    (moving_rad, waiting_rad)
+}
+
 /// Every robot is in its slot, level; no waiting robot has been tilted; the ledger is exact.
-fn all_arrived(executed: &Executed, tilt_most_rad: f64) {
+fn all_arrived(executed: &Executed) {
     let Executed { record, summary } = executed;
     let seed = summary.seed;
     assert_eq!(summary.failure, None, "seed {seed}");
@@ -107,20 +121,19 @@ fn all_arrived(executed: &Executed, tilt_most_rad: f64) {
         let (eta, slot) = (last.robots[index].eta, record.plan.slots[of.slot]);
         let off_m = (0..3).map(|k| (eta[k] - slot.position_m[k]).powi(2)).sum::<f64>().sqrt();
         let turned_rad = quantity::wrap_rad(eta[5] - slot.yaw_rad).abs();
+        println!("  robot {} rests {:.2} mm and {turned_rad:.4} rad off its slot", of.robot, 1e3 * off_m);
         assert!(
-            last.robots[index].arrived && off_m < 0.02 && turned_rad < 0.03,
+            last.robots[index].arrived && off_m < 0.006 && turned_rad < 0.004,
             "robot {}: {eta:?}",
             of.robot
         );
     }
-    for sample in &record.samples {
-        let mover = sample.moving.map(|number| record.plan.moves[number].robot);
-        for (robot, of) in record.problem.robots.iter().zip(&sample.robots) {
-            let tilt_rad = of.eta[3].abs().max(of.eta[4].abs());
-            let most_rad = if mover == Some(robot.id) { 0.1_f64.max(tilt_most_rad) } else { tilt_most_rad };
-            assert!(tilt_rad < most_rad, "seed {seed}, {} s, robot {}: {:?}", sample.t_s, robot.id, of.eta);
-        }
-    }
+    let (moving_rad, waiting_rad) = tilts(executed);
+    println!(
+        "  seed {seed}: tilted by at most {moving_rad:.4} rad in a move, {waiting_rad:.4} while waiting"
+    );
+    // Twice what was seen.
+    assert!(moving_rad < 0.03 && waiting_rad < 0.012, "seed {seed}");
     for link in &summary.link {
         let ledger = link.ledger;
         assert!(ledger.cycles > 0 && ledger.open() <= 1, "seed {seed}, robot {}: {ledger:?}", link.module);
@@ -137,6 +150,8 @@ fn near(executed_j: f64, wanted_j: f64, most: f64, what: &str) {
     assert!((executed_j / wanted_j - 1.0).abs() < most, "{what}: {executed_j} J against {wanted_j} J");
 }
 const SMOOTH: f64 = 0.025;
+/// Balancing alone, of which handing over is the rest: 1.4 % were seen.
+const BALANCE: f64 = 0.03;
 const BY_TABLE: f64 = 0.055;
 /// Random problems: 3 % at most were seen.
 const RANDOM: f64 = 0.06;
@@ -150,20 +165,18 @@ fn executed_energy_is_the_planned_one() {
         let executed =
             execute(&problem, &planned(&problem, Manner::Best), &options(1), &mut Quiet).expect("begun");
         show(name, &executed);
-        all_arrived(&executed, 0.04);
+        all_arrived(&executed);
         let summary = &executed.summary;
         near(summary.executed.total_j, summary.planned.total_j, SMOOTH, name);
         near(summary.executed.navigate_j, summary.planned.navigate_j, SMOOTH, name);
-        // With nothing to balance only the handing over is left.
-        assert!(summary.executed.balance_j > 0.9 * summary.planned.balance_j, "{name}");
-        assert!(summary.executed.balance_j < 1.1 * summary.planned.balance_j + 0.5, "{name}");
+        near(summary.executed.balance_j, summary.planned.balance_j, BALANCE, name);
         // 0.3 s a move to hand over, and the rest of a packet.
         let late_s = summary.executed.time_s - summary.planned.time_s;
         assert!(late_s < 0.5 * summary.moves.len() as f64, "{name}: {late_s} s late");
         for of in &summary.moves {
-            assert!(of.cross_track_m < 0.01, "{name}: {of:?}");
+            assert!(of.cross_track_m < 0.004, "{name}: {of:?}");
             // Hulls part and meet along their faces.
-            assert!(of.least_gap_m.is_some_and(|gap_m| gap_m > -0.005), "{name}: {of:?}");
+            assert!(of.least_gap_m.is_some_and(|gap_m| gap_m > -0.0046), "{name}: {of:?}");
         }
     }
 }
@@ -178,7 +191,7 @@ fn the_measured_table_can_be_planned_and_executed_by() {
     let plan = plan(&problem, &request).expect("planned").plan;
     let executed = execute(&problem, &plan, &Options { law, ..options(1) }, &mut Quiet).expect("begun");
     show("by the table", &executed);
-    all_arrived(&executed, 0.04);
+    all_arrived(&executed);
     near(executed.summary.executed.total_j, plan.energy_total_j, BY_TABLE, "by the table");
 }
 
@@ -204,7 +217,7 @@ fn random_reconfigurations_are_executed() {
         let executed = execute(&problem, &planned.plan, &options(seed), &mut Quiet).expect("begun");
         let ratio = executed.summary.ratio.expect("a robot moved");
         println!("seed {seed}, {kind:?}: {:.2} J, executed/planned {ratio:.4}", planned.plan.energy_total_j);
-        all_arrived(&executed, 0.05);
+        all_arrived(&executed);
         assert!((ratio - 1.0).abs() < RANDOM, "seed {seed}: {ratio}");
         ratios.push(ratio);
     }
@@ -226,7 +239,7 @@ fn plans_by_the_papers_rules_take_what_acceleration_adds() {
         let executed =
             execute(&problem, &planned(&problem, Manner::Paper), &options(1), &mut Quiet).expect("begun");
         show(&format!("{name}, the paper's rules"), &executed);
-        all_arrived(&executed, 0.04);
+        all_arrived(&executed);
         let summary = &executed.summary;
         near(summary.executed.total_j, summary.expected.total_j, PAPER, name);
         assert!(summary.executed.total_j > summary.planned.total_j, "{name}");
@@ -242,7 +255,7 @@ fn a_fifth_of_the_datagrams_lost_changes_little() {
         let executed =
             execute(&problem, &plan, &Options { radio, ..options(seed) }, &mut Quiet).expect("begun");
         show(&format!("a fifth lost, seed {seed}"), &executed);
-        all_arrived(&executed, 0.06);
+        all_arrived(&executed);
         near(executed.summary.executed.total_j, executed.summary.planned.total_j, SMOOTH, "a fifth lost");
         let faults = executed.summary.faults.expect("in process");
         assert!(faults.lost * 6 > faults.sent, "{faults:?}");
@@ -343,17 +356,20 @@ fn a_plan_made_by_hand_is_followed_and_a_seed_reproduces_it() {
     let (problem, plan) = pair(&ROUND);
     let executed = execute(&problem, &plan, &options(3), &mut Quiet).expect("begun");
     show("by hand", &executed);
-    all_arrived(&executed, 0.04);
+    all_arrived(&executed);
     near(executed.summary.executed.total_j, plan.energy_total_j, SMOOTH, "by hand");
     let samples = &executed.record.samples;
+    let mut behind_m = 0.0_f64;
     for (k, sample) in samples[..samples.len() - 1].iter().enumerate() {
         assert!((sample.t_s - k as f64 * 0.05).abs() < 1e-9, "evenly spaced");
         if let Some(reference) = sample.robots[1].reference {
             let eta = sample.robots[1].eta;
             let off_m = (0..3).map(|k| (eta[k] - reference.position_m[k]).powi(2)).sum::<f64>().sqrt();
-            assert!(off_m < 0.02, "{} s: {off_m} m behind", sample.t_s);
+            behind_m = behind_m.max(off_m);
         }
     }
+    println!("  at most {:.1} mm behind its reference", 1e3 * behind_m);
+    assert!(behind_m < 0.02, "{behind_m} m behind");
     let again = execute(&problem, &plan, &options(3), &mut Quiet).expect("begun");
     assert!((again.summary.executed.total_j - executed.summary.executed.total_j).abs() < 1e-12);
 }
@@ -369,7 +385,7 @@ fn a_mover_that_loses_its_power_comes_back_and_finishes() {
         }
     });
     show("power lost for half a second", &executed);
-    all_arrived(&executed, 0.3);
+    all_arrived(&executed);
     assert_eq!(executed.summary.reboots, 1);
     let dead = executed.record.samples.iter().filter(|sample| (7.1..10.3).contains(&sample.t_s));
     for sample in dead {
@@ -377,7 +393,7 @@ fn a_mover_that_loses_its_power_comes_back_and_finishes() {
         assert!(pulses_us.iter().all(|us| (us - 1500.0).abs() < 1e-3), "{} s: {pulses_us:?}", sample.t_s);
     }
     let late_s = executed.summary.executed.time_s - plan.time_s;
-    assert!((3.0..20.0).contains(&late_s), "{late_s} s late");
+    assert!((3.0..12.0).contains(&late_s), "{late_s} s late, where 6 were seen");
 }
 
 #[test]
@@ -409,7 +425,7 @@ fn the_others_balance_for_one_that_is_silent() {
         }
     });
     show("one silent", &executed);
-    all_arrived(&executed, 0.2);
+    all_arrived(&executed);
     assert_eq!(executed.summary.reboots, 1);
 }
 

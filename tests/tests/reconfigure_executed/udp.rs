@@ -101,5 +101,5 @@ fn robots_on_udp_follow_the_plan() {
     )
     .expect("begun");
     show("over UDP", &executed);
-    all_arrived(&executed, 0.04);
+    all_arrived(&executed);
 }
