@@ -89,9 +89,8 @@ fn table_a_errors() {
             other.p99,
             field.percent(|row| row.planned),
         );
-        let least = if *shape == "3x1" { 99.0 } else { 99.9 };
-        if *share == SHARE && met < least {
-            broken.push(format!("{shape}, {sequence}: {met:.2} % within 1e-6, not {least} %"));
+        if *share == SHARE && (exact.0.is_empty() || own.most > EXACT) {
+            broken.push(format!("{shape}, {sequence}: an error of {:e}, above 1e-6", own.most));
         }
     }
     finish(&table, &broken);
@@ -118,7 +117,8 @@ fn table_b_transitions() {
             travels[1],
             field.mean(|row| row.interval_s),
         );
-        let least = if *shape == "3x1" { 80.0 } else { 97.0 };
+        // 93.6 % and 97.4 % were seen.
+        let least = if *shape == "3x1" { 88.0 } else { 96.0 };
         if *share == SHARE && *sequence == NEAR {
             if still < least {
                 broken.push(format!("{shape}, {sequence}: {still:.1} % without transition, not {least} %"));
@@ -146,9 +146,8 @@ fn table_c_loss() {
             100.0 * share,
             field.percent(|row| row.loss_tolerant)
         );
-        let least = if *shape == "3x1" { 95.0 } else { 100.0 };
-        if *share == SHARE && own < least {
-            broken.push(format!("{shape}, {sequence}: {own:.2} % loss tolerant, not {least} %"));
+        if *share == SHARE && exact.0.iter().any(|row| !row.loss_tolerant) {
+            broken.push(format!("{shape}, {sequence}: {own:.2} % loss tolerant, not all"));
         }
     }
     finish(&table, &broken);

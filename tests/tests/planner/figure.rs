@@ -137,7 +137,7 @@ fn figure_shows_the_errors_of_this_code() {
 #[ignore = "writes the picture of the documentation: cargo test -p tests --test planner figure -- --ignored"]
 fn figure_time_and_error_against_size() {
     let _alone = alone();
-    let [times, errors] = figures(3, false, [|row| 1e-3 * row.plan_us, |row| row.error]);
+    let [times, errors] = figures(3, false, [|row| (1e3 * row.plan_us).round() * 1e-6, |row| row.error]);
     let json = serde_json::to_string_pretty(&times).expect("JSON");
     fs::write(file(TIMES), json + "\n").expect("written");
     fs::write(file(PICTURE), picture(&times, &errors)).expect("written");

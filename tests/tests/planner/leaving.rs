@@ -24,8 +24,8 @@ const APART_M: f64 = 0.006;
 /// Share of the envelope, and chance that a module misses a plan.
 const SHARE: f64 = 0.3;
 const MISSES: f64 = 0.3;
-/// Plans after which everything must swim: with no plan missed.
-const PLANS: usize = 12;
+/// Plans after which everything must swim, with no plan missed: four were seen.
+const PLANS: usize = 8;
 
 /// Of whole runs.
 const SEEDS: [u64; 3] = [1, 2, 3];
@@ -65,7 +65,7 @@ fn swim(shape: &str, kind: &Kind, asked: LossTolerance, seed: u64, misses: f64) 
     let good = if asked == LossTolerance::Power { 0.5 } else { 1e-6 };
     let mut previous: Option<Vec<Swing>> = None;
     let mut least = f64::INFINITY;
-    for count in 1..=10 * PLANS {
+    for count in 1..=4 * PLANS {
         let wrench = modboat::motion::Wrench::from_array(wanted);
         let plan = planner.plan(wrench, Some(&tails), previous.as_deref());
         if plan.outcome != Outcome::Planned || !plan.loss_tolerant {
@@ -93,7 +93,7 @@ fn swim(shape: &str, kind: &Kind, asked: LossTolerance, seed: u64, misses: f64) 
         }
         previous = Some(plan.cycle);
     }
-    Err(format!("after {} plans the least error is {least:.3}", 10 * PLANS))
+    Err(format!("after {} plans the least error is {least:.3}", 4 * PLANS))
 }
 
 #[test]
@@ -169,6 +169,7 @@ fn scenarios_swim_loss_tolerant_from_the_default_start() {
             let most = if asked == LossTolerance::Power { 0.3 } else { 0.1 };
             let errors = rows.iter().map(|summary| summary.legs[leg].velocity_error);
             let mean = errors.sum::<f64>() / rows.len() as f64;
+            println!("{name}, {asked:?}, leg {leg}: velocity off by {mean:.4} over seeds {SEEDS:?}");
             assert!(
                 mean <= most,
                 "{name}, {asked:?}, leg {leg}: velocity off by {mean} over seeds {SEEDS:?}"

@@ -93,8 +93,10 @@ fn table_f_demands_outside_the_envelope() {
                 exact.sines.len()
             ));
         }
-        if reached.most > 1.0 + 1e-9 {
-            broken.push(format!("{shape}: {} of the border reached", reached.most));
+        // 0.86 at least and 0.98 on average were seen.
+        let average = mean(exact.shares.iter().copied());
+        if !(reached.least > 0.72 && average > 0.96 && reached.most < 1.0 + 1e-9) {
+            broken.push(format!("{shape}: {reached:?} of the border reached, {average} on average"));
         }
     }
     finish(&table, &broken);
