@@ -1,7 +1,7 @@
 //! `host/docs/planner.svg`: time and error of both planners against the size of structures.
 //!
 //! Errors are of this code, and every test run asks whether the picture shows them. Times are those of the machine that drew it, kept in
-//! `tests/data/planner_times.json`; `cargo test -p tests --test all figure -- --ignored` measures them again and draws.
+//! `tests/data/planner_times.json`; `cargo test -p tests --test all figure:: -- --ignored` measures them again and draws.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -127,14 +127,14 @@ fn figure_shows_the_errors_of_this_code() {
     let different = difference(&stored, &drawn);
     assert!(
         different.is_none(),
-        "{PICTURE} is out of date ({different:?}): cargo test -p tests --test all figure -- --ignored\n{errors:?}"
+        "{PICTURE} is out of date ({different:?}): cargo test -p tests --test all figure:: -- --ignored\n{errors:?}"
     );
     let moved = picture(&times, &times);
     assert!(difference(&stored, &moved).is_some(), "a picture of something else is taken for this one");
 }
 
 #[test]
-#[ignore = "writes the picture of the documentation: cargo test -p tests --test all figure -- --ignored"]
+#[ignore = "writes the picture of the documentation: cargo test -p tests --test all figure:: -- --ignored"]
 fn figure_time_and_error_against_size() {
     let _alone = alone();
     let [times, errors] = figures(3, false, [|row| (1e3 * row.plan_us).round() * 1e-6, |row| row.error]);
