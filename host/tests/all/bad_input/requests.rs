@@ -5,7 +5,7 @@ use std::io::Write;
 use serde_json::Value;
 use tempfile::tempdir;
 
-use super::common::Process;
+use crate::common::Process;
 
 /// Good requests before, between and after bad ones are answered; each bad one has its line in both streams.
 #[test]

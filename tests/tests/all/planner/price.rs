@@ -60,10 +60,7 @@ fn table_c_the_price_of_loss_tolerance_with_long_tails() {
     for (key, rows) in by {
         let without = rows[2].0.iter().filter(|row| row.planned && !row.loss_tolerant).count();
         assert_eq!(without, 0, "{key:?}: planned, and not loss tolerant as was required");
-        let exact = |rows: &Rows| rows.percent(|row| row.error <= EXACT);
-        assert!(
-            rows[..2].iter().all(|rows| exact(rows) == 100.0),
-            "{key:?}: a demand is missed, or the preference costs accuracy"
-        );
+        let met = rows[..2].iter().all(|rows| rows.0.iter().all(|row| row.error <= EXACT));
+        assert!(met, "{key:?}: a demand is missed, or the preference costs accuracy");
     }
 }
