@@ -14,7 +14,7 @@
 //! | tail contacts | by the tank, from the true tails |
 //! | different cycles at once | the numbers that neighbours' firmware runs, every tick |
 //! | stale, foreign cycles | a running cycle must be one that the host of the module's session decided, in its time |
-//! | replays and forgeries let in | no endpoint accepts more datagrams than were sealed for it |
+//! | replays and forgeries let in | each ledger, class by class, is what [`count`] found at the radios: accepted are the distinct genuine datagrams of the sessions in force, and no others |
 //! | exact sums | each ledger, and all of them against what the medium handed over |
 //!
 //! A module that loses its power in mid-swing leaves its tail wherever it is, and its neighbours go on until the host knows.
@@ -23,7 +23,6 @@
 
 use std::collections::{HashMap, HashSet};
 
-use host::run::fleet::{Fleet, InProcess};
 use host::run::host::Host;
 use host::run::pilot::Pilot;
 use host::run::scenario::Scenario;
@@ -37,9 +36,14 @@ use sim::TailState;
 use sim::mocap::Mocap;
 use sim::tank::Tank;
 
+use count::{Classes, Count};
 pub use draw::Storm;
+use tap::{HOST, Tapped, TappedFleet};
 
+pub mod count;
 mod draw;
+pub mod tap;
+mod watch;
 
 const TICK_US: u64 = 1_000;
 const CALM_S: f64 = 6.0;
@@ -68,7 +72,7 @@ pub struct Outcome {
     /// Cycles that any host decided on.
     pub decisions: usize,
     /// Datagrams that modules and hosts received, by class.
-    pub received: [u64; 7],
+    pub received: Classes,
     /// What the medium did.
     pub faults: FaultCount,
 }
@@ -87,7 +91,8 @@ struct HostRun {
 struct World<'a> {
     storm: &'a Storm,
     scenario: Scenario,
-    fleet: InProcess,
+    fleet: TappedFleet,
+    count: Count,
     host: Option<Host<Pilot, Node>>,
     host_runs: Vec<HostRun>,
     tank: Tank,
@@ -112,28 +117,29 @@ struct Watch {
     /// Cycles that were complained of.
     told: HashSet<(usize, u32)>,
     contacts: usize,
-    /// By module, of boots that are over: datagrams received, accepted, and sent.
-    module_received: Vec<[u64; 7]>,
+    /// By module, of boots that are over: datagrams received, and sent.
+    module_received: Vec<Classes>,
     module_sent: u64,
     /// Of runs of the host that are over.
-    host_received: [u64; 7],
+    host_received: Classes,
     host_sent: Vec<u64>,
     discarded: u64,
 }
 
-fn classes(incoming: &protocol::ledger::Incoming) -> [u64; 7] {
+fn classes(incoming: &protocol::ledger::Incoming) -> Classes {
     let i = incoming;
     [i.received, i.accepted, i.duplicate, i.stale, i.corrupt, i.forged, i.foreign].map(u64::from)
 }
 
-fn add(sum: &mut [u64; 7], more: [u64; 7]) {
+fn add(sum: &mut Classes, more: Classes) {
     sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
 }
 
 impl<'a> World<'a> {
     fn new(storm: &'a Storm) -> Self {
         let scenario = storm.scenario();
-        let fleet = InProcess::boats(&scenario, storm.seed).expect("a fleet");
+        let fleet = TappedFleet::new(&scenario, storm.seed);
+        let count = Count::new(HostIdentity::simulated(storm.seed, 0).key, storm.modules);
         let start = PoseSample { heading_rad: scenario.start_heading_rad(), ..PoseSample::default() };
         let tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, storm.seed);
         let mocap = Mocap::new(&scenario.mocap, storm.seed).expect("cameras");
@@ -153,6 +159,7 @@ impl<'a> World<'a> {
             storm,
             scenario,
             fleet,
+            count,
             host: None,
             host_runs,
             tank,
@@ -180,7 +187,7 @@ impl<'a> World<'a> {
                 self.reboot(now_us, module, off);
             }
             for &(_, module, by_s) in self.storm.steps.iter().filter(|(at, ..)| *at == now_us) {
-                self.fleet.modules_mut()[module].step_clock(by_s);
+                self.fleet.modules[module].step_clock(by_s);
             }
             for &(_, off_us) in self.storm.deaths.iter().filter(|(at, _)| *at == now_us) {
                 self.stop_host();
@@ -208,19 +215,60 @@ impl<'a> World<'a> {
         // Time of the first run is the true one; that of later runs begins when they do.
         let epoch_us = if self.host_runs.is_empty() { 0 } else { now_us - TICK_US };
         let pilot = Pilot::new(&self.scenario, None, || FleetInstant(0)).expect("a pilot");
-        self.host = Some(Host::new(pilot, &host, self.fleet.roster()));
+        self.host = Some(Host::new(pilot, &host, &self.fleet.roster));
         self.host_runs.push(HostRun { boot: host.boot, epoch_us, cycles: HashMap::new(), seen: 0 });
     }
 
     /// The host crashes.
     fn stop_host(&mut self) {
         let Some(host) = self.host.take() else { return };
-        add(&mut self.watch.host_received, classes(host.dispatcher().strays()));
+        let (counted, strays) = self.count.end_host();
+        let told = classes(host.dispatcher().strays());
+        add(&mut self.watch.host_received, told);
+        self.compare("the host, of strays", told, strays);
         for (index, link) in host.dispatcher().modules().iter().enumerate() {
-            add(&mut self.watch.host_received, classes(link.incoming()));
+            let told = classes(link.incoming());
+            add(&mut self.watch.host_received, told);
             self.watch.host_sent[index] += link.outgoing().sent;
+            self.compare(&format!("the host, of module {}", index + 1), told, counted[index]);
             self.check_sums(index, &host);
         }
+    }
+
+    /// What an end says came to it, and what was counted at its radio.
+    fn compare(&mut self, whose: &str, told: Classes, counted: Classes) {
+        if told != counted {
+            let what = "received, accepted, duplicate, stale, corrupt, forged, foreign";
+            self.violation(0, &format!("{whose}: {what}: {told:?}, counted {counted:?}"));
+        }
+    }
+
+    /// Counts what passed the taps in this tick.
+    fn count_tape(&mut self) {
+        for tapped in self.fleet.take_tape() {
+            match tapped {
+                Tapped::Sent(HOST, datagram) => self.count.host_sent(&datagram),
+                Tapped::Came(HOST, datagram) if self.host.is_some() => {
+                    self.count.came_to_host(&datagram);
+                }
+                Tapped::Came(HOST, _) => {}
+                Tapped::Sent(node, datagram) => {
+                    let module = usize::from(node.0) - 1;
+                    self.count.module_sent(module, self.session(module).unwrap_or(0), &datagram);
+                }
+                Tapped::Came(node, datagram) => {
+                    let module = usize::from(node.0) - 1;
+                    if let Some(session) = self.session(module) {
+                        self.count.came_to_module(module, session, &datagram);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The session that a module is in, 0 for none; `None` without power.
+    fn session(&self, module: usize) -> Option<u32> {
+        self.fleet.modules[module].link().map(|link| link.session())
     }
 
     fn check_sums(&mut self, index: usize, host: &Host<Pilot, Node>) {
@@ -238,20 +286,22 @@ impl<'a> World<'a> {
 
     fn reboot(&mut self, now_us: u64, module: usize, off: Duration) {
         self.note_boot(module);
-        let swings = self.fleet.modules()[module].running(FleetInstant(now_us)).is_some();
+        let swings = self.fleet.modules[module].running(FleetInstant(now_us)).is_some();
         self.outcome.powerless += usize::from(swings);
         if swings {
             self.watch.powerless[module].get_or_insert(true);
         }
-        self.fleet.modules_mut()[module].reboot(FleetInstant(now_us), off);
+        self.fleet.modules[module].reboot(FleetInstant(now_us), off);
     }
 
     /// Counts of a boot that is over.
     fn note_boot(&mut self, module: usize) {
-        let Some(link) = self.fleet.modules()[module].link() else { return };
+        let counted = self.count.end_boot(module);
+        let Some(link) = self.fleet.modules[module].link() else { return };
         let (incoming, outgoing) = (*link.incoming(), link.outgoing());
         self.watch.module_sent += outgoing.sent + link.announced();
         add(&mut self.watch.module_received[module], classes(&incoming));
+        self.compare(&format!("module {}", module + 1), classes(&incoming), counted);
         let closed = outgoing.acknowledged + outgoing.late + outgoing.lost + outgoing.under_way();
         if !incoming.is_exact() || closed != outgoing.sent {
             self.violation(0, &format!("module {}: {incoming:?}, {outgoing:?}", module + 1));
@@ -261,12 +311,12 @@ impl<'a> World<'a> {
     fn tick(&mut self, now_us: u64) {
         let now = FleetInstant(now_us);
         let mut buffer = [0; MAX_DATAGRAM];
-        self.fleet.advance(now).expect("the loopback does not fail");
+        self.fleet.advance(now);
         let host_now = self
             .host_runs
             .last()
             .map_or(FleetInstant(0), |host_run| FleetInstant(now_us - host_run.epoch_us));
-        while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
+        while let Ok(Some((length, from))) = self.fleet.radio.receive(now, &mut buffer) {
             match &mut self.host {
                 Some(host) => {
                     let _ = host.handle_datagram(host_now, from, &buffer[..length]);
@@ -274,7 +324,7 @@ impl<'a> World<'a> {
                 None => self.watch.discarded += 1,
             }
         }
-        let tails: Vec<TailState> = self.fleet.modules().iter().map(|module| module.tail()).collect();
+        let tails: Vec<TailState> = self.fleet.modules.iter().map(|module| module.tail()).collect();
         self.tank.step(TICK_US as f64 * 1e-6, &tails);
         let pose = self.tank.pose();
         if let Some(mut fix) = self.mocap.sample(pose.t_s, &pose)
@@ -286,9 +336,10 @@ impl<'a> World<'a> {
         if let Some(host) = &mut self.host {
             host.handle_timer(host_now).expect("a pilot does not fail");
             while let Some((to, datagram)) = host.poll_transmit(host_now, &mut buffer) {
-                self.fleet.radio().send(now, to, datagram).expect("the loopback does not fail");
+                self.fleet.radio.send(now, to, datagram).expect("the loopback does not fail");
             }
         }
+        self.count_tape();
         self.note_decisions();
         self.watch_cycles(now_us);
         self.watch_contacts(now_us);
@@ -312,79 +363,6 @@ impl<'a> World<'a> {
         host_run.seen = pilot.decisions().len();
     }
 
-    fn watch_cycles(&mut self, now_us: u64) {
-        let now = FleetInstant(now_us);
-        let skew_us = SKEW_US + self.storm.jumped_us();
-        for module in 0..self.storm.modules {
-            let sim = &self.fleet.modules()[module];
-            let running = sim.running(now);
-            let boot = sim.link().and_then(|link| link.host_nonce()).map(|nonce| &nonce.0[..12]);
-            let host_run = self.host_runs.iter().rposition(|host_run| Some(&host_run.boot[..]) == boot);
-            let running = running.map(|number| (host_run, number));
-            self.watch.running[module] = running.and_then(|(host_run, number)| Some((host_run?, number)));
-            let Some((host_run, number)) = running else { continue };
-            self.watch.powerless[module] = None;
-            let Some(host_run) = host_run.map(|host_run| &self.host_runs[host_run]) else {
-                self.violation(now_us, &format!("module {} runs a cycle of no host", module + 1));
-                continue;
-            };
-            let host_us = now_us.saturating_sub(host_run.epoch_us);
-            let fits = host_run.cycles.get(&number).is_some_and(|&(start_us, end_us, _)| {
-                host_us + skew_us >= start_us && host_us <= end_us + skew_us
-            });
-            if !fits && self.watch.told.insert((module, number)) {
-                let span = host_run.cycles.get(&number).copied();
-                self.violation(
-                    now_us,
-                    &format!(
-                        "module {} runs cycle {number} at {host_us} µs, decided for {span:?}",
-                        module + 1
-                    ),
-                );
-            }
-        }
-        if let Some(host_run) = self.host_runs.last() {
-            let host_us = now_us - host_run.epoch_us;
-            let mut now = host_run
-                .cycles
-                .values()
-                .filter(|(start_us, end_us, _)| (*start_us..*end_us).contains(&host_us));
-            let tolerant = now.all(|(.., tolerant)| *tolerant);
-            self.watch.powerless.iter_mut().flatten().for_each(|so_far| *so_far &= tolerant);
-        }
-        for k in 0..self.watch.neighbours.len() {
-            let pair = self.watch.neighbours[k];
-            let both = (self.watch.running[pair.0], self.watch.running[pair.1]);
-            let apart = matches!(both, (Some(i), Some(j)) if i != j);
-            if !apart {
-                self.watch.apart_since.remove(&pair);
-                continue;
-            }
-            let since = *self.watch.apart_since.entry(pair).or_insert(now_us);
-            // One may have jumped ahead and the other back.
-            if now_us.saturating_sub(since) > skew_us + self.storm.jumped_us() {
-                let (i, j) = (pair.0 + 1, pair.1 + 1);
-                self.violation(now_us, &format!("modules {i} and {j} run different cycles: {both:?}"));
-                self.watch.apart_since.insert(pair, u64::MAX / 2);
-            }
-        }
-    }
-
-    fn watch_contacts(&mut self, now_us: u64) {
-        for k in self.watch.contacts..self.tank.contacts().len() {
-            let contact = &self.tank.contacts()[k];
-            let (i, j) = contact.modules;
-            let powerless = [self.watch.powerless[i], self.watch.powerless[j]];
-            if powerless.into_iter().flatten().any(|tolerant| !tolerant) {
-                self.outcome.powerless_contacts += 1;
-            } else {
-                let what = format!("tails of modules {} and {} touch", i + 1, j + 1);
-                self.violation(now_us, &what);
-            }
-        }
-        self.watch.contacts = self.tank.contacts().len();
-    }
-
     /// Whether every module runs the same cycle of the running host.
     fn all_swim(&self) -> bool {
         let host_run = self.host_runs.len().wrapping_sub(1);
@@ -404,56 +382,51 @@ impl<'a> World<'a> {
     fn settle(&mut self, now_us: u64) {
         self.fleet.heal(true);
         let now = FleetInstant(now_us + TICK_US);
-        self.fleet.advance(now).expect("the loopback does not fail");
+        self.fleet.advance(now);
         let mut buffer = [0; MAX_DATAGRAM];
-        while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
+        while let Ok(Some((length, from))) = self.fleet.radio.receive(now, &mut buffer) {
             if let Some(host) = &mut self.host {
                 let host_now =
                     FleetInstant(now.0 - self.host_runs.last().map_or(0, |host_run| host_run.epoch_us));
                 let _ = host.handle_datagram(host_now, from, &buffer[..length]);
             }
         }
+        self.count_tape();
         self.stop_host();
         (0..self.storm.modules).for_each(|module| self.note_boot(module));
-        let host = self.fleet.radio().count();
-        let modules =
-            self.fleet.modules().iter().map(|m| m.radio().count()).reduce(|a, b| a + b).unwrap_or_default();
-        let unheard: u64 = self.fleet.modules().iter().map(|module| module.unheard()).sum();
+        let host = self.fleet.radio.radio().count();
+        let modules = self
+            .fleet
+            .modules
+            .iter()
+            .map(|m| m.radio().radio().count())
+            .reduce(|a, b| a + b)
+            .unwrap_or_default();
+        let unheard: u64 = self.fleet.modules.iter().map(|module| module.unheard()).sum();
         let mut heard = [0; 7];
         self.watch.module_received.iter().for_each(|classes| add(&mut heard, *classes));
         let told = self.watch.host_received;
-        let mut claims = vec![
+        let claims = [
             ("datagrams handed to modules", host.delivered, heard[0] + unheard),
             ("datagrams handed to hosts", modules.delivered, told[0] + self.watch.discarded),
             ("datagrams hosts sealed", host.sent, self.watch.host_sent.iter().sum()),
             ("datagrams modules sealed", modules.sent, self.watch.module_sent),
         ];
-        for (index, (received, &sent)) in
-            self.watch.module_received.iter().zip(&self.watch.host_sent).enumerate()
-        {
-            if received[1] > sent {
-                claims.push(("accepted by a module, sealed for it", received[1], sent));
-                self.outcome.violations.push(format!("module {}", index + 1));
-            }
-        }
         for (what, one, other) in claims {
             if one != other {
                 self.violation(now_us, &format!("{what}: {one} and {other}"));
             }
-        }
-        if told[1] > self.watch.module_sent {
-            self.violation(now_us, "hosts accepted more than modules sealed");
         }
         add(&mut heard, told);
         self.outcome.received = heard;
         self.outcome.faults = host + modules;
         match self.outcome.swam_after_s {
             None => {
-                let states: Vec<_> = self.fleet.modules().iter().map(|module| module.state(now)).collect();
+                let states: Vec<_> = self.fleet.modules.iter().map(|module| module.state(now)).collect();
                 let what = format!(
                     "they do not all swim, long after the medium healed: {states:?}; last decision {:?}, tails {:?}",
                     self.last,
-                    self.fleet.modules().iter().map(|m| m.tail().angle_rad).collect::<Vec<_>>()
+                    self.fleet.modules.iter().map(|m| m.tail().angle_rad).collect::<Vec<_>>()
                 );
                 self.violation(now_us, &what);
             }

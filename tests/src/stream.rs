@@ -2,8 +2,7 @@
 //!
 //! The first plan of a stream, before which the tail angles are unknown, is made and not counted.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use modboat::distance::DistanceToCollision;
@@ -20,6 +19,7 @@ use crate::checker::Request;
 use crate::convert::swings;
 use crate::demands::{Correlated, Uniform};
 use crate::figures::{Quantiles, mean};
+use crate::seeds::on_all_cores;
 
 /// Modules of one kind and what is known of their tails.
 #[derive(Clone)]
@@ -247,25 +247,12 @@ pub fn settings(kind: PlannerKind) -> PlannerConfig {
     PlannerConfig { kind, ..PlannerConfig::default() }
 }
 
-/// What `work` makes of each of `jobs`, in their order, done by two threads.
+/// What `work` makes of each of `jobs`, in their order, done on all cores.
 ///
 /// # Panics
 /// If `work` does.
 pub fn on_both_cores<J: Sync, R: Send>(jobs: &[J], work: impl Fn(&J) -> R + Sync) -> Vec<R> {
-    let next = AtomicUsize::new(0);
-    let results: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::new());
-    let run = || {
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(job) = jobs.get(index) else { return };
-            let result = work(job);
-            results.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
-        }
-    };
-    std::thread::scope(|scope| (0..2).for_each(|_| drop(scope.spawn(run))));
-    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
+    on_all_cores(0..jobs.len() as u64, |index| work(&jobs[index as usize]))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Checks on every input, shared by the fuzz targets and the plain tests of `firmware/tests/fuzz.rs`.
+//! Checks on every input, shared by the fuzz targets and the plain tests of `firmware/tests/all/fuzzing.rs`.
 
 pub mod configuration;
 pub mod endpoint;

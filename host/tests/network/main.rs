@@ -6,9 +6,9 @@
 //! netem does that where the kernel has it (`sch_netem`), otherwise a relay between real sockets; what it was is printed. Wants
 //! root and iproute2, and fails without. In namespaces of its own; nothing of the machine's network is changed.
 
-#[path = "../common/mod.rs"]
+#[path = "../all/common/mod.rs"]
 mod common;
-#[path = "../interrupt/mod.rs"]
+#[path = "../all/interrupt/mod.rs"]
 mod interrupt;
 mod net;
 mod relay;

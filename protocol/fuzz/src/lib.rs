@@ -1,4 +1,4 @@
-//! Checks on every input, shared by the fuzz targets and the plain tests of `protocol/tests/fuzz.rs`.
+//! Checks on every input, shared by the fuzz targets and the plain tests of `protocol/tests/all/fuzzing.rs`.
 //!
 //! Seals by itself, after the documentation, so that bytes which are no message at all can stand under a right tag.
 

@@ -1,0 +1,26 @@
+//! The program as its users meet it. One test program, so that it is linked once; `cargo test -p host --test all run::` runs the module
+//! `run`.
+//!
+//! `network` is a program of its own: it wants root, for namespaces of the network, and runs itself as the relay in one of them.
+
+mod bad_input;
+mod common;
+mod compare;
+mod distance_table;
+mod documentation;
+mod envelope;
+mod interrupt;
+mod keygen;
+mod keys;
+mod operator;
+mod path;
+mod pilot_phases;
+mod plan;
+mod provision;
+mod reconfigure;
+mod rov_udp;
+mod run;
+mod said;
+mod scenario_readme;
+mod simulate;
+mod udp;

@@ -1,0 +1,318 @@
+//! What every datagram of a storm was, counted at the taps and by none of the code that counts it in the link.
+//!
+//! A datagram is *genuine* when its bytes are, to the last, those that a node handed to its radio. What it is to its receiver
+//! follows from that, from the numbers in its header and from the session in force:
+//!
+//! | datagram | class |
+//! |---|---|
+//! | wrong length, checksum, version or kind | corrupt |
+//! | another module's, another fleet's, for the other side; a call of another host while the present one is heard | foreign |
+//! | of the session in force: not genuine | forged |
+//! | genuine, number not seen, at most 127 behind the newest | accepted |
+//! | genuine, number seen, at most 127 behind the newest | duplicate |
+//! | further behind; of a session that is not in force or on offer | stale |
+//!
+//! Announcements belong to no session: their numbers are followed for every boot nonce that a host has an offer for, or that a
+//! module of its sessions would use next; of a used-up nonce they are stale.
+//!
+//! Taken from the link are only the number of the session that a module is in after a tick, and the derivation of that number from
+//! the two nonces.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+
+use protocol::{FleetId, FleetKey, ModuleId, Nonce, Session, Side, WIRE_VERSION};
+
+/// Sums by class: received, accepted, duplicate, stale, corrupt, forged, foreign.
+pub type Classes = [u64; 7];
+
+/// What a datagram is to its receiver; its place in [`Classes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the table above says what each is")]
+pub enum Class {
+    Accepted = 1,
+    Duplicate,
+    Stale,
+    Corrupt,
+    Forged,
+    Foreign,
+}
+
+fn count(classes: &mut Classes, class: Class) {
+    classes[0] += 1;
+    classes[class as usize] += 1;
+}
+
+const ANNOUNCE: u8 = 1;
+const CALL: u8 = 2;
+const TO_MODULE: u8 = 3;
+const TO_HOST: u8 = 4;
+/// Behind the newest by so much or more, a number is not followed.
+const WINDOW: u32 = 128;
+/// Offers that a host keeps for one module, and nonces that it remembers as used up.
+const OFFERS: usize = 4;
+const FORMER: usize = 16;
+
+/// What a datagram says in the clear.
+#[derive(Clone, Copy, Debug)]
+struct Clear {
+    kind: u8,
+    fleet: [u8; 4],
+    module: u16,
+    session: u32,
+    sequence: u32,
+    nonce: [u8; 16],
+}
+
+/// CRC-32, ISO-HDLC, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |sum, &byte| {
+        (0..8).fold(sum ^ u32::from(byte), |sum, _| (sum >> 1) ^ (0xEDB8_8320 & (sum & 1).wrapping_neg()))
+    })
+}
+
+impl Clear {
+    /// Nothing if the datagram is damaged.
+    fn read(datagram: &[u8]) -> Option<Self> {
+        let (guarded, sum) = datagram.split_last_chunk::<4>()?;
+        if crc32(guarded) != u32::from_le_bytes(*sum) {
+            return None;
+        }
+        let body = guarded.get(..guarded.len().checked_sub(16)?)?;
+        let four = |at: usize| body.get(at..at + 4)?.try_into().ok();
+        let (&version, &kind) = (body.first()?, body.get(1)?);
+        if version != WIRE_VERSION || !(ANNOUNCE..=TO_HOST).contains(&kind) {
+            return None;
+        }
+        let opens = kind == ANNOUNCE || kind == CALL;
+        let nonce = if opens { body.get(16..32)?.try_into().ok()? } else { [0; 16] };
+        Some(Self {
+            kind,
+            fleet: four(2)?,
+            module: u16::from_le_bytes(body.get(6..8)?.try_into().ok()?),
+            session: u32::from_le_bytes(four(8)?),
+            sequence: u32::from_le_bytes(four(12)?),
+            nonce,
+        })
+    }
+}
+
+/// The numbers that came.
+#[derive(Clone, Debug, Default)]
+struct Seen {
+    newest: u32,
+    numbers: HashSet<u32>,
+}
+
+impl Seen {
+    fn note(&mut self, number: u32) -> Class {
+        if number.saturating_add(WINDOW) <= self.newest {
+            return Class::Stale;
+        }
+        self.newest = self.newest.max(number);
+        if self.numbers.insert(number) { Class::Accepted } else { Class::Duplicate }
+    }
+}
+
+/// A module, in one boot.
+#[derive(Clone, Debug, Default)]
+struct ModuleEnd {
+    /// Twelve bytes of its boot, once it has announced itself.
+    boot: Option<[u8; 12]>,
+    sessions: u32,
+    session: u32,
+    seen: Seen,
+    /// Since it booted.
+    classes: Classes,
+}
+
+/// A session that a host has offered, or is in.
+#[derive(Clone, Debug)]
+struct Offer {
+    nonce: [u8; 16],
+    session: Option<u32>,
+    announced: Seen,
+    seen: Seen,
+}
+
+/// What a host knows of one module.
+#[derive(Clone, Debug, Default)]
+struct HostEnd {
+    live: Option<Offer>,
+    /// The nonce that the module's next session would have.
+    next: Option<([u8; 16], Seen)>,
+    offers: VecDeque<Offer>,
+    former: VecDeque<[u8; 16]>,
+    classes: Classes,
+}
+
+/// The count of one fleet and its hosts, one after the other.
+pub struct Count {
+    key: FleetKey,
+    fleet: FleetId,
+    modules: Vec<ModuleEnd>,
+    hosts: Vec<HostEnd>,
+    strays: Classes,
+    /// What hosts sealed.
+    by_hosts: HashSet<Vec<u8>>,
+    /// What modules sealed, and the session that each was in.
+    by_modules: HashMap<Vec<u8>, u32>,
+}
+
+impl Count {
+    /// Of `modules` modules with ids from 1.
+    #[must_use]
+    pub fn new(key: FleetKey, modules: usize) -> Self {
+        Self {
+            fleet: key.fleet(),
+            key,
+            modules: vec![ModuleEnd::default(); modules],
+            hosts: vec![HostEnd::default(); modules],
+            strays: [0; 7],
+            by_hosts: HashSet::new(),
+            by_modules: HashMap::new(),
+        }
+    }
+
+    /// The module (from 0) lost its power: what came to it in this boot.
+    pub fn end_boot(&mut self, module: usize) -> Classes {
+        std::mem::take(&mut self.modules[module]).classes
+    }
+
+    /// The host ended: what came to it, by module, and what no module can be charged with.
+    pub fn end_host(&mut self) -> (Vec<Classes>, Classes) {
+        let ends = self.hosts.iter_mut().map(|end| std::mem::take(end).classes).collect();
+        (ends, std::mem::take(&mut self.strays))
+    }
+
+    fn session_of(&self, module: usize, boot: [u8; 16], host: [u8; 16]) -> u32 {
+        let id = ModuleId(module as u16 + 1);
+        Session::new(Side::Module, self.fleet, id, &self.key.module(id), &Nonce(boot), Nonce(host)).id()
+    }
+
+    /// The host handed this to its radio.
+    pub fn host_sent(&mut self, datagram: &[u8]) {
+        self.by_hosts.insert(datagram.to_vec());
+        let Some(clear) = Clear::read(datagram).filter(|clear| clear.kind == CALL) else { return };
+        let module = usize::from(clear.module) - 1;
+        let answered = self.hosts[module].offers.iter().position(|offer| {
+            offer.session.is_none() && self.session_of(module, offer.nonce, clear.nonce) == clear.session
+        });
+        if let Some(answered) = answered {
+            self.hosts[module].offers[answered].session = Some(clear.session);
+        }
+    }
+
+    /// A module (from 0) handed this to its radio while in `session`, 0 for none.
+    pub fn module_sent(&mut self, module: usize, session: u32, datagram: &[u8]) {
+        if let Some(clear) = Clear::read(datagram).filter(|clear| clear.kind == ANNOUNCE) {
+            self.modules[module].boot = clear.nonce.first_chunk().copied();
+        }
+        self.by_modules.insert(datagram.to_vec(), session);
+    }
+
+    /// This came to a module (from 0) with power in a tick after which it was in `session`.
+    pub fn came_to_module(&mut self, module: usize, session: u32, datagram: &[u8]) {
+        let class = self.at_module(module, session, datagram);
+        count(&mut self.modules[module].classes, class);
+    }
+
+    fn at_module(&mut self, module: usize, session: u32, datagram: &[u8]) -> Class {
+        let Some(clear) = Clear::read(datagram) else { return Class::Corrupt };
+        let for_it = clear.fleet == self.fleet.0
+            && usize::from(clear.module) == module + 1
+            && (clear.kind == CALL || clear.kind == TO_MODULE);
+        if !for_it {
+            return Class::Foreign;
+        }
+        let genuine = self.by_hosts.contains(datagram);
+        let end = &self.modules[module];
+        if clear.session != end.session || end.session == 0 {
+            let mut answered = [0; 16];
+            answered[12..].copy_from_slice(&end.sessions.to_le_bytes());
+            let Some(boot) = end.boot.filter(|_| clear.kind == CALL) else { return Class::Stale };
+            answered[..12].copy_from_slice(&boot);
+            if self.session_of(module, answered, clear.nonce) != clear.session {
+                return Class::Stale;
+            }
+            if !genuine {
+                return Class::Forged;
+            }
+            if clear.session != session {
+                return Class::Foreign;
+            }
+            let end = &mut self.modules[module];
+            (end.session, end.seen) = (session, Seen::default());
+            end.sessions += 1;
+        }
+        if genuine { self.modules[module].seen.note(clear.sequence) } else { Class::Forged }
+    }
+
+    /// This came to the running host: what it was.
+    pub fn came_to_host(&mut self, datagram: &[u8]) -> Class {
+        let clear = Clear::read(datagram);
+        let of = clear.filter(|clear| {
+            clear.fleet == self.fleet.0
+                && (1..=self.hosts.len()).contains(&usize::from(clear.module))
+                && (clear.kind == ANNOUNCE || clear.kind == TO_HOST)
+        });
+        let Some(clear) = of else {
+            let class = if clear.is_some() { Class::Foreign } else { Class::Corrupt };
+            count(&mut self.strays, class);
+            return class;
+        };
+        let end = &mut self.hosts[usize::from(clear.module) - 1];
+        let sealed_in = self.by_modules.get(datagram).copied();
+        let class = match (clear.kind, sealed_in) {
+            (ANNOUNCE, None) => Class::Forged,
+            (ANNOUNCE, Some(session)) => end.announced(clear, session),
+            (_, sealed_in) => end.said(clear, sealed_in.is_some()),
+        };
+        count(&mut end.classes, class);
+        class
+    }
+}
+
+impl HostEnd {
+    /// A genuine announcement of a module that was in `session`.
+    fn announced(&mut self, clear: Clear, session: u32) -> Class {
+        if self.former.contains(&clear.nonce) {
+            return Class::Stale;
+        }
+        if self.live.as_ref().is_some_and(|live| live.session == Some(session)) {
+            let next = self.next.take().filter(|(nonce, _)| *nonce == clear.nonce);
+            let (_, seen) = self.next.insert(next.unwrap_or((clear.nonce, Seen::default())));
+            return seen.note(clear.sequence);
+        }
+        if !self.offers.iter().any(|offer| offer.nonce == clear.nonce) {
+            if self.offers.len() == OFFERS {
+                self.offers.pop_front();
+            }
+            let (announced, seen) = (Seen::default(), Seen::default());
+            self.offers.push_back(Offer { nonce: clear.nonce, session: None, announced, seen });
+        }
+        let offer = self.offers.iter_mut().find(|offer| offer.nonce == clear.nonce);
+        offer.map_or(Class::Stale, |offer| offer.announced.note(clear.sequence))
+    }
+
+    /// A datagram that claims to be of a session.
+    fn said(&mut self, clear: Clear, genuine: bool) -> Class {
+        let of = |offer: &Offer| offer.session == Some(clear.session);
+        if !self.live.as_ref().is_some_and(of) {
+            let Some(offered) = self.offers.iter().position(of) else { return Class::Stale };
+            if !genuine {
+                return Class::Forged;
+            }
+            let Some(offer) = self.offers.remove(offered) else { return Class::Stale };
+            if self.former.len() == FORMER {
+                self.former.pop_front();
+            }
+            self.former.push_back(offer.nonce);
+            (self.live, self.next) = (Some(offer), None);
+            self.offers.clear();
+        }
+        match &mut self.live {
+            Some(live) if genuine => live.seen.note(clear.sequence),
+            _ => Class::Forged,
+        }
+    }
+}

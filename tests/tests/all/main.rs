@@ -1,0 +1,17 @@
+//! The whole system. One program, so that it is linked once; `cargo test -p tests --test all planner::` runs the module `planner`.
+//!
+//! `allocations` is a program of its own: it counts every allocation in it.
+
+mod any_angle;
+mod closed_loop;
+mod execution;
+mod experiments;
+mod hardware_in_loop;
+mod house;
+mod planner;
+mod plans;
+mod reach;
+mod reconfigurations;
+mod reconfigure_executed;
+mod storms;
+mod transitions;
