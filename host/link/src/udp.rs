@@ -17,7 +17,7 @@ pub struct BindError {
     pub source: io::Error,
 }
 
-/// The host's or a module's radio is broken after its own machine has let no datagram through for so long. *Assumed*: longer than a
+/// The host's or a module's radio is broken after its own machine has let no datagram through for this time. *Assumed*: longer than a
 /// reload of firewall rules, shorter than an operator's patience.
 pub const BROKEN_AFTER: Duration = Duration(3_000_000);
 

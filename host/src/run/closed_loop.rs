@@ -23,7 +23,7 @@ use super::RunError;
 use super::clock::{Clock, Pace};
 use super::fleet::{Address, Fleet};
 use super::host::{Controller, Host, Step};
-use super::orders::{Operator, Order, RunStatus};
+use super::orders::{ModuleStatus, Operator, Order, RunStatus};
 use super::progress::Progress;
 use super::reporter::{Reporter, stopped};
 
@@ -293,8 +293,24 @@ where
         self.host.dispatcher().modules().iter().filter_map(|link| link.state()).all(rests)
     }
 
+    /// The run at `now`, for an operator.
     fn status(&self, now: FleetInstant) -> RunStatus {
-        RunStatus::of(now, &self.host.controller, self.host.dispatcher(), self.halted)
+        let (controller, links) = (&self.host.controller, self.host.dispatcher());
+        let modules = links.modules().iter().enumerate();
+        let order = match self.halted {
+            Some(Order::Stop) => Some("stop"),
+            Some(Order::Hold) => Some("hold"),
+            _ => None,
+        };
+        RunStatus {
+            t_s: controller.origin().map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64()),
+            duration_s: controller.duration_s(),
+            fleet: controller.status(links),
+            order: order.map(str::to_owned),
+            modules: modules
+                .map(|(index, link)| ModuleStatus::of(now, controller.id(index, links), link))
+                .collect(),
+        }
     }
 
     /// Why the run ends for modules that do not answer. What was measured before a module fell silent is kept.

@@ -2,12 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use link::dispatcher::{Dispatcher, ModuleLink};
+use link::dispatcher::ModuleLink;
 use protocol::Faults;
 use protocol::time::FleetInstant;
 use serde::{Deserialize, Serialize};
-
-use super::host::Controller;
 
 /// An order to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,30 +108,4 @@ impl ModuleStatus {
 #[must_use]
 pub fn fault_names(faults: Faults) -> Vec<String> {
     Faults::NAMES.iter().filter(|(fault, _)| faults.has(*fault)).map(|(_, name)| (*name).to_owned()).collect()
-}
-
-impl RunStatus {
-    /// Of a controller and its links at `now`, while `order` is in force.
-    pub fn of<C: Controller, A: Copy>(
-        now: FleetInstant,
-        controller: &C,
-        links: &Dispatcher<A>,
-        order: Option<Order>,
-    ) -> Self {
-        let modules = links.modules().iter().enumerate();
-        let t_s = |origin: FleetInstant| now.as_secs_f64() - origin.as_secs_f64();
-        Self {
-            t_s: controller.origin().map_or(-1.0, t_s),
-            duration_s: controller.duration_s(),
-            fleet: controller.status(links),
-            order: match order {
-                Some(Order::Stop) => Some("stop".to_owned()),
-                Some(Order::Hold) => Some("hold".to_owned()),
-                _ => None,
-            },
-            modules: modules
-                .map(|(index, link)| ModuleStatus::of(now, controller.id(index, links), link))
-                .collect(),
-        }
-    }
 }

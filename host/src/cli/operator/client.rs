@@ -69,7 +69,7 @@ fn is_alive(path: &Path) -> bool {
     alive
 }
 
-/// Tells the run what is wanted, and waits until it is followed, or for so long. The modules at last.
+/// Tells the run what is wanted, and waits until it is followed, at most `wait_s`. The modules at last.
 pub(super) fn ask(run: &Running, wish: Wish, wait_s: f64) -> Result<Vec<ModuleStatus>, Failure> {
     let mut modules = once(run, wish)?.modules;
     if wish == Wish::Status {

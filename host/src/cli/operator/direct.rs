@@ -14,7 +14,7 @@ use crate::run::orders::ModuleStatus;
 
 /// Numbers that a module may have.
 const NUMBERS: std::ops::RangeInclusive<u16> = 1..=1024;
-/// Once all that were heard have followed, it waits so long for others.
+/// How long it waits for other modules once all that were heard have followed.
 const OTHERS_WITHIN: Duration = Duration::from_secs(1);
 /// Pause between two looks at the radio.
 const LOOK_EVERY: Duration = Duration::from_millis(1);

@@ -66,7 +66,7 @@ struct Client {
     since: Instant,
 }
 
-/// The keyboard, and whoever is at the socket.
+/// Orders by the keyboard, and by the socket.
 pub(in crate::cli) struct Desk {
     keyboard: Keyboard,
     scenario: String,
