@@ -293,14 +293,23 @@ impl Faults {
     pub const BLIND: Self = Self(1 << 3);
     /// An output of the board failed.
     pub const OUTPUT: Self = Self(1 << 4);
+    /// The tail stayed away from where it was told to be: it stopped.
+    pub const FOLLOWING: Self = Self(1 << 5);
+    /// The tail turned against its drive, as with swapped leads: it stopped.
+    pub const WRONG_WAY: Self = Self(1 << 6);
+    /// The index of the encoder came where the count does not expect it: the tail angle is unknown.
+    pub const INDEX: Self = Self(1 << 7);
 
     /// Their names, for people.
-    pub const NAMES: [(Self, &'static str); 5] = [
+    pub const NAMES: [(Self, &'static str); 8] = [
         (Self::EMERGENCY, "emergency stop"),
         (Self::LOW_BATTERY, "low battery"),
         (Self::STALLED, "motor stalled"),
         (Self::BLIND, "encoder not believed"),
         (Self::OUTPUT, "output failed"),
+        (Self::FOLLOWING, "following error"),
+        (Self::WRONG_WAY, "wrong direction of motion"),
+        (Self::INDEX, "encoder index misplaced"),
     ];
 
     /// Whether all of `which` are set.

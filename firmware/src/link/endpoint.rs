@@ -18,6 +18,7 @@
 
 use heapless::Deque;
 use protocol::ledger::Class;
+use protocol::session::Opened;
 use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::{
     Acknowledge, Cycle, Faults, Health, Hello, Message, ModuleKind, ModuleState, Refusal, TimeReply,
@@ -126,6 +127,8 @@ struct Newest {
     drop: Option<u32>,
     stop: Option<u32>,
     release: Option<u32>,
+    /// A release was sent too early that had not seen so many datagrams of this side: it knew nothing of the last stop that was not its host's.
+    stopped_at: u32,
 }
 
 /// The module's end of the link, for one kind of [`Robot`].
@@ -175,6 +178,11 @@ impl<R: Robot> Endpoint<R> {
         let busy = self.robot.running(self.fleet(now)).is_some();
         let Some(link) = &mut self.link else { return Err(Class::Foreign) };
         let heard = link.open(now, datagram, busy)?;
+        if heard.host == Host::Outside {
+            self.stop(now, FailsafeEvent::EmergencyStop);
+            self.settle(now);
+            return Ok(());
+        }
         if heard.host != Host::Same {
             self.newest = Newest::default();
             self.next_exchange = now;
@@ -188,12 +196,13 @@ impl<R: Robot> Endpoint<R> {
             self.clock.reset();
             self.failsafe.handle(FailsafeEvent::HostChanged);
         }
-        self.follow(now, &heard.opened.message, heard.opened.sequence);
+        self.follow(now, &heard.opened);
         self.settle(now);
         Ok(())
     }
 
-    fn follow(&mut self, now: LocalInstant, message: &Message, sequence: u32) {
+    fn follow(&mut self, now: LocalInstant, opened: &Opened) {
+        let &Opened { ref message, sequence, seen, .. } = opened;
         let fleet = self.fleet(now);
         match message {
             Message::TimeReply(reply) => self.take_time(now, reply),
@@ -218,10 +227,14 @@ impl<R: Robot> Endpoint<R> {
                 if self.newest.release > Some(sequence) {
                     self.came_late();
                 } else {
-                    self.stop(now, FailsafeEvent::EmergencyStop);
+                    // Its own release is told from an older one by its number.
+                    self.stop_for(now, FailsafeEvent::EmergencyStop);
                 }
             }
-            Message::Release if self.newest.stop > Some(sequence) => self.came_late(),
+            // Sent before the last stop, its own or another's.
+            Message::Release if self.newest.stop > Some(sequence) || seen < self.newest.stopped_at => {
+                self.came_late();
+            }
             Message::Release => {
                 self.newest.drop = self.newest.drop.max(Some(sequence));
                 self.newest.release = self.newest.release.max(Some(sequence));
@@ -241,13 +254,27 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    /// Stops at once, for a reason of the module's own or the host's.
+    /// Stops at once, for a reason that its host does not know of: the module's own, or another host's word.
     pub(crate) fn stop(&mut self, now: LocalInstant, reason: FailsafeEvent) {
+        if self.stop_for(now, reason) {
+            // Only a host that has seen a report of it can mean it by a release.
+            self.newest.stopped_at = self.link.as_ref().map_or(0, Link::sent).saturating_add(1);
+        }
+    }
+
+    /// Stops at once. Whether that says something new.
+    fn stop_for(&mut self, now: LocalInstant, reason: FailsafeEvent) -> bool {
         let fleet = self.fleet(now);
+        let before = self.failsafe.faults();
         self.failsafe.handle(reason);
+        let new = self.failsafe.faults() != before;
         if self.failsafe.state() == ModuleState::Stopped {
             self.robot.emergency_stop(fleet);
         }
+        if new {
+            self.next_report = now;
+        }
+        new
     }
 
     /// Queues what is due at `now`, own clock.

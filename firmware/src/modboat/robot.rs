@@ -52,6 +52,12 @@ impl Endpoint<ModboatRobot> {
     pub fn reference(&self, now: LocalInstant) -> Option<Reference> {
         Some(self.robot().schedule.as_ref()?.reference(self.fleet(now)))
     }
+
+    /// The steps of speed, rad/s, in the transition of the cycle that is being run.
+    #[must_use]
+    pub fn speed_step_rad_s(&self, now: LocalInstant) -> f32 {
+        self.robot().schedule.as_ref().map_or(0.0, |schedule| schedule.speed_step_rad_s(self.fleet(now)))
+    }
 }
 
 impl Robot for ModboatRobot {

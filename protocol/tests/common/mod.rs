@@ -80,6 +80,7 @@ pub fn messages() -> Vec<(&'static str, Side, Message)> {
         ("acknowledge-refused", acknowledge(Verdict::Refused(Refusal::PoseMismatch))),
         ("acknowledge-prepared", acknowledge(Verdict::Prepared)),
         ("telemetry", telemetry(at)),
+        ("telemetry-stopped", stopped(at)),
         ("rov-telemetry", rov_telemetry(at)),
         ("health", health()),
     ];
@@ -136,9 +137,22 @@ fn telemetry(at: FleetInstant) -> Message {
     })
 }
 
+/// With the faults that came after the first five.
+fn stopped(at: FleetInstant) -> Message {
+    Message::Telemetry(Telemetry {
+        at,
+        state: ModuleState::Stopped,
+        cycle: 42,
+        tail: Radians(0.75),
+        rate: RadiansPerSecond(0.0),
+        current: Amperes(0.0),
+        battery: Volts(7.25),
+        faults: Faults::FOLLOWING.with(Faults::WRONG_WAY).with(Faults::INDEX),
+    })
+}
+
 fn rov_telemetry(at: FleetInstant) -> Message {
     let pulses = [1545.5, 1440.25, 1500.0, 1830.0, 1100.0, 1528.125, 1612.75, 1471.5];
-    let all = Faults::NAMES.iter().fold(Faults(0), |faults, (fault, _)| faults.with(*fault));
     Message::RovTelemetry(RovTelemetry {
         at,
         state: ModuleState::Stopped,
@@ -146,7 +160,7 @@ fn rov_telemetry(at: FleetInstant) -> Message {
         pulses: pulses.into_iter().map(PulseMicros).collect(),
         battery: Volts(15.75),
         current: Amperes(24.5),
-        faults: all,
+        faults: Faults(0b1_1111),
     })
 }
 

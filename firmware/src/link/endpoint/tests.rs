@@ -5,7 +5,8 @@ use protocol::{Delivery, FleetKey, ModboatCycle, ModuleId, Motion, RovCycle};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, Counterpart, assert_exact, identity, in_session};
-use crate::link::session::HOST_SILENCE;
+use crate::link::failsafe::Permission;
+use crate::link::session::{CALLS, HOST_SILENCE};
 use crate::modboat::reference::Reference;
 use crate::modboat::robot::{Measurement, ModboatRobot};
 use protocol::configuration::TailLimits;
