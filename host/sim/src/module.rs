@@ -4,6 +4,7 @@
 //! learnt. The in-process run and `flotilla module` use the same code.
 
 use std::convert::Infallible;
+use std::f64::consts::TAU;
 
 use firmware::link::endpoint::Endpoint;
 use firmware::link::session::{Identity, Link, SURE_WITHIN};
@@ -121,7 +122,7 @@ impl<R: Radio> SimModule<R> {
             key: setup.key.clone(),
             report_every: setup.report_every,
             limits: limits_of(setup.modboat),
-            servo: servo_for(motor),
+            servo: servo_for(motor, setup.modboat),
             mounting: EncoderMounting { zero_counts, reversed: false },
             motor: motor.drawn(setup.seed),
         };
@@ -208,9 +209,12 @@ impl<R: Radio> SimModule<R> {
     }
 }
 
-/// What the firmware is told of a motor like this.
-pub(super) fn servo_for(motor: &MotorParameters) -> ServoConstants {
+/// What the firmware is told of a motor like this, for plans that allow its tail so much error: one reading of its encoder less, as that is
+/// how much further off the tail may be than it measures.
+pub(super) fn servo_for(motor: &MotorParameters, modboat: &Parameters) -> ServoConstants {
+    let reading_rad = TAU / f64::from(ENCODER_COUNTS);
     ServoConstants {
+        following_error_max: Radians((modboat.tracking_error_rad - reading_rad).max(reading_rad) as f32),
         no_load_speed: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
         time_constant_s: motor.time_constant_s as f32,
         speed_max: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
