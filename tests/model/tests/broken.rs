@@ -66,7 +66,7 @@ fn when_taking_a_cycle_passes_for_running_it() {
 #[test]
 fn when_a_late_copy_of_a_release_ends_a_later_stop() {
     // A stop, its release, and a stall after that; then one of two stops of the host.
-    broken(Broken::BlindRelease, 2, Budget { cycles: 0, orders: 1, stalls: 1, ..ONE }, STOP_LASTS);
+    broken(Broken::BlindRelease, 2, Budget { cycles: 0, orders: 2, stalls: 1, ..ONE }, STOP_LASTS);
     broken(Broken::BlindRelease, 2, Budget { cycles: 0, orders: 3, ..ONE }, STOP_LASTS);
 }
 
