@@ -179,6 +179,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         let counter = self.tail.counter();
         let measurement = Measurement {
             tail: counter.unwrapped().filter(|_| !self.tail.is_blind() && !self.homing.is_searching()),
+            lost: !self.tail.is_homed(),
             rate: counter.rate(),
             current: current.unwrap_or(Amperes(0.0)),
             battery,

@@ -12,6 +12,7 @@
 //! | [`Message::Commit`] | host → module | when all have acknowledged a [`Delivery::Prepare`], again until acknowledged |
 //! | [`Acknowledge`] | module → host | for every cycle and commit received, accepted or not |
 //! | [`Telemetry`], [`RovTelemetry`] | module → host | at a fixed rate; which of the two, its kind decides |
+//! | [`TailUnknown`] | module → host | in their place, while a Modboat has not seen its tail or has lost its zero |
 //! | [`Health`] | module → host | once a second |
 //! | [`Message::Hold`] | host → module | finish the running cycle, drop the next, hold the pose |
 //! | [`Message::EmergencyStop`], [`Message::Release`] | host → module | freeze at once, and no longer |
@@ -69,6 +70,8 @@ pub enum Message {
     Release,
     /// How a module's link and clock are.
     Health(Health),
+    /// What a module does that does not know where its tail is.
+    TailUnknown(TailUnknown),
 }
 
 /// What kind of robot a module is.
@@ -351,6 +354,21 @@ pub struct Telemetry {
     pub rate: RadiansPerSecond,
     /// Motor current.
     pub current: Amperes,
+    /// Battery voltage.
+    pub battery: Volts,
+    /// What is wrong with it.
+    pub faults: Faults,
+}
+
+/// What a Modboat does that has not seen its tail yet, or has lost its zero.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TailUnknown {
+    /// When that was so, fleet time (0 while unsynchronised).
+    pub at: FleetInstant,
+    /// What it is doing.
+    pub state: ModuleState,
+    /// The cycle that runs, or ran last; 0 before the first.
+    pub cycle: u32,
     /// Battery voltage.
     pub battery: Volts,
     /// What is wrong with it.

@@ -13,6 +13,8 @@
 //! | health | every second; every [`HELLO_EVERY`] while the fleet time is not sure |
 //! | acknowledgement | for every cycle and commit that arrives |
 //!
+//! All of it is posted by [`Endpoint::poll_transmit`], in the turn of what is sent and not of the tick.
+//!
 //! A cycle that would start while fleet time is not known well enough is not started: it is dropped [`GATE`] before, and
 //! the module holds.
 
@@ -65,7 +67,7 @@ pub trait Robot {
     type Measurement;
 
     /// Takes in what was measured, before anything else that happens at that time.
-    fn observe(&mut self, _measurement: &Self::Measurement) {}
+    fn observe(&mut self, measurement: &Self::Measurement);
 
     /// False until it knows where it is.
     fn is_located(&self) -> bool {
@@ -107,8 +109,8 @@ pub trait Robot {
     /// Forgets every cycle, for another epoch of fleet time. A stop in force stays in force.
     fn start_new_epoch(&mut self, now: FleetInstant);
 
-    /// The report that is due; nothing while there is nothing to report.
-    fn report(&self, present: &Present, measurement: &Self::Measurement) -> Option<Message>;
+    /// The report that is due, of what was observed last; nothing while there is nothing to report.
+    fn report(&self, present: &Present) -> Option<Message>;
 }
 
 /// A datagram that waits to be sent; it is sealed when it is sent.
@@ -143,6 +145,8 @@ pub struct Endpoint<R> {
     /// Greatest number that was refused, and why. A refusal is final: the host tells others what it means.
     refused: Option<(u32, Refusal)>,
     outbox: Deque<QueuedDatagram, OUTBOX>,
+    /// The last tick, until what was due then is posted.
+    ticked: Option<LocalInstant>,
     next_hello: LocalInstant,
     next_exchange: LocalInstant,
     next_report: LocalInstant,
@@ -163,6 +167,7 @@ impl<R: Robot> Endpoint<R> {
             newest: Newest::default(),
             refused: None,
             outbox: Deque::new(),
+            ticked: None,
             next_hello: LocalInstant(0),
             next_exchange: LocalInstant(0),
             next_report: LocalInstant(0),
@@ -250,6 +255,7 @@ impl<R: Robot> Endpoint<R> {
             | Message::Acknowledge(_)
             | Message::Telemetry(_)
             | Message::RovTelemetry(_)
+            | Message::TailUnknown(_)
             | Message::Health(_) => {}
         }
     }
@@ -277,11 +283,16 @@ impl<R: Robot> Endpoint<R> {
         new
     }
 
-    /// Queues what is due at `now`, own clock.
+    /// Takes in what was measured at `now`, own clock, and what that and the time change.
     pub fn handle_timer(&mut self, now: LocalInstant, measurement: &R::Measurement) {
         self.robot.observe(measurement);
         self.gate(now);
         self.settle(now);
+        self.ticked = Some(now);
+    }
+
+    /// Queues what is due at `now`, own clock.
+    fn post(&mut self, now: LocalInstant) {
         let Some(link) = self.link.as_ref().filter(|_| self.failsafe.announces()) else { return };
         let (hears_host, is_open, sure_within) =
             (link.hears_host(now), link.is_open(), link.identity().sure_within);
@@ -301,7 +312,7 @@ impl<R: Robot> Endpoint<R> {
             let at = self.fleet(now);
             let (state, faults) = (self.failsafe.state(), self.failsafe.faults());
             let present = Present { at, state, cycle: self.robot.latest(at).unwrap_or(0), faults };
-            if let Some(report) = self.robot.report(&present, measurement) {
+            if let Some(report) = self.robot.report(&present) {
                 self.next_report = now.after(report_every);
                 self.enqueue(QueuedDatagram::Message(report));
             }
@@ -315,8 +326,15 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    /// Writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and returns that part.
+    /// Queues what was due at the last tick, writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and
+    /// returns that part.
     pub fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        // What waits goes first, and has its place.
+        if self.outbox.is_empty()
+            && let Some(ticked) = self.ticked.take()
+        {
+            self.post(ticked);
+        }
         let link = self.link.as_mut()?;
         match self.outbox.pop_front()? {
             QueuedDatagram::Announcement => {

@@ -173,6 +173,8 @@ fn an_encoder_dead_from_the_start_is_said() {
     let said = bench.run(500 * MS);
     assert_eq!((bench.state(), bench.faults()), (ModuleState::Stopped, Faults::BLIND));
     assert!(said.iter().any(|message| matches!(message, Message::Hello(_))), "it can be called");
+    let told = |message: &Message| matches!(message, Message::TailUnknown(t) if t.faults == Faults::BLIND);
+    assert!(said.iter().any(told), "{said:?}");
     assert_eq!(bench.rig.drive(), 0.0);
 }
 

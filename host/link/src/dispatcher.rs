@@ -195,7 +195,7 @@ impl<A: Copy> Dispatcher<A> {
             }
             Message::Acknowledge(acknowledge) => self.acknowledged(now, index, acknowledge),
             // Reports may overtake each other; only the newest counts.
-            Message::Telemetry(_) | Message::RovTelemetry(_) => {
+            Message::Telemetry(_) | Message::RovTelemetry(_) | Message::TailUnknown(_) => {
                 let link = &mut self.modules[index];
                 if link.note_report(now, sequence, message) {
                     return Some(DispatcherEvent::Reported(index));

@@ -17,7 +17,7 @@ use protocol::time::{Duration, FleetInstant};
 use protocol::window::{Arrival, Window};
 use protocol::{
     Faults, FleetId, Frame, Health, Kind, Message, ModuleId, ModuleKey, ModuleState, Nonce, RovTelemetry,
-    Session, Side, Telemetry,
+    Session, Side, TailUnknown, Telemetry,
 };
 
 use super::delivery::{CycleDelivery, Knowledge};
@@ -97,6 +97,7 @@ pub struct ModuleLink<A> {
     pub(super) delivery: Option<CycleDelivery>,
     telemetry: Option<Telemetry>,
     rov_telemetry: Option<RovTelemetry>,
+    tail_unknown: Option<TailUnknown>,
     /// When the last report came, fleet time.
     reported: FleetInstant,
     health: Option<Health>,
@@ -124,6 +125,7 @@ impl<A: Copy> ModuleLink<A> {
             delivery: None,
             telemetry: None,
             rov_telemetry: None,
+            tail_unknown: None,
             reported: FleetInstant(0),
             health: None,
             ledger: Ledger::default(),
@@ -168,7 +170,7 @@ impl<A: Copy> ModuleLink<A> {
         self.rov_telemetry.as_ref()
     }
 
-    /// Its last report of this session, if it is a Modboat.
+    /// Its last report of this session, if it is a Modboat that knows where its tail is.
     pub fn telemetry(&self) -> Option<&Telemetry> {
         self.telemetry.as_ref()
     }
@@ -181,7 +183,8 @@ impl<A: Copy> ModuleLink<A> {
     /// What it last said it was doing.
     pub fn state(&self) -> Option<ModuleState> {
         let boat = self.telemetry.as_ref().map(|report| report.state);
-        boat.or(self.rov_telemetry.as_ref().map(|report| report.state))
+        let unknown = self.tail_unknown.as_ref().map(|report| report.state);
+        boat.or(unknown).or(self.rov_telemetry.as_ref().map(|report| report.state))
     }
 
     /// What it said it was doing in a report that came at `since` or later.
@@ -192,13 +195,15 @@ impl<A: Copy> ModuleLink<A> {
     /// What it last said was wrong with it.
     pub fn faults(&self) -> Faults {
         let boat = self.telemetry.as_ref().map(|report| report.faults);
-        boat.or(self.rov_telemetry.as_ref().map(|report| report.faults)).unwrap_or_default()
+        let unknown = self.tail_unknown.as_ref().map(|report| report.faults);
+        boat.or(unknown).or(self.rov_telemetry.as_ref().map(|report| report.faults)).unwrap_or_default()
     }
 
     /// The cycle it last said it runs or ran, and when it said so, fleet time.
     fn reported(&self) -> Option<(u32, FleetInstant)> {
         let boat = self.telemetry.as_ref().map(|report| (report.cycle, report.at));
-        boat.or(self.rov_telemetry.as_ref().map(|report| (report.cycle, report.at)))
+        let unknown = self.tail_unknown.as_ref().map(|report| (report.cycle, report.at));
+        boat.or(unknown).or(self.rov_telemetry.as_ref().map(|report| (report.cycle, report.at)))
     }
 
     /// Whether the module certainly has `cycle`: it reports that it runs or ran it.
@@ -312,7 +317,7 @@ impl<A: Copy> ModuleLink<A> {
         self.boots += u32::from(joined != Joined::Again);
         self.elsewhere = false;
         // Nothing sent before its reboot counts any more.
-        (self.telemetry, self.rov_telemetry, self.health) = (None, None, None);
+        (self.telemetry, self.rov_telemetry, self.tail_unknown, self.health) = (None, None, None, None);
         joined
     }
 
@@ -376,7 +381,9 @@ impl<A: Copy> ModuleLink<A> {
         live.newest_report = Some(sequence);
         self.reported = now;
         match report {
-            Message::Telemetry(telemetry) => self.telemetry = Some(telemetry),
+            Message::Telemetry(telemetry) => (self.telemetry, self.tail_unknown) = (Some(telemetry), None),
+            // Where it was seen before means nothing any more.
+            Message::TailUnknown(unknown) => (self.telemetry, self.tail_unknown) = (None, Some(unknown)),
             Message::RovTelemetry(telemetry) => self.rov_telemetry = Some(telemetry),
             _ => {}
         }

@@ -82,6 +82,7 @@ pub fn messages() -> Vec<(&'static str, Side, Message)> {
         ("telemetry", telemetry(at)),
         ("telemetry-stopped", stopped(at)),
         ("rov-telemetry", rov_telemetry(at)),
+        ("tail-unknown", tail_unknown(at)),
         ("health", health()),
     ];
     let to_module = to_module.into_iter().map(|(name, message)| (name, Side::Host, message));
@@ -134,6 +135,16 @@ fn telemetry(at: FleetInstant) -> Message {
         current: Amperes(0.25),
         battery: Volts(7.4),
         faults: Faults::LOW_BATTERY,
+    })
+}
+
+fn tail_unknown(at: FleetInstant) -> Message {
+    Message::TailUnknown(TailUnknown {
+        at,
+        state: ModuleState::Stopped,
+        cycle: 42,
+        battery: Volts(7.25),
+        faults: Faults::BLIND,
     })
 }
 

@@ -18,6 +18,7 @@ mod two_phase;
 const MS: u64 = 1_000;
 const AT_ZERO: Measurement = Measurement {
     tail: Some(Radians(0.0)),
+    lost: false,
     rate: RadiansPerSecond(0.0),
     current: Amperes(0.0),
     battery: Volts(7.4),

@@ -140,7 +140,10 @@ fn lost_counts_are_noticed_at_the_index() {
     for lost in [60, -60, 400, -160_i64] {
         let mut bench = loses(lost);
         assert_eq!((bench.state(), bench.faults()), (ModuleState::Stopped, Faults::INDEX), "{lost} counts");
-        assert!(!bench.boat.tail().is_homed(), "where it is is unknown");
+        assert!(!bench.boat.tail().is_homed());
+        let said = bench.run(bench.now.0 + 25 * MS);
+        let told = |m: &Message| matches!(m, Message::TailUnknown(t) if t.faults == Faults::INDEX);
+        assert!(said.iter().any(told), "where it is is unknown: {said:?}");
         // Released, it is homed again before it swims.
         bench.say(&Message::Release);
         bench.run(bench.now.0 + 1_000 * MS);

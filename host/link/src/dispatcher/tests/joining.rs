@@ -362,3 +362,25 @@ fn a_module_of_another_host_is_stopped_when_it_announces_itself() {
     assert_eq!(bench.deliver(0, &announcement), Ok(None));
     assert_eq!(bench.sent().len(), 1);
 }
+
+#[test]
+fn a_module_that_does_not_know_its_tail_says_what_is_wrong_with_it() {
+    let mut bench = Bench::joined(1);
+    bench.say(0, &report(1, 0, ModuleState::Ready));
+    let unknown = protocol::TailUnknown {
+        at: FleetInstant(2),
+        state: ModuleState::Stopped,
+        cycle: 0,
+        battery: protocol::units::Volts(7.4),
+        faults: protocol::Faults::INDEX,
+    };
+    let heard = bench.say(0, &Message::TailUnknown(unknown));
+    assert_eq!(heard, Some(DispatcherEvent::Reported(0)));
+    let link = bench.link(0);
+    assert_eq!((link.state(), link.faults()), (Some(ModuleState::Stopped), protocol::Faults::INDEX));
+    assert_eq!(link.telemetry(), None, "where it was seen before means nothing any more");
+    bench.say(0, &report(3, 0, ModuleState::Ready));
+    let link = bench.link(0);
+    assert_eq!((link.state(), link.faults()), (Some(ModuleState::Ready), protocol::Faults(0)));
+    assert!(link.telemetry().is_some());
+}
