@@ -12,7 +12,7 @@
 //! Any host of the fleet may stop it all the same, with a [`Kind::Stop`] for the announcement in force: that costs no derivation of keys, uses the
 //! nonce up, and changes nothing else about whom the module serves.
 //!
-//! A call costs the derivation of a session's keys before it can be told from a forged one, as much as seventeen forged datagrams. So none is
+//! A call costs the derivation of a session's keys before it can be told from a forged one, as much as twelve forged datagrams. So none is
 //! derived while another host is heard or a cycle runs, and otherwise at most [`CALLS`] for one announcement: the rest are not looked at.
 //!
 //! | datagram | class |
