@@ -11,6 +11,7 @@ use protocol::units::Radians;
 use protocol::{Faults, MAX_DATAGRAM, ModboatCycle, ModuleId, ModuleState, Motion, Refusal, TransitionLaw};
 use qemu::bench::Bench;
 use qemu::modules::Board;
+use qemu::report::Report;
 use qemu::storm::forged_calls;
 
 const SEED: u64 = 11;
@@ -73,6 +74,17 @@ fn swim_until_wrong(bench: &mut Bench, rotation_rad: f32) -> u32 {
     2
 }
 
+/// Goes on until the module prints its next report: in step with its host, which hears all that it says.
+fn next_report(bench: &mut Bench) -> Report {
+    let before = bench.modules.module(0).emulator.reports().len();
+    loop {
+        bench.turn();
+        if let Some(report) = bench.modules.module(0).emulator.reports().get(before) {
+            return report.clone();
+        }
+    }
+}
+
 /// When the first report of a stop came, and with which fault; then it is braked and drives nothing, whatever comes.
 fn stopped(bench: &mut Bench, by: u64) -> (u64, Faults) {
     let is_stopped = |bench: &Bench| bench.dispatcher.modules()[0].state() == Some(ModuleState::Stopped);
@@ -82,7 +94,7 @@ fn stopped(bench: &mut Bench, by: u64) -> (u64, Faults) {
     }
     let (at, faults) = (bench.now().0, bench.dispatcher.modules()[0].faults());
     for _ in 0..2 {
-        let report = bench.modules.module(0).next_report();
+        let report = next_report(bench);
         let pins = (report.state(), report.number("braked"), report.number("drive"), report.number("faults"));
         assert_eq!(pins, ("Stopped", 1, 0, u64::from(faults.0)));
     }
@@ -177,7 +189,7 @@ fn forged_calls_delay_nothing_and_a_stop_of_any_host_stops_it() {
     let host = HostIdentity::simulated(SEED, 0);
     let mut bench = Bench::start(1, SEED);
     bench.until_ready();
-    let before = bench.modules.module(0).next_report();
+    let before = next_report(&mut bench);
     let mut calls = forged_calls(&host, ModuleId(1), SEED).take(CALLS).peekable();
     let (mut number, mut next, mut accepted) = (0, FleetInstant(0), 0);
     while calls.peek().is_some() {
@@ -193,7 +205,7 @@ fn forged_calls_delay_nothing_and_a_stop_of_any_host_stops_it() {
             bench.dispatch(number, start, &[swing(0.0, 0.0, 1.2)]);
         }
     }
-    let after = bench.modules.module(0).next_report();
+    let after = next_report(&mut bench);
     let during = |name: &str| after.number(name) - before.number(name);
     println!(
         "{CALLS} forged calls in {} ticks: {} came, {} cycles taken",
