@@ -160,7 +160,7 @@ fn check_following(servo: &ServoConstants) -> Result<(), NotProvisioned> {
     if watched { Ok(()) } else { Err(NotProvisioned::Following(error_rad, time)) }
 }
 
-/// Limits that no cycle keeps, or that mean nothing, are a mistake of whoever wrote them.
+/// Limits that no cycle keeps, or that mean nothing, are a mistake in the file.
 fn check_limits(limits: &TailLimits) -> Result<(), NotProvisioned> {
     let &TailLimits {
         amplitude_min,

@@ -79,7 +79,7 @@ pub enum Host {
     Again,
     /// The first host, or another boot of it: its epoch and its cycle numbers are new.
     Another,
-    /// Whoever it is, it stays out: it has stopped the module, and that is all.
+    /// A host that stays out: it has stopped the module, and that is all.
     Outside,
 }
 

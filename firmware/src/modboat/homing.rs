@@ -32,7 +32,7 @@ pub const TURNS: f32 = 3.0;
 /// A tail that turns slower is still, rad/s. *Assumed.*
 pub const STILL_RAD_S: f32 = 0.1;
 
-/// The tail must be still for so long before it counts as found. *Assumed*: a hand has let go by then.
+/// The tail must be still for that time before it counts as found. *Assumed*: a hand has let go by then.
 pub const STILL_FOR: Duration = Duration(300_000);
 
 /// What a tail does that looks for its zero.

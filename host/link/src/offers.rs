@@ -9,7 +9,7 @@
 //!                                                                         in session
 //! ```
 //!
-//! An announcement may be a recording of an old boot, and whoever plays it needs no key. So what may still be proven is never given up for what
+//! An announcement may be a recording of an old boot, and a player needs no key. So what may still be proven is never given up for what
 //! is not proven either: an offer keeps its place for [`PROVES_WITHIN`], and after that until another needs it. A boot that had its time
 //! is remembered, and is offered a session again after a pause that doubles. However many recordings are played, and however fast, each
 //! boot of them takes one of [`OFFERS`] places for [`PROVES_WITHIN`] once in a pause; a module that is there has the first that is free.

@@ -1,7 +1,7 @@
 use std::vec::Vec;
 
 use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
-use protocol::{Delivery, FleetKey, ModboatCycle, ModuleId, Motion, RovCycle};
+use protocol::{Delivery, Faults, FleetKey, ModboatCycle, ModuleId, ModuleKind, Motion, RovCycle};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, Counterpart, assert_exact, identity, in_session};
