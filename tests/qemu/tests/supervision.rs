@@ -153,6 +153,15 @@ fn a_board_that_counts_finds_its_zero_and_swims() {
     run_to(&mut bench, start.0 + 1_600 * MS);
     let link = &bench.dispatcher.modules()[0];
     assert_eq!((link.state(), link.faults()), (Some(ModuleState::Holding), Faults(0)));
+    // The widest swings, with a turn before each, over the index at full speed.
+    for number in 2..8 {
+        let (from_rad, start) = (tail_rad(&bench), bench.now().after(Duration(800_000)));
+        let amplitude_rad = if number % 2 == 0 { 2.6 } else { -2.6 };
+        bench.dispatch(number, start, &[swing(from_rad, 2.0, amplitude_rad)]);
+        run_to(&mut bench, start.0 + 2_100 * MS);
+        let link = &bench.dispatcher.modules()[0];
+        assert_eq!((link.state(), link.faults()), (Some(ModuleState::Holding), Faults(0)), "cycle {number}");
+    }
 }
 
 #[test]
