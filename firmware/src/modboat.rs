@@ -2,8 +2,8 @@
 //!
 //! It is run as every [`Module`] is, at the servo rate.
 //!
-//! What it watches, every tick: the battery, a motor that is driven and does not follow, an encoder that is not believed, a
-//! bridge that fails, and whether the ticks come when they should. What follows from them decides the
+//! What it watches, every tick: the battery, a tail that is not where it was told to be, an encoder that is not believed or whose
+//! index is misplaced, a bridge that fails, and whether the ticks come when they should. What follows from them decides the
 //! [`failsafe`](crate::link::failsafe).
 
 use embedded_hal::digital::OutputPin;
@@ -12,21 +12,23 @@ use protocol::ModuleState;
 use protocol::configuration::BatteryLimits;
 use protocol::ledger::Class;
 use protocol::time::{Duration, LocalInstant};
-use protocol::units::{Amperes, Radians};
+use protocol::units::Amperes;
 
 use crate::link::endpoint::Endpoint;
-use crate::link::failsafe::{BLIND_FOR, BatteryWatch, FailsafeEvent, Lasting, StallLimits, StallWatch};
+use crate::link::failsafe::{BLIND_FOR, BatteryWatch, FailsafeEvent, Lasting, OUTPUT_FAILS_FOR, Permission};
 use crate::modboat::encoder::Encoder;
+use crate::modboat::following::FollowingWatch;
 use crate::modboat::homing::{Homing, Search};
 use crate::modboat::motor::ErrorOf;
 use crate::modboat::robot::{Measurement, ModboatRobot};
-use crate::modboat::servo::{Command, CurrentSense};
+use crate::modboat::servo::CurrentSense;
 use crate::modboat::tail::{Tail, TailStatus};
 use crate::module::{Module, Supply};
 
 pub mod cycle;
 pub mod disturbance;
 pub mod encoder;
+pub mod following;
 pub mod homing;
 pub mod limits;
 pub mod motor;
@@ -39,9 +41,6 @@ pub mod tail;
 pub mod transition;
 pub mod waveform;
 
-/// Time after which an output that fails is taken for broken. *Assumed.*
-const OUTPUT_FAILS_FOR: Duration = Duration(100_000);
-
 /// Ticks come every millisecond; after such a gap the own clock may have jumped, or the processor was elsewhere. *Assumed.*
 const TICK_MISSED: Duration = Duration(20_000);
 
@@ -51,7 +50,7 @@ pub struct Modboat<E, S, P, A, B> {
     endpoint: Endpoint<ModboatRobot>,
     tail: Tail<E, S, P, A, B>,
     battery: BatteryWatch,
-    stall: StallWatch,
+    following: FollowingWatch,
     homing: Homing,
     blind: Lasting,
     output: Lasting,
@@ -63,10 +62,10 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
     #[must_use]
     pub fn new(endpoint: Endpoint<ModboatRobot>, tail: Tail<E, S, P, A, B>) -> Self {
         Self {
+            following: FollowingWatch::new(tail.following_error_time()),
             endpoint,
             tail,
             battery: BatteryWatch::new(BatteryLimits::MODBOAT),
-            stall: StallWatch::new(StallLimits::default()),
             homing: Homing::by_hand(),
             blind: Lasting::new(),
             output: Lasting::new(),
@@ -89,16 +88,21 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
     /// Finds out where the tail is, and drives it no more than that needs.
     fn look(&mut self, now: LocalInstant) -> Result<(), ErrorOf<P, A, B>> {
         let located = self.tail.locate().is_some();
-        if self.tail.is_homed() {
+        if self.endpoint.failsafe().permission() == Permission::Brake {
+            // Stopped in mid-search: once released it waits again before it turns.
             self.homing.end();
+            self.watch_eyes(now, self.tail.is_homed() && !located);
+            return self.tail.brake();
+        }
+        if self.tail.is_homed() {
             self.watch_eyes(now, !located);
+            self.homing.settles(now, self.tail.counter().rate());
             return self.tail.coast();
         }
-        // A module that knows nothing of itself, or that is stopped, drives nothing.
+        // A module that knows nothing of itself, or whose bridge failed, drives nothing.
         let may_search =
             self.endpoint.link().is_some() && self.endpoint.failsafe().state() == ModuleState::Boot;
         if !may_search {
-            // Stopped in mid-search: once released it waits again before it turns.
             self.homing.end();
             return self.tail.coast();
         }
@@ -123,9 +127,10 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
     }
 
     fn watch_tail(&mut self, now: LocalInstant, status: &TailStatus) {
-        let Command { drive, error_rad, .. } = status.command;
-        if self.stall.update(now, drive, Radians(error_rad), status.rate) {
-            self.endpoint.stop(now, FailsafeEvent::MotorStalled);
+        // Asked for a tail that is beyond its bound alone.
+        let step_rad_s = if status.command.lagging { self.endpoint.speed_step_rad_s(now) } else { 0.0 };
+        if let Some(why) = self.following.update(now, status, step_rad_s) {
+            self.endpoint.stop(now, why);
         }
         self.watch_eyes(now, status.blind);
     }
@@ -153,7 +158,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         self.watch_ticks(now);
         let low = self.battery.update(now, battery);
         self.endpoint.set_low_battery(low);
-        // Just booted, or stopped for a fault: look where the tail is, and let it be.
+        // Just booted, or stopped: look where the tail is, and let it be.
         let reference = self.endpoint.reference(now).filter(|_| self.endpoint.failsafe().may_drive());
         let (outcome, current) = match reference {
             Some(reference) => match self.tail.tick(&reference) {
@@ -168,9 +173,13 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> M
         if self.output.update(now, outcome.is_err(), OUTPUT_FAILS_FOR) {
             self.endpoint.stop(now, FailsafeEvent::OutputFailed);
         }
+        if self.tail.take_index_fault() {
+            self.endpoint.stop(now, FailsafeEvent::IndexMisplaced);
+        }
         let counter = self.tail.counter();
         let measurement = Measurement {
-            tail: counter.unwrapped().filter(|_| !self.tail.is_blind()),
+            tail: counter.unwrapped().filter(|_| !self.tail.is_blind() && !self.homing.is_searching()),
+            lost: !self.tail.is_homed(),
             rate: counter.rate(),
             current: current.unwrap_or(Amperes(0.0)),
             battery,

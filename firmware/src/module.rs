@@ -46,7 +46,7 @@ pub trait Module {
     /// Why an output failed.
     type Error;
 
-    /// One turn of the control loop at `now`: measures, decides, drives, and posts what is due.
+    /// One turn of the control loop at `now`: measures, decides, drives. It posts nothing, so that no report makes a tick long.
     ///
     /// # Errors
     /// The output that failed; everything else goes on all the same.
@@ -58,7 +58,7 @@ pub trait Module {
     /// What it is, if it is not to be followed; it is counted and nothing else happens.
     fn handle_datagram(&mut self, now: LocalInstant, datagram: &[u8]) -> Result<(), Class>;
 
-    /// The next datagram to send, at the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes).
+    /// Posts what was due at the last tick, and writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes).
     fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]>;
 
     /// Its side of the link: ledger, fleet clock and failsafe.

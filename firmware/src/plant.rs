@@ -37,6 +37,9 @@ struct State {
     encoder_fails: bool,
     blocked: bool,
     magnet_rad: Option<f64>,
+    swapped: bool,
+    lost: i64,
+    weed: f64,
 }
 
 impl State {
@@ -46,7 +49,7 @@ impl State {
     }
 
     fn edges(&self) -> i64 {
-        (self.angle_rad / TAU * f64::from(EDGES)).floor() as i64
+        (self.angle_rad / TAU * f64::from(EDGES)).floor() as i64 - self.lost
     }
 }
 
@@ -63,7 +66,11 @@ impl Rig {
     }
 
     pub fn tail(&self) -> RigTail {
-        self.tail_with(RigEncoder(self.clone()), ZERO_COUNTS)
+        self.tail_of(&ServoConstants::default())
+    }
+
+    pub fn tail_of(&self, servo: &ServoConstants) -> RigTail {
+        self.tail_with(RigEncoder(self.clone()), ZERO_COUNTS, servo)
     }
 
     /// With an incremental encoder that counts from now on, and the magnet of its index at `magnet_rad`.
@@ -72,19 +79,34 @@ impl Rig {
         let encoder = RigIndexed { rig: self.clone(), start, quadrature: Quadrature::new(EDGES) };
         // Readings from the magnet to x_S, counter-clockwise.
         let zero_counts = (-magnet_rad / TAU).rem_euclid(1.0) * f64::from(READINGS);
-        self.tail_with(encoder, zero_counts.round() as u32)
+        self.tail_with(encoder, zero_counts.round() as u32, &ServoConstants::default())
     }
 
-    fn tail_with<E: Encoder>(&self, encoder: E, zero_counts: u32) -> RigTail<E> {
+    fn tail_with<E: Encoder>(&self, encoder: E, zero_counts: u32, servo: &ServoConstants) -> RigTail<E> {
         let bridge =
             Bridge::new(RigPwm(self.clone()), RigPin(self.clone(), true), RigPin(self.clone(), false));
         let mounting = EncoderMounting { zero_counts, reversed: false };
-        Tail::new(encoder, mounting, NoSense, bridge, &ServoConstants::default()).unwrap()
+        Tail::new(encoder, mounting, NoSense, bridge, servo).unwrap()
     }
 
     /// Puts the magnet there, counter-clockwise from `at_rad` on, or takes it away.
     pub fn put_magnet(&self, at_rad: Option<f64>) {
         self.0.borrow_mut().magnet_rad = at_rad;
+    }
+
+    /// The leads of the motor are swapped.
+    pub fn swap(&self) {
+        self.0.borrow_mut().swapped = true;
+    }
+
+    /// Something drags at the tail: it turns slower by this share.
+    pub fn weed(&self, share: f64) {
+        self.0.borrow_mut().weed = share;
+    }
+
+    /// The counter misses so many edges.
+    pub fn lose(&self, edges: i64) {
+        self.0.borrow_mut().lost += edges;
     }
 
     pub fn angle_rad(&self) -> f64 {
@@ -97,6 +119,12 @@ impl Rig {
 
     pub fn fail_encoder(&self, fails: bool) {
         self.0.borrow_mut().encoder_fails = fails;
+    }
+
+    /// Whether the winding is shorted.
+    pub fn is_shorted(&self) -> bool {
+        let state = self.0.borrow();
+        state.in1 && state.in2
     }
 
     /// Something holds the tail.
@@ -116,9 +144,13 @@ impl Rig {
             state.rate_rad_s = 0.0;
             return;
         }
-        let drive = state.drive();
+        let drive = if state.swapped { -state.drive() } else { state.drive() };
+        // An open winding takes no torque, and friction is not modelled: the tail coasts on.
+        let open = !state.in1 && !state.in2;
         for _ in 0..10 {
-            let free_rad_s2 = (NO_LOAD_RAD_S * drive - state.rate_rad_s) / TIME_CONSTANT_S;
+            let no_load_rad_s = NO_LOAD_RAD_S * (1.0 - state.weed);
+            let driven_rad_s2 = (no_load_rad_s * drive - state.rate_rad_s) / TIME_CONSTANT_S;
+            let free_rad_s2 = if open { 0.0 } else { driven_rad_s2 };
             let rate_rad_s = state.rate_rad_s
                 + free_rad_s2.clamp(-ACCELERATION_MAX_RAD_S2, ACCELERATION_MAX_RAD_S2) * STEP_S;
             state.angle_rad += 0.5 * (state.rate_rad_s + rate_rad_s) * STEP_S;
@@ -161,6 +193,10 @@ impl Encoder for RigIndexed {
 
     fn is_homed(&self) -> bool {
         self.quadrature.reading().is_some()
+    }
+
+    fn take_index_fault(&mut self) -> bool {
+        self.quadrature.take_fault()
     }
 }
 

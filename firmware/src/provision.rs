@@ -10,7 +10,9 @@ use core::fmt;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-use protocol::configuration::{EncoderConstants, Robot, ServoConstants, SupplyConstants, TailConstants};
+use protocol::configuration::{
+    EncoderConstants, Robot, ServoConstants, SupplyConstants, TailConstants, TailLimits,
+};
 use protocol::time::Duration;
 use protocol::units::{Amperes, Volts};
 use protocol::{Configuration, ConfigurationError, ModuleKind};
@@ -33,6 +35,10 @@ use crate::rov::thruster::bank::{Bank, BankError};
 /// takes, and after 10 ms a tail at 11 rad/s has moved 0.1 rad.
 pub const SERVO_INTERVAL: (Duration, Duration) = (Duration(500), Duration(10_000));
 
+/// Greatest following error, rad, and longest time of it, for which a module is not stopped: what holds a tail must not hold it for longer, or
+/// the motor burns. *Assumed.*
+pub const FOLLOWING: (f32, Duration) = (0.15, Duration(350_000));
+
 /// Why a board has nothing to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NotProvisioned {
@@ -48,6 +54,10 @@ pub enum NotProvisioned {
     Counts(u32),
     /// The interval of the servo loop is out of [`SERVO_INTERVAL`].
     Interval(Duration),
+    /// Following error, rad, and its time are beyond [`FOLLOWING`], or no time.
+    Following(f32, Duration),
+    /// A pair of limits of which the lesser is negative or above the greater, or one that is not positive.
+    Limits(&'static str),
 }
 
 impl fmt::Display for NotProvisioned {
@@ -65,6 +75,18 @@ impl fmt::Display for NotProvisioned {
                 let (Duration(least), Duration(greatest)) = SERVO_INTERVAL;
                 write!(f, "configuration: servo.interval = {} µs: {least} to {greatest}", interval.0)
             }
+            Self::Following(error_rad, time) => {
+                let (most_rad, Duration(longest)) = FOLLOWING;
+                write!(
+                    f,
+                    "configuration: servo.following_error_max = {error_rad} rad for {} µs: at most {most_rad} rad for 1 to {longest} µs",
+                    time.0
+                )
+            }
+            Self::Limits(key) => write!(
+                f,
+                "configuration: limits.{key}: must be positive, and the least not above the greatest"
+            ),
         }
     }
 }
@@ -123,10 +145,42 @@ pub fn modboat<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: Ou
         servo,
         encoder: EncoderConstants { mounting, homing_speed, homing_after, .. },
     } = constants;
+    check_limits(limits)?;
+    check_following(servo)?;
     let tail = Tail::new(encoder, *mounting, sense, bridge, servo)?;
     let endpoint = Endpoint::new(Some(identity(configuration, boot)), ModboatRobot::new(*limits));
     let homing = Homing::new(*homing_speed, *homing_after, servo.no_load_speed);
     Ok(Modboat::new(endpoint, tail).with_battery(configuration.supply.battery).with_homing(homing))
+}
+
+fn check_following(servo: &ServoConstants) -> Result<(), NotProvisioned> {
+    let (error_max_rad, longest) = FOLLOWING;
+    let (error_rad, time) = (servo.following_error_max.0, servo.following_error_time);
+    let watched = error_rad <= error_max_rad && time.0 > 0 && time <= longest;
+    if watched { Ok(()) } else { Err(NotProvisioned::Following(error_rad, time)) }
+}
+
+/// Limits that no cycle keeps, or that mean nothing, are a mistake in the file.
+fn check_limits(limits: &TailLimits) -> Result<(), NotProvisioned> {
+    let &TailLimits {
+        amplitude_min,
+        amplitude_max,
+        centerline_max,
+        rotation_max,
+        speed_max,
+        period_min,
+        period_max,
+        transition_max,
+    } = limits;
+    let sound = [
+        ("amplitude", amplitude_min.0 >= 0.0 && amplitude_min <= amplitude_max && amplitude_max.0 > 0.0),
+        ("centerline_max", centerline_max.0 > 0.0),
+        ("rotation_max", rotation_max.0 > 0.0),
+        ("speed_max", speed_max.0 > 0.0),
+        ("period", period_min.0 > 0 && period_min <= period_max),
+        ("transition_max", transition_max.0 > 0),
+    ];
+    sound.into_iter().find(|(_, is)| !is).map_or(Ok(()), |(key, _)| Err(NotProvisioned::Limits(key)))
 }
 
 /// The encoder of a board that counts edges and has an index.

@@ -1,6 +1,7 @@
 //! The firmware of an ROV: the link endpoint above the thrusters.
 //!
-//! It is run as every [`Module`] is, some hundred times a second.
+//! It is run as every [`Module`] is, some hundred times a second. What it watches, every tick: the battery, and its outputs. One that
+//! fails for [`OUTPUT_FAILS_FOR`] stops it: the others go to neutral.
 
 use embedded_hal::pwm::SetDutyCycle;
 use protocol::configuration::BatteryLimits;
@@ -8,7 +9,7 @@ use protocol::ledger::Class;
 use protocol::time::LocalInstant;
 
 use crate::link::endpoint::Endpoint;
-use crate::link::failsafe::BatteryWatch;
+use crate::link::failsafe::{BatteryWatch, FailsafeEvent, Lasting, OUTPUT_FAILS_FOR};
 use crate::module::{Module, Supply};
 use crate::rov::lease::{Output, ThrustLease};
 use crate::rov::thruster::bank::Bank;
@@ -22,13 +23,14 @@ pub struct Rov<P> {
     endpoint: Endpoint<ThrustLease>,
     bank: Bank<P>,
     battery: BatteryWatch,
+    output: Lasting,
 }
 
 impl<P: SetDutyCycle> Rov<P> {
     /// From its two halves.
     #[must_use]
     pub const fn new(endpoint: Endpoint<ThrustLease>, bank: Bank<P>) -> Self {
-        Self { endpoint, bank, battery: BatteryWatch::new(BatteryLimits::ROV) }
+        Self { endpoint, bank, battery: BatteryWatch::new(BatteryLimits::ROV), output: Lasting::new() }
     }
 
     /// With another battery.
@@ -52,6 +54,9 @@ impl<P: SetDutyCycle> Module for Rov<P> {
         let low = self.battery.update(now, supply.battery);
         self.endpoint.set_low_battery(low);
         let outcome = self.bank.tick(now, self.endpoint.thrusts(now), supply.battery);
+        if self.output.update(now, outcome.is_err(), OUTPUT_FAILS_FOR) {
+            self.endpoint.stop(now, FailsafeEvent::OutputFailed);
+        }
         let &Supply { battery, current } = supply;
         let (pulses, armed) = (self.bank.pulses().clone(), self.bank.is_armed());
         let output = Output { pulses, battery, current, armed };

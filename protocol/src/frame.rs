@@ -5,7 +5,7 @@
 //! ╰───────────────────── header, authenticated, in the clear ──────────────────╯
 //! ```
 //!
-//! Integers are little endian. The nonce is there only in the two kinds that open a session ([`Kind`]). What is sealed is
+//! Integers are little endian. The nonce is there only in the kinds that belong to no session yet ([`Kind::carries_nonce`]). What is sealed is
 //! the postcard of a [`Receipt`](crate::ledger::Receipt) and a [`Message`](crate::Message). Over that the datagram is
 //! longer by [`OVERHEAD`] bytes.
 //!
@@ -45,6 +45,9 @@ pub enum Kind {
     ToModule = 3,
     /// Module to host, within a session.
     ToHost = 4,
+    /// Any host with the fleet's key stops a module that announces itself, whichever host that serves: the boot nonce of the announcement in
+    /// the clear, sealed with the key of that announcement.
+    Stop = 5,
 }
 
 impl Kind {
@@ -54,14 +57,15 @@ impl Kind {
             2 => Some(Self::Call),
             3 => Some(Self::ToModule),
             4 => Some(Self::ToHost),
+            5 => Some(Self::Stop),
             _ => None,
         }
     }
 
-    /// True for the two that carry a nonce.
+    /// True for those that carry a nonce.
     #[must_use]
-    pub const fn opens_session(self) -> bool {
-        matches!(self, Self::Announce | Self::Call)
+    pub const fn carries_nonce(self) -> bool {
+        matches!(self, Self::Announce | Self::Call | Self::Stop)
     }
 
     /// True for what modules send.
@@ -80,7 +84,7 @@ pub struct Header {
     pub fleet: FleetId,
     /// The module that sends it, or that it is for.
     pub module: ModuleId,
-    /// Which session; 0 in an announcement.
+    /// Which session; 0 in an announcement and in a stop.
     pub session: u32,
     /// Counts the datagrams of one sender in one session, from 0.
     pub sequence: u32,
@@ -189,7 +193,7 @@ impl<'a> Frame<'a> {
             module: ModuleId(u16::from_le_bytes(reader.take().ok_or(length)?)),
             session: u32::from_le_bytes(reader.take().ok_or(length)?),
             sequence: u32::from_le_bytes(reader.take().ok_or(length)?),
-            nonce: if kind.opens_session() { Some(Nonce(reader.take().ok_or(length)?)) } else { None },
+            nonce: if kind.carries_nonce() { Some(Nonce(reader.take().ok_or(length)?)) } else { None },
         };
         let sealed = reader.0;
         let clear = body.get(..body.len().saturating_sub(sealed.len())).ok_or(length)?;

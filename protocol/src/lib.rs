@@ -54,8 +54,8 @@ pub use frame::{EncodeError, Frame, FrameError, Header, Kind, MAX_DATAGRAM};
 pub use keys::{FleetId, FleetKey, ModuleKey, Nonce};
 pub use message::{
     Acknowledge, Cycle, Delivery, Faults, Health, Hello, Message, ModboatCycle, ModuleId, ModuleKind,
-    ModuleState, Motion, Refusal, RovCycle, RovTelemetry, Telemetry, TimeReply, TimeRequest, TransitionLaw,
-    Verdict, WIRE_VERSION,
+    ModuleState, Motion, Refusal, RovCycle, RovTelemetry, TailUnknown, Telemetry, TimeReply, TimeRequest,
+    TransitionLaw, Verdict, WIRE_VERSION,
 };
 pub use radio::Radio;
 pub use session::{Announcer, Session, Side};

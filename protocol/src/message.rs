@@ -12,6 +12,7 @@
 //! | [`Message::Commit`] | host → module | when all have acknowledged a [`Delivery::Prepare`], again until acknowledged |
 //! | [`Acknowledge`] | module → host | for every cycle and commit received, accepted or not |
 //! | [`Telemetry`], [`RovTelemetry`] | module → host | at a fixed rate; which of the two, its kind decides |
+//! | [`TailUnknown`] | module → host | in their place, while a Modboat has not seen its tail or has lost its zero |
 //! | [`Health`] | module → host | once a second |
 //! | [`Message::Hold`] | host → module | finish the running cycle, drop the next, hold the pose |
 //! | [`Message::EmergencyStop`], [`Message::Release`] | host → module | freeze at once, and no longer |
@@ -28,6 +29,20 @@ pub const WIRE_VERSION: u8 = 2;
 
 /// Most thrusters of one ROV.
 pub const MAX_THRUSTERS: usize = 8;
+
+/// Greatest tail angle that is reported, rad: 160,000 turns, where `f32` tells angles apart by 0.06 rad at best.
+const TAIL_MAX_RAD: f32 = 1e6;
+/// Greatest rate, rad/s: no motor with a gear turns a tail so fast. *Assumed.*
+const RATE_MAX_RAD_S: f32 = 1e3;
+/// Greatest voltage and current, V and A. *Assumed.*
+const SUPPLY_MAX: f32 = 1e3;
+/// Longest pulse, µs: a frame of 50 Hz.
+const PULSE_MAX_US: f32 = 20_000.0;
+
+/// NaN is within nothing.
+fn within(value: f32, most: f32) -> bool {
+    -most <= value && value <= most
+}
 
 /// A module's number in its fleet, from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -69,6 +84,8 @@ pub enum Message {
     Release,
     /// How a module's link and clock are.
     Health(Health),
+    /// What a module does that does not know where its tail is.
+    TailUnknown(TailUnknown),
 }
 
 /// What kind of robot a module is.
@@ -185,6 +202,28 @@ impl Message {
         }
     }
 
+    /// Whether the numbers of a report are such as a module can measure. What a host is told enters there by this; a module checks a cycle
+    /// against its own limits, and refuses it.
+    pub(crate) fn is_measurable(&self) -> bool {
+        // Not a number: nothing is wired.
+        let supply = |value: f32| value.is_nan() || within(value, SUPPLY_MAX);
+        match self {
+            Self::Telemetry(Telemetry { tail, rate, current, battery, .. }) => {
+                within(tail.0, TAIL_MAX_RAD)
+                    && within(rate.0, RATE_MAX_RAD_S)
+                    && supply(current.0)
+                    && supply(battery.0)
+            }
+            Self::RovTelemetry(RovTelemetry { pulses, current, battery, .. }) => {
+                pulses.iter().all(|pulse| within(pulse.0, PULSE_MAX_US))
+                    && supply(current.0)
+                    && supply(battery.0)
+            }
+            Self::TailUnknown(TailUnknown { battery, .. }) => supply(battery.0),
+            _ => true,
+        }
+    }
+
     /// The same with what was read behind it; `None` where nothing may stand.
     pub(crate) fn with_trailer(mut self, trailer: TransitionLaw) -> Option<Self> {
         match &mut self {
@@ -293,14 +332,23 @@ impl Faults {
     pub const BLIND: Self = Self(1 << 3);
     /// An output of the board failed.
     pub const OUTPUT: Self = Self(1 << 4);
+    /// The tail stayed away from where it was told to be: it stopped.
+    pub const FOLLOWING: Self = Self(1 << 5);
+    /// The tail turned against its drive, as with swapped leads: it stopped.
+    pub const WRONG_WAY: Self = Self(1 << 6);
+    /// The index of the encoder came where the count does not expect it: the tail angle is unknown.
+    pub const INDEX: Self = Self(1 << 7);
 
     /// Their names, for people.
-    pub const NAMES: [(Self, &'static str); 5] = [
+    pub const NAMES: [(Self, &'static str); 8] = [
         (Self::EMERGENCY, "emergency stop"),
         (Self::LOW_BATTERY, "low battery"),
         (Self::STALLED, "motor stalled"),
         (Self::BLIND, "encoder not believed"),
         (Self::OUTPUT, "output failed"),
+        (Self::FOLLOWING, "following error"),
+        (Self::WRONG_WAY, "wrong direction of motion"),
+        (Self::INDEX, "encoder index misplaced"),
     ];
 
     /// Whether all of `which` are set.
@@ -342,6 +390,21 @@ pub struct Telemetry {
     pub rate: RadiansPerSecond,
     /// Motor current.
     pub current: Amperes,
+    /// Battery voltage.
+    pub battery: Volts,
+    /// What is wrong with it.
+    pub faults: Faults,
+}
+
+/// What a Modboat does that has not seen its tail yet, or has lost its zero.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TailUnknown {
+    /// When that was so, fleet time (0 while unsynchronised).
+    pub at: FleetInstant,
+    /// What it is doing.
+    pub state: ModuleState,
+    /// The cycle that runs, or ran last; 0 before the first.
+    pub cycle: u32,
     /// Battery voltage.
     pub battery: Volts,
     /// What is wrong with it.

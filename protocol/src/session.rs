@@ -8,7 +8,8 @@
 //! ```
 //!
 //! and the whole header as associated data. A sequence number is used once: the counter is private, grows, and at its
-//! end the session is [`Exhausted`](EncodeError::Exhausted). A [`Kind::Call`] counts with the session it opens.
+//! end the session is [`Exhausted`](EncodeError::Exhausted). A [`Kind::Call`] counts with the session it opens. A [`Kind::Stop`] is
+//! sealed with the key of an announcement and always says the same, so two hosts that seal it seal the same bytes.
 //!
 //! | attack | why it fails |
 //! |---|---|
@@ -45,6 +46,8 @@ pub struct Opened {
     pub overtaken: bool,
     /// Its number.
     pub sequence: u32,
+    /// Datagrams of this side that the sender had seen, by its receipt: one more than the greatest number.
+    pub seen: u32,
 }
 
 /// One end of a session: seals and opens its datagrams, each number once.
@@ -90,6 +93,12 @@ impl Session {
     #[must_use]
     pub const fn host_nonce(&self) -> &Nonce {
         &self.host_nonce
+    }
+
+    /// Number of the next datagram of this side: so many were sent.
+    #[must_use]
+    pub const fn sent(&self) -> u32 {
+        self.sequence
     }
 
     /// Whether anything has come through it.
@@ -142,7 +151,7 @@ impl Session {
         buffer: &'a mut [u8],
     ) -> Result<&'a [u8], EncodeError> {
         let next = self.sequence.checked_add(1).ok_or(EncodeError::Exhausted)?;
-        let nonce = kind.opens_session().then_some(self.host_nonce);
+        let nonce = kind.carries_nonce().then_some(self.host_nonce);
         let (fleet, module, session) = (self.fleet, self.module, self.keys.id);
         let header = Header { kind, fleet, module, session, sequence: self.sequence, nonce };
         let cipher = if kind.is_for_host() { &self.keys.to_host } else { &self.keys.to_module };
@@ -161,7 +170,7 @@ impl Session {
         if fleet != self.fleet || module != self.module || kind.is_for_host() != for_host {
             return Err(Class::Foreign);
         }
-        if session != self.keys.id || kind == Kind::Announce {
+        if session != self.keys.id || matches!(kind, Kind::Announce | Kind::Stop) {
             return Err(Class::Stale);
         }
         let cipher = if for_host { &self.keys.to_host } else { &self.keys.to_module };
@@ -175,11 +184,12 @@ impl Session {
         self.came.accepted = self.came.accepted.saturating_add(1);
         // Each of the three only grows: whichever datagram says most came last.
         // Whatever it claims, no more arrived than was sent, or the sums would be wrong.
-        let seen = self.receipt.seen.max(receipt.seen).min(self.sequence);
+        let claimed = receipt.seen.min(self.sequence);
+        let seen = self.receipt.seen.max(claimed);
         let accepted = self.receipt.accepted.max(receipt.accepted).min(seen);
         let late = self.receipt.late.max(receipt.late).min(accepted);
         self.receipt = Receipt { seen, accepted, late };
-        Ok(Opened { message, overtaken, sequence })
+        Ok(Opened { message, overtaken, sequence, seen: claimed })
     }
 }
 
@@ -219,6 +229,42 @@ impl Announcer {
         self.sequence = next;
         Ok(datagram)
     }
+}
+
+impl Announcer {
+    /// Opens a stop of a host that answers one of these announcements. It may come any number of times: the nonce that it names is used up
+    /// with the first.
+    ///
+    /// # Errors
+    /// [`Class::Stale`] if it names another nonce, otherwise as for [`Session::open`].
+    pub fn open_stop(&self, frame: &Frame<'_>) -> Result<(), Class> {
+        let Header { kind, fleet, module, nonce, .. } = frame.header;
+        if fleet != self.fleet || module != self.module || kind != Kind::Stop {
+            return Err(Class::Foreign);
+        }
+        if nonce != Some(self.boot) {
+            return Err(Class::Stale);
+        }
+        match open(&self.cipher.0, frame)? {
+            (_, Message::EmergencyStop) => Ok(()),
+            _ => Err(Class::Corrupt),
+        }
+    }
+}
+
+/// Writes the stop of the module that announced itself with `boot` to the start of `buffer` and returns that part.
+///
+/// # Errors
+/// [`EncodeError::BufferTooSmall`]; never with [`MAX_DATAGRAM`] bytes.
+pub fn seal_stop<'a>(
+    fleet: FleetId,
+    module: ModuleId,
+    key: &ModuleKey,
+    boot: Nonce,
+    buffer: &'a mut [u8],
+) -> Result<&'a [u8], EncodeError> {
+    let header = Header { kind: Kind::Stop, fleet, module, session: 0, sequence: 0, nonce: Some(boot) };
+    seal(&key.announcements(&boot), &header, &Receipt::default(), &Message::EmergencyStop, buffer)
 }
 
 /// Opens an announcement. It is genuine, but may be a recording: only an answer within the session proves that the
@@ -290,14 +336,15 @@ fn open(cipher: &ChaCha20Poly1305, frame: &Frame<'_>) -> Result<(Receipt, Messag
         .decrypt_inout_detached(&nonce.into(), frame.clear, (&mut *plain).into(), &frame.tag.into())
         .map_err(|_| Class::Forged)?;
     let (receipt, message) = match postcard::take_from_bytes::<(Receipt, Message)>(plain) {
-        Ok((content, [])) => return Ok(content),
+        Ok(((receipt, message), [])) => (receipt, Some(message)),
         Ok(((receipt, message), behind)) => match postcard::take_from_bytes(behind) {
             Ok((trailer, [])) => (receipt, message.with_trailer(trailer)),
             _ => return Err(Class::Corrupt),
         },
         Err(_) => return Err(Class::Corrupt),
     };
-    Ok((receipt, message.ok_or(Class::Corrupt)?))
+    let message = message.filter(Message::is_measurable).ok_or(Class::Corrupt)?;
+    Ok((receipt, message))
 }
 
 #[cfg(test)]

@@ -2,3 +2,4 @@
 
 pub mod configuration;
 pub mod endpoint;
+pub mod rov;

@@ -13,19 +13,22 @@
 //! | health | every second; every [`HELLO_EVERY`] while the fleet time is not sure |
 //! | acknowledgement | for every cycle and commit that arrives |
 //!
+//! All of it is posted by [`Endpoint::poll_transmit`], in the turn of what is sent and not of the tick.
+//!
 //! A cycle that would start while fleet time is not known well enough is not started: it is dropped [`GATE`] before, and
 //! the module holds.
 
 use heapless::Deque;
 use protocol::ledger::Class;
+use protocol::session::Opened;
 use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::{
-    Acknowledge, Cycle, Faults, Health, Hello, Message, ModuleKind, ModuleState, Refusal, TimeReply,
-    TimeRequest, Verdict,
+    Acknowledge, Cycle, Health, Hello, Message, ModuleState, Refusal, TimeReply, TimeRequest, Verdict,
 };
 
 use crate::link::clock::{Exchange, FleetClock};
 use crate::link::failsafe::{Conditions, Failsafe, FailsafeEvent};
+pub use crate::link::robot::{Present, Robot};
 use crate::link::session::{Host, Identity, Link};
 use crate::modboat::schedule::HORIZON;
 
@@ -40,75 +43,6 @@ pub const GATE: Duration = Duration(5_000);
 
 /// Messages that wait to be sent, at most; the oldest gives way.
 const OUTBOX: usize = 8;
-
-/// State common to all reports of a module.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Present {
-    /// Fleet time (0 while unsynchronised).
-    pub at: FleetInstant,
-    /// What the module is doing.
-    pub state: ModuleState,
-    /// The cycle that runs, or ran last; 0 before the first.
-    pub cycle: u32,
-    /// What is wrong with it.
-    pub faults: Faults,
-}
-
-/// What depends on the kind of robot: what a cycle means, and what is reported. Times are fleet time; before that is
-/// known nothing is offered, and every time is zero.
-pub trait Robot {
-    /// Said in the hello.
-    const KIND: ModuleKind;
-
-    /// What the robot measures for its reports.
-    type Measurement;
-
-    /// Takes in what was measured, before anything else that happens at that time.
-    fn observe(&mut self, _measurement: &Self::Measurement) {}
-
-    /// False until it knows where it is.
-    fn is_located(&self) -> bool {
-        true
-    }
-
-    /// False while it cannot do yet what a cycle asks.
-    fn is_ready(&self) -> bool {
-        true
-    }
-
-    /// Whether the cycle with this number waits, runs or ran last.
-    fn knows(&self, cycle: u32) -> bool;
-
-    /// Takes a cycle, or says why not. Idempotent.
-    fn offer(&mut self, now: FleetInstant, cycle: &Cycle) -> Verdict;
-
-    /// Lets a cycle run that was prepared. Idempotent.
-    fn commit(&mut self, now: FleetInstant, cycle: u32) -> Verdict;
-
-    /// Start of the cycle that waits for it, if one does.
-    fn waiting(&self, now: FleetInstant) -> Option<FleetInstant>;
-
-    /// Drops what has not begun and goes over to holding.
-    fn hold(&mut self, now: FleetInstant);
-
-    /// Stops at once, until released.
-    fn emergency_stop(&mut self, now: FleetInstant);
-
-    /// Ends a stop: rests where the next measurement finds it.
-    fn release(&mut self);
-
-    /// Number of the cycle that is being run at `now`, if any.
-    fn running(&self, now: FleetInstant) -> Option<u32>;
-
-    /// Number of the cycle that began last by `now`, whether it still runs or not.
-    fn latest(&self, now: FleetInstant) -> Option<u32>;
-
-    /// Forgets every cycle, for another epoch of fleet time. A stop in force stays in force.
-    fn start_new_epoch(&mut self, now: FleetInstant);
-
-    /// The report that is due; nothing while there is nothing to report.
-    fn report(&self, present: &Present, measurement: &Self::Measurement) -> Option<Message>;
-}
 
 /// A datagram that waits to be sent; it is sealed when it is sent.
 #[derive(Clone, Debug)]
@@ -126,6 +60,8 @@ struct Newest {
     drop: Option<u32>,
     stop: Option<u32>,
     release: Option<u32>,
+    /// A release was sent too early that had not seen so many datagrams of this side: it knew nothing of the last stop that was not its host's.
+    stopped_at: u32,
 }
 
 /// The module's end of the link, for one kind of [`Robot`].
@@ -140,6 +76,8 @@ pub struct Endpoint<R> {
     /// Greatest number that was refused, and why. A refusal is final: the host tells others what it means.
     refused: Option<(u32, Refusal)>,
     outbox: Deque<QueuedDatagram, OUTBOX>,
+    /// The last tick, until what was due then is posted.
+    ticked: Option<LocalInstant>,
     next_hello: LocalInstant,
     next_exchange: LocalInstant,
     next_report: LocalInstant,
@@ -160,6 +98,7 @@ impl<R: Robot> Endpoint<R> {
             newest: Newest::default(),
             refused: None,
             outbox: Deque::new(),
+            ticked: None,
             next_hello: LocalInstant(0),
             next_exchange: LocalInstant(0),
             next_report: LocalInstant(0),
@@ -175,6 +114,11 @@ impl<R: Robot> Endpoint<R> {
         let busy = self.robot.running(self.fleet(now)).is_some();
         let Some(link) = &mut self.link else { return Err(Class::Foreign) };
         let heard = link.open(now, datagram, busy)?;
+        if heard.host == Host::Outside {
+            self.stop(now, FailsafeEvent::EmergencyStop);
+            self.settle(now);
+            return Ok(());
+        }
         if heard.host != Host::Same {
             self.newest = Newest::default();
             self.next_exchange = now;
@@ -188,12 +132,13 @@ impl<R: Robot> Endpoint<R> {
             self.clock.reset();
             self.failsafe.handle(FailsafeEvent::HostChanged);
         }
-        self.follow(now, &heard.opened.message, heard.opened.sequence);
+        self.follow(now, &heard.opened);
         self.settle(now);
         Ok(())
     }
 
-    fn follow(&mut self, now: LocalInstant, message: &Message, sequence: u32) {
+    fn follow(&mut self, now: LocalInstant, opened: &Opened) {
+        let &Opened { ref message, sequence, seen, .. } = opened;
         let fleet = self.fleet(now);
         match message {
             Message::TimeReply(reply) => self.take_time(now, reply),
@@ -218,10 +163,14 @@ impl<R: Robot> Endpoint<R> {
                 if self.newest.release > Some(sequence) {
                     self.came_late();
                 } else {
-                    self.stop(now, FailsafeEvent::EmergencyStop);
+                    // Its own release is told from an older one by its number.
+                    self.stop_for(now, FailsafeEvent::EmergencyStop);
                 }
             }
-            Message::Release if self.newest.stop > Some(sequence) => self.came_late(),
+            // Sent before the last stop, its own or another's.
+            Message::Release if self.newest.stop > Some(sequence) || seen < self.newest.stopped_at => {
+                self.came_late();
+            }
             Message::Release => {
                 self.newest.drop = self.newest.drop.max(Some(sequence));
                 self.newest.release = self.newest.release.max(Some(sequence));
@@ -237,24 +186,44 @@ impl<R: Robot> Endpoint<R> {
             | Message::Acknowledge(_)
             | Message::Telemetry(_)
             | Message::RovTelemetry(_)
+            | Message::TailUnknown(_)
             | Message::Health(_) => {}
         }
     }
 
-    /// Stops at once, for a reason of the module's own or the host's.
+    /// Stops at once, for a reason that its host does not know of: the module's own, or another host's word.
     pub(crate) fn stop(&mut self, now: LocalInstant, reason: FailsafeEvent) {
-        let fleet = self.fleet(now);
-        self.failsafe.handle(reason);
-        if self.failsafe.state() == ModuleState::Stopped {
-            self.robot.emergency_stop(fleet);
+        if self.stop_for(now, reason) {
+            // Only a host that has seen a report of it can mean it by a release.
+            self.newest.stopped_at = self.link.as_ref().map_or(0, Link::sent).saturating_add(1);
         }
     }
 
-    /// Queues what is due at `now`, own clock.
+    /// Stops at once. Whether that says something new.
+    fn stop_for(&mut self, now: LocalInstant, reason: FailsafeEvent) -> bool {
+        let fleet = self.fleet(now);
+        let before = self.failsafe.faults();
+        self.failsafe.handle(reason);
+        let new = self.failsafe.faults() != before;
+        if self.failsafe.state() == ModuleState::Stopped {
+            self.robot.emergency_stop(fleet);
+        }
+        if new {
+            self.next_report = now;
+        }
+        new
+    }
+
+    /// Takes in what was measured at `now`, own clock, and what that and the time change.
     pub fn handle_timer(&mut self, now: LocalInstant, measurement: &R::Measurement) {
         self.robot.observe(measurement);
         self.gate(now);
         self.settle(now);
+        self.ticked = Some(now);
+    }
+
+    /// Queues what is due at `now`, own clock.
+    fn post(&mut self, now: LocalInstant) {
         let Some(link) = self.link.as_ref().filter(|_| self.failsafe.announces()) else { return };
         let (hears_host, is_open, sure_within) =
             (link.hears_host(now), link.is_open(), link.identity().sure_within);
@@ -274,7 +243,7 @@ impl<R: Robot> Endpoint<R> {
             let at = self.fleet(now);
             let (state, faults) = (self.failsafe.state(), self.failsafe.faults());
             let present = Present { at, state, cycle: self.robot.latest(at).unwrap_or(0), faults };
-            if let Some(report) = self.robot.report(&present, measurement) {
+            if let Some(report) = self.robot.report(&present) {
                 self.next_report = now.after(report_every);
                 self.enqueue(QueuedDatagram::Message(report));
             }
@@ -288,8 +257,15 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    /// Writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and returns that part.
+    /// Queues what was due at the last tick, writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and
+    /// returns that part.
     pub fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        // What waits goes first, and has its place.
+        if self.outbox.is_empty()
+            && let Some(ticked) = self.ticked.take()
+        {
+            self.post(ticked);
+        }
         let link = self.link.as_mut()?;
         match self.outbox.pop_front()? {
             QueuedDatagram::Announcement => {

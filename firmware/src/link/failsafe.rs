@@ -12,9 +12,9 @@
 //! | Ready | holds its pose | yes | yes |
 //! | Executing | its cycle | yes | yes |
 //! | Holding | holds its pose | yes | yes |
-//! | Stopped | after an emergency stop it holds the frozen pose, otherwise it coasts | no: stopped | yes |
+//! | Stopped | nothing: the motor is shorted, or coasts if an output failed | no: stopped | yes |
 //!
-//! An ROV holds by neutral thrust. The faults that stop are latched until released; a low battery is not: it lets what
+//! An ROV holds, and is stopped, by neutral thrust. The faults that stop are latched until released; a low battery is not: it lets what
 //! was accepted run to its end, refuses what comes after, and is over when the voltage has recovered.
 //!
 //! | the robot owes, on entering | what |
@@ -40,19 +40,25 @@ use protocol::{Faults, ModuleState, Refusal};
 
 mod battery;
 mod lasting;
-mod stall;
 mod transitions;
 
 pub use battery::BatteryWatch;
-pub use lasting::{BLIND_FOR, Lasting};
-pub use stall::{StallLimits, StallWatch};
+pub use lasting::{BLIND_FOR, Lasting, OUTPUT_FAILS_FOR};
 pub use transitions::{FailsafeEvent, STATES, TRANSITIONS, Transition, transition};
 
 /// Most transitions of one [`Failsafe::follow`]: from Boot to Executing there are four.
 const STEPS: usize = 6;
 
-/// The faults with which nothing is driven.
-const COAST: Faults = Faults::STALLED.with(Faults::BLIND).with(Faults::OUTPUT);
+/// What the outputs of a module may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Permission {
+    /// Whatever its cycle or its pose needs.
+    Drive,
+    /// Nothing but short the motor, which brakes the tail; neutral on an ROV.
+    Brake,
+    /// Nothing: the motor is open.
+    Coast,
+}
 
 /// What is the case at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -161,10 +167,22 @@ impl Failsafe {
         self.faults
     }
 
-    /// Whether its outputs may do anything but coast or neutral. Holding a pose is driving.
+    /// What its outputs may do. Holding a pose is driving.
+    #[must_use]
+    pub const fn permission(&self) -> Permission {
+        match self.state {
+            // What the bridge makes of a command is unknown.
+            ModuleState::Stopped if self.faults.has(Faults::OUTPUT) => Permission::Coast,
+            ModuleState::Stopped => Permission::Brake,
+            _ if self.located => Permission::Drive,
+            _ => Permission::Coast,
+        }
+    }
+
+    /// Whether its outputs may do anything but brake, coast or neutral.
     #[must_use]
     pub const fn may_drive(&self) -> bool {
-        self.located && self.faults.0 & COAST.0 == 0
+        matches!(self.permission(), Permission::Drive)
     }
 
     /// Whether a cycle may be accepted, as far as this goes: the robot looks at the cycle itself.

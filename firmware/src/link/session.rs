@@ -9,11 +9,17 @@
 //! boot nonce of an announcement serves for one session: its last four bytes count the sessions of this boot. A replayed
 //! session fails, as the module expects another nonce.
 //!
+//! Any host of the fleet may stop it all the same, with a [`Kind::Stop`] for the announcement in force: that costs no derivation of keys, uses the
+//! nonce up, and changes nothing else about whom the module serves.
+//!
+//! A call costs the derivation of a session's keys before it can be told from a forged one, as much as twelve forged datagrams. So none is
+//! derived while another host is heard or a cycle runs, and otherwise at most [`CALLS`] for one announcement: the rest are not looked at.
+//!
 //! | datagram | class |
 //! |---|---|
 //! | does not parse, or no message inside | corrupt |
 //! | another fleet's, another module's, for the host, or a call of another host while this one is heard | foreign |
-//! | of a session that is not in force, a call that answers no announcement in force, from before the window | stale |
+//! | of a session that is not in force, a call or a stop that answers no announcement in force, a call beyond [`CALLS`], from before the window | stale |
 //! | came before | duplicate |
 //! | wrong tag | forged |
 //!
@@ -30,6 +36,10 @@ use protocol::{
 /// Silence of a host after which another host is let in. *Assumed*: the clock exchange brings an
 /// answer at least every second, and several are lost in a row now and then.
 pub const HOST_SILENCE: Duration = Duration(1_500_000);
+
+/// Calls that are looked at for one announcement. *Assumed*: the host's and its repetition; a stranger's fill what is left. At 5
+/// announcements a second it bounds the work to a third of a percent of a board's processor.
+pub const CALLS: u8 = 4;
 
 /// Who a module is.
 #[derive(Clone, Debug)]
@@ -69,6 +79,8 @@ pub enum Host {
     Again,
     /// The first host, or another boot of it: its epoch and its cycle numbers are new.
     Another,
+    /// A host that stays out: it has stopped the module, and that is all.
+    Outside,
 }
 
 /// The module's side of its sessions with hosts.
@@ -87,6 +99,8 @@ pub struct Link {
     former: Outgoing,
     /// Announcements with nonces that are used up.
     announced: u64,
+    /// Calls looked at since the last announcement.
+    calls: u8,
 }
 
 impl Link {
@@ -104,6 +118,7 @@ impl Link {
             incoming: Incoming::default(),
             former: Outgoing::default(),
             announced: 0,
+            calls: 0,
         }
     }
 
@@ -171,7 +186,7 @@ impl Link {
     pub fn open(&mut self, now: LocalInstant, datagram: &[u8], busy: bool) -> Result<Heard, Class> {
         let heard = self.admit(now, datagram, busy);
         self.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));
-        if heard.is_ok() {
+        if heard.as_ref().is_ok_and(|heard| heard.host != Host::Outside) {
             self.heard = now;
         }
         heard
@@ -183,6 +198,13 @@ impl Link {
         let Identity { module, fleet, .. } = self.identity;
         if header.fleet != fleet || header.module != module || header.kind.is_for_host() {
             return Err(Class::Foreign);
+        }
+        if header.kind == Kind::Stop {
+            self.announcer.open_stop(&frame)?;
+            // It cannot be played again.
+            self.next_nonce();
+            let opened = Opened { message: Message::EmergencyStop, overtaken: false, sequence: 0, seen: 0 };
+            return Ok(Heard { opened, host: Host::Outside });
         }
         if let Some(session) = self.session.as_mut().filter(|session| session.id() == header.session) {
             return session.open(&frame).map(|opened| Heard { opened, host: Host::Same });
@@ -201,6 +223,13 @@ impl Link {
         nonce: Nonce,
         busy: bool,
     ) -> Result<Heard, Class> {
+        if busy || self.hears_host(now) {
+            return Err(Class::Foreign);
+        }
+        if self.calls >= CALLS {
+            return Err(Class::Stale);
+        }
+        self.calls = self.calls.saturating_add(1);
         let Identity { module, fleet, key, .. } = &self.identity;
         let boot = boot_nonce(&self.identity, self.sessions);
         let mut session = Session::new(Side::Module, *fleet, *module, key, &boot, nonce);
@@ -209,9 +238,6 @@ impl Link {
             return Err(Class::Stale);
         }
         let opened = session.open(frame)?;
-        if busy || self.hears_host(now) {
-            return Err(Class::Foreign);
-        }
         let host = match self.host.replace(nonce) {
             Some(former) if same_life(&former, &nonce) => Host::Again,
             _ => Host::Another,
@@ -219,10 +245,21 @@ impl Link {
         self.end_session();
         self.session = Some(session);
         // One boot nonce, one session.
+        self.next_nonce();
+        Ok(Heard { opened, host })
+    }
+
+    /// The nonce of its announcements is used up.
+    fn next_nonce(&mut self) {
         self.announced = self.announced();
         self.sessions = self.sessions.wrapping_add(1);
         self.announcer = announcer(&self.identity, self.sessions);
-        Ok(Heard { opened, host })
+    }
+
+    /// Datagrams sent in the session in force.
+    #[must_use]
+    pub fn sent(&self) -> u32 {
+        self.session.as_ref().map_or(0, Session::sent)
     }
 
     /// Writes a message of the session to the start of `buffer`; nothing without a session.
@@ -247,6 +284,7 @@ impl Link {
 
     /// Writes an announcement to the start of `buffer`.
     pub fn seal_announcement<'a>(&mut self, hello: &Hello, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        self.calls = 0;
         self.announcer.seal(&Message::Hello(*hello), buffer).ok()
     }
 }

@@ -42,6 +42,11 @@ pub trait Encoder {
     fn is_homed(&self) -> bool {
         true
     }
+
+    /// Whether its index came elsewhere than the count expects it, since this was asked last. It is not homed then.
+    fn take_index_fault(&mut self) -> bool {
+        false
+    }
 }
 
 /// Consecutive readings that must agree before a jump is believed.

@@ -11,6 +11,8 @@
 //! hit. Otherwise the module waits first, so that a person can step back and docked modules can take turns. So weak a drive
 //! stops at whatever it meets.
 //!
+//! Turned by hand, it waits past the index until the tail has been still for [`STILL_FOR`]: a hand that turns it further is no following error.
+//!
 //! Assumptions and limits: the tail passes the index within [`TURNS`] turns at ω_h, or it is given up: the module stops, blind. A module
 //! that homes sends nothing yet, so no plan includes it; what a tail beside it does meanwhile is not asked.
 
@@ -19,11 +21,19 @@ use core::f32::consts::TAU;
 use protocol::time::{Duration, LocalInstant};
 use protocol::units::RadiansPerSecond;
 
+use crate::link::failsafe::Lasting;
+
 /// Greatest drive. *Assumed*: a fifth of the torque is too little to break a tail.
 pub const DRIVE_MAX: f32 = 0.2;
 
 /// So many turns without an index, and there is none. *Assumed*: one is enough, where friction does not slow it down.
 pub const TURNS: f32 = 3.0;
+
+/// A tail that turns slower is still, rad/s. *Assumed.*
+pub const STILL_RAD_S: f32 = 0.1;
+
+/// The tail must be still for that time before it counts as found. *Assumed*: a hand has let go by then.
+pub const STILL_FOR: Duration = Duration(300_000);
 
 /// What a tail does that looks for its zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +53,7 @@ pub struct Homing {
     drive: f32,
     after: Duration,
     since: Option<LocalInstant>,
+    still: Lasting,
 }
 
 impl Homing {
@@ -57,13 +68,14 @@ impl Homing {
             drive: if turns { drive } else { 0.0 },
             after,
             since: None,
+            still: Lasting::new(),
         }
     }
 
     /// By hand.
     #[must_use]
     pub const fn by_hand() -> Self {
-        Self { speed_rad_s: 0.0, drive: 0.0, after: Duration(0), since: None }
+        Self { speed_rad_s: 0.0, drive: 0.0, after: Duration(0), since: None, still: Lasting::new() }
     }
 
     /// What to do at `now`, own clock, while the zero is not known.
@@ -76,9 +88,27 @@ impl Homing {
         if turned_s * self.speed_rad_s > TURNS * TAU { Search::Fail } else { Search::Turn(self.drive) }
     }
 
-    /// The zero is known, or looked for no more: the next search starts over.
+    /// The zero is known and the tail turns at `rate`: ends the search, unless a hand still turns it.
+    pub fn settles(&mut self, now: LocalInstant, rate: RadiansPerSecond) -> bool {
+        let still = libm::fabsf(rate.0) < STILL_RAD_S;
+        let by_hand = self.drive <= 0.0 && self.since.is_some();
+        if by_hand && !self.still.update(now, still, STILL_FOR) {
+            return false;
+        }
+        self.end();
+        true
+    }
+
+    /// Whether a search goes on.
+    #[must_use]
+    pub const fn is_searching(&self) -> bool {
+        self.since.is_some()
+    }
+
+    /// The zero is looked for no more: the next search starts over.
     pub const fn end(&mut self) {
         self.since = None;
+        self.still = Lasting::new();
     }
 }
 
@@ -104,6 +134,23 @@ mod tests {
         assert_eq!(homing.search(LocalInstant(30_000 * MS)), Search::Fail);
         homing.end();
         assert_eq!(homing.search(LocalInstant(31_000 * MS)), Search::Wait);
+    }
+
+    #[test]
+    fn has_found_it_once_the_tail_is_still() {
+        let mut driven = homing(0.9);
+        driven.search(LocalInstant(0));
+        assert!(driven.settles(LocalInstant(0), RadiansPerSecond(5.0)), "its own motor turned it");
+        let mut homing = Homing::by_hand();
+        assert!(homing.settles(LocalInstant(0), RadiansPerSecond(5.0)), "it was not looked for");
+        homing.search(LocalInstant(0));
+        let ends = |homing: &mut Homing, ms: u64, rate| {
+            homing.settles(LocalInstant(ms * MS), RadiansPerSecond(rate))
+        };
+        assert!(!ends(&mut homing, 100, 0.0) && !ends(&mut homing, 399, 0.09));
+        assert!(!ends(&mut homing, 401, -0.2), "it is turned on");
+        assert!(!ends(&mut homing, 402, 0.0) && homing.is_searching());
+        assert!(ends(&mut homing, 702, 0.0) && !homing.is_searching());
     }
 
     #[test]

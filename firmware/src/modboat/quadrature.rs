@@ -14,8 +14,10 @@
 //! from either side.
 //!
 //! Assumptions and limits: an edge counts only while the tail turns slowly, at most [`SLOW_PER_TURN`] of a turn between two
-//! updates, or the place would be uncertain by what it moves meanwhile. The first such edge decides; later ones change nothing. A
-//! count that is lost later is not noticed here.
+//! updates, or the place would be uncertain by what it moves meanwhile. The first such edge decides. Every later one, at any speed, is
+//! held against the count: where it comes further than [`TOLERANCE_PER_TURN`] from the index, beyond what the tail has moved since the
+//! update before, counts were lost, and the zero is not known any more ([`Quadrature::take_fault`]). Counts that are lost and found again
+//! between two passes are not noticed, nor are any while the tail does not pass its index.
 
 /// Readings in one turn, M.
 pub const READINGS: u32 = 1 << 16;
@@ -25,6 +27,9 @@ pub const COUNTS_MAX: u32 = 1 << 24;
 
 /// An edge of the index counts where the tail has moved less than a turn by this since the update before: 3 rad/s at 1 kHz.
 pub const SLOW_PER_TURN: u32 = 2_000;
+
+/// The index may come a turn by this from where it was found: 0.009 rad, backlash and the switch's hysteresis. *Assumed.*
+pub const TOLERANCE_PER_TURN: u32 = 720;
 
 /// Absolute readings from a quadrature count and an index switch.
 #[derive(Clone, Debug)]
@@ -36,6 +41,7 @@ pub struct Quadrature {
     rising: Option<bool>,
     /// Counts from the index, 0..N, once that has been seen.
     position: Option<u32>,
+    fault: bool,
 }
 
 impl Quadrature {
@@ -47,6 +53,7 @@ impl Quadrature {
             last: None,
             rising: None,
             position: None,
+            fault: false,
         }
     }
 
@@ -61,9 +68,28 @@ impl Quadrature {
         let slow =
             moved.unsigned_abs() <= self.counts_per_turn.checked_div(SLOW_PER_TURN).unwrap_or(0).max(1);
         let at_edge = index != index_before && self.rising == Some(index);
-        if self.position.is_none() && slow && at_edge {
-            self.position = Some(0);
+        match self.position {
+            None if slow && at_edge => self.position = Some(0),
+            Some(position) if at_edge && self.is_off(position, moved) => {
+                self.position = None;
+                self.fault = true;
+            }
+            _ => {}
         }
+    }
+
+    /// Whether an index that was passed on the way of `moved` counts to `position` is further off than it may be.
+    fn is_off(&self, position: u32, moved: i32) -> bool {
+        let allowed = self.counts_per_turn.checked_div(TOLERANCE_PER_TURN).unwrap_or(0).max(2);
+        let ahead = if moved < 0 { self.counts_per_turn.saturating_sub(position) } else { position };
+        // 0 at `position`, |moved| where it came from: the index lies between the two.
+        let behind = self.counts_per_turn.saturating_sub(ahead);
+        ahead > moved.unsigned_abs().saturating_add(allowed) && behind > allowed
+    }
+
+    /// Whether the index came elsewhere than expected since this was asked last.
+    pub fn take_fault(&mut self) -> bool {
+        core::mem::take(&mut self.fault)
     }
 
     /// The reading, 0..[`READINGS`]; nothing before the index was seen.
@@ -142,7 +168,7 @@ mod tests {
             for by in moves {
                 counter = counter.wrapping_add(by);
                 whole += i64::from(by);
-                encoder.update(counter, by % 2 == 0);
+                encoder.update(counter, true);
                 let meant = whole.rem_euclid(i64::from(per_turn)) * 65_536 / i64::from(per_turn);
                 prop_assert_eq!(encoder.reading(), u32::try_from(meant).ok());
             }

@@ -5,7 +5,7 @@
 
 use protocol::time::{FleetInstant, LocalInstant};
 use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
-use protocol::{Cycle, Message, ModboatCycle, ModuleKind, Motion, Refusal, Telemetry, Verdict};
+use protocol::{Cycle, Message, ModboatCycle, ModuleKind, Motion, Refusal, TailUnknown, Telemetry, Verdict};
 
 use crate::link::endpoint::{Endpoint, Present, Robot};
 use crate::modboat::cycle::SwimCycle;
@@ -19,6 +19,8 @@ use protocol::configuration::TailLimits;
 pub struct Measurement {
     /// Tail angle, unwrapped; nothing while the encoder is not believed.
     pub tail: Option<Radians>,
+    /// The encoder does not know where in the turn it is: what was seen before means nothing.
+    pub lost: bool,
     /// Tail speed.
     pub rate: RadiansPerSecond,
     /// Motor current.
@@ -32,8 +34,9 @@ pub struct Measurement {
 pub struct ModboatRobot {
     limits: TailLimits,
     schedule: Option<Schedule>,
-    /// Where the tail was seen last.
+    /// Where the tail was seen last, unless it was lost since.
     tail: Option<Radians>,
+    measured: Measurement,
     /// It was released and has not seen its tail since.
     released: bool,
 }
@@ -42,7 +45,15 @@ impl ModboatRobot {
     /// One that has not seen its tail yet.
     #[must_use]
     pub const fn new(limits: TailLimits) -> Self {
-        Self { limits, schedule: None, tail: None, released: false }
+        let none = RadiansPerSecond(0.0);
+        let measured = Measurement {
+            tail: None,
+            lost: false,
+            rate: none,
+            current: Amperes(0.0),
+            battery: Volts(f32::NAN),
+        };
+        Self { limits, schedule: None, tail: None, measured, released: false }
     }
 }
 
@@ -52,6 +63,12 @@ impl Endpoint<ModboatRobot> {
     pub fn reference(&self, now: LocalInstant) -> Option<Reference> {
         Some(self.robot().schedule.as_ref()?.reference(self.fleet(now)))
     }
+
+    /// The steps of speed, rad/s, in the transition of the cycle that is being run.
+    #[must_use]
+    pub fn speed_step_rad_s(&self, now: LocalInstant) -> f32 {
+        self.robot().schedule.as_ref().map_or(0.0, |schedule| schedule.speed_step_rad_s(self.fleet(now)))
+    }
 }
 
 impl Robot for ModboatRobot {
@@ -59,6 +76,10 @@ impl Robot for ModboatRobot {
     type Measurement = Measurement;
 
     fn observe(&mut self, measurement: &Measurement) {
+        self.measured = *measurement;
+        if measurement.lost {
+            self.tail = None;
+        }
         let Some(tail) = measurement.tail else { return };
         self.tail = Some(tail);
         let schedule = self.schedule.get_or_insert_with(|| Schedule::new(self.limits, tail));
@@ -122,11 +143,15 @@ impl Robot for ModboatRobot {
         self.schedule = self.schedule.as_ref().map(|schedule| schedule.for_new_epoch(now));
     }
 
-    fn report(&self, present: &Present, measurement: &Measurement) -> Option<Message> {
+    fn report(&self, present: &Present) -> Option<Message> {
         let &Present { at, state, cycle, faults } = present;
-        let &Measurement { rate, current, battery, .. } = measurement;
-        let tail = self.tail?;
-        Some(Message::Telemetry(Telemetry { at, state, cycle, tail, rate, current, battery, faults }))
+        let Measurement { rate, current, battery, .. } = self.measured;
+        Some(match self.tail {
+            Some(tail) => {
+                Message::Telemetry(Telemetry { at, state, cycle, tail, rate, current, battery, faults })
+            }
+            None => Message::TailUnknown(TailUnknown { at, state, cycle, battery, faults }),
+        })
     }
 }
 

@@ -244,6 +244,13 @@ impl Schedule {
             .map(SwimCycle::number)
     }
 
+    /// The steps of speed, rad/s, in the transition of the cycle that is being run at `now` (fleet time).
+    #[must_use]
+    pub fn speed_step_rad_s(&self, now: FleetInstant) -> f32 {
+        let runs = |cycle: &&SwimCycle| cycle.start() <= now && now < cycle.end();
+        self.active(now).filter(runs).map_or(0.0, |cycle| cycle.transition().speed_step_rad_s())
+    }
+
     /// Number of the cycle that began last by `now` (fleet time), whether it still runs or not.
     #[must_use]
     pub fn latest(&self, now: FleetInstant) -> Option<u32> {

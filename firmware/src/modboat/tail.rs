@@ -13,6 +13,7 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use protocol::configuration::{EncoderMounting, ServoConstants};
+use protocol::time::Duration;
 use protocol::units::{Amperes, Radians, RadiansPerSecond};
 
 use crate::modboat::encoder::{Encoder, Reading, TurnCounter};
@@ -49,6 +50,7 @@ pub struct Tail<E, S, P, A, B> {
     counter: TurnCounter,
     servo: TailServo,
     blind_ticks: u8,
+    following_error_time: Duration,
 }
 
 impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> Tail<E, S, P, A, B> {
@@ -70,6 +72,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
             counter: TurnCounter::new(E::COUNTS_PER_TURN, mounting, parameters.interval),
             servo: TailServo::new(parameters)?,
             blind_ticks: BLIND_TICKS,
+            following_error_time: parameters.following_error_time,
         })
     }
 
@@ -83,6 +86,17 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
     #[must_use]
     pub fn is_homed(&self) -> bool {
         self.encoder.is_homed()
+    }
+
+    /// Whether the encoder's index came elsewhere than it should since this was asked last; see [`Encoder::take_index_fault`].
+    pub fn take_index_fault(&mut self) -> bool {
+        self.encoder.take_index_fault()
+    }
+
+    /// How long the tail may be away from where it should be.
+    #[must_use]
+    pub const fn following_error_time(&self) -> Duration {
+        self.following_error_time
     }
 
     /// Drives without feedback until the next tick, to find the zero of the encoder.
@@ -178,7 +192,7 @@ mod tests {
     use crate::modboat::waveform::Waveform;
     use crate::plant::Rig;
     use protocol::configuration::TailLimits;
-    use protocol::time::{Duration, FleetInstant};
+    use protocol::time::FleetInstant;
     use protocol::{Delivery, TransitionLaw};
 
     const SMOOTH: TransitionLaw = TransitionLaw::RestToRest { ramp: Duration(50_000) };

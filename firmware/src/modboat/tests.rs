@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use protocol::configuration::TailLimits;
 use protocol::time::FleetInstant;
-use protocol::units::Volts;
+use protocol::units::{Radians, Volts};
 use protocol::{Cycle, Delivery, Faults, Message, ModboatCycle, ModuleState, Motion, Refusal, Verdict};
 
 use super::*;
@@ -14,6 +14,7 @@ use crate::modboat::servo::NoSense;
 use crate::plant::{Rig, RigEncoder, RigPin, RigPwm};
 
 mod homing;
+mod supervision;
 
 const MS: u64 = 1_000;
 const FULL: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
@@ -106,7 +107,7 @@ fn swims_and_rests_where_it_set_out() {
 }
 
 #[test]
-fn a_stalled_motor_stops_and_coasts_until_released() {
+fn a_stalled_motor_stops_until_released() {
     let mut bench = Bench::ready(0.0);
     assert_eq!(bench.ask(&cycle(1, 1_500 * MS, 0.0, 2.0)), Verdict::Accepted);
     assert_eq!(bench.ask(&Message::Commit(1)), Verdict::Duplicate);
@@ -116,7 +117,7 @@ fn a_stalled_motor_stops_and_coasts_until_released() {
     assert_eq!((bench.state(), bench.faults()), (ModuleState::Stopped, Faults::STALLED));
     for _ in 0..1000 {
         bench.run(bench.now.0 + MS);
-        assert_eq!(bench.rig.drive(), 0.0, "it coasts");
+        assert_eq!(bench.rig.drive(), 0.0, "it is braked");
     }
     let from = bench.rig.angle_rad();
     assert_eq!(bench.ask(&cycle(2, 4_000 * MS, from, 1.0)), Verdict::Refused(Refusal::Stopped));
@@ -172,6 +173,8 @@ fn an_encoder_dead_from_the_start_is_said() {
     let said = bench.run(500 * MS);
     assert_eq!((bench.state(), bench.faults()), (ModuleState::Stopped, Faults::BLIND));
     assert!(said.iter().any(|message| matches!(message, Message::Hello(_))), "it can be called");
+    let told = |message: &Message| matches!(message, Message::TailUnknown(t) if t.faults == Faults::BLIND);
+    assert!(said.iter().any(told), "{said:?}");
     assert_eq!(bench.rig.drive(), 0.0);
 }
 
@@ -193,20 +196,28 @@ fn a_low_battery_finishes_the_cycle_and_refuses_the_next() {
 }
 
 #[test]
-fn stopped_by_the_host_it_holds_and_released_it_rests_where_it_was_turned() {
+fn stopped_by_the_host_it_brakes_and_released_it_rests_where_it_was_turned() {
     let mut bench = Bench::ready(0.0);
     assert_eq!(bench.ask(&cycle(1, 1_500 * MS, 0.0, 2.0)), Verdict::Accepted);
     bench.run(1_900 * MS);
+    let before = bench.rig.angle_rad();
     bench.say(&Message::EmergencyStop);
-    bench.run(3_000 * MS);
-    let frozen = bench.rig.angle_rad();
+    bench.run(bench.now.0 + MS);
+    assert!(bench.rig.drive() == 0.0 && bench.rig.is_shorted(), "at the next tick");
     assert_eq!((bench.state(), bench.faults()), (ModuleState::Stopped, Faults::EMERGENCY));
+    bench.run(2_100 * MS);
+    let stands = bench.rig.angle_rad();
+    // 8 rad/s and a time constant of 20 ms; it would have gone on by 3 rad.
+    assert!((stands - before).abs() < 0.2, "{before} to {stands}");
     bench.run(4_000 * MS);
-    assert!((bench.rig.angle_rad() - frozen).abs() < 0.005, "held");
+    assert!((bench.rig.angle_rad() - stands).abs() < 0.005, "it stands");
+    bench.rig.turn(0.4);
+    bench.run(4_100 * MS);
+    assert_eq!(bench.rig.drive(), 0.0, "not even to hold its pose");
     bench.say(&Message::Release);
     bench.run(4_500 * MS);
     assert_eq!(bench.state(), ModuleState::Ready);
-    assert!((bench.rig.angle_rad() - frozen).abs() < 0.02, "{} {frozen}", bench.rig.angle_rad());
+    assert!((bench.rig.angle_rad() - stands - 0.4).abs() < 0.02, "{} {stands}", bench.rig.angle_rad());
 }
 
 #[test]

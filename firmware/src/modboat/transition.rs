@@ -111,6 +111,12 @@ impl Transition {
         libm::fabsf(self.peak_rad_s)
     }
 
+    /// The steps of its speed at both ends, rad/s: none with ramps.
+    #[must_use]
+    pub fn speed_step_rad_s(&self) -> f32 {
+        if self.ramp.0 == 0 { self.peak_speed_rad_s() } else { 0.0 }
+    }
+
     /// Angle, rate and acceleration `elapsed` after the start; from t_trans on it rests at the end pose.
     #[must_use]
     pub fn reference(&self, elapsed: Duration) -> Reference {

@@ -80,7 +80,7 @@ pub struct ThrustLease {
     waiting: Vec<Leased, WAITING>,
     latest: Option<u32>,
     stopped: bool,
-    armed: bool,
+    output: Output,
 }
 
 impl ThrustLease {
@@ -94,7 +94,12 @@ impl ThrustLease {
             waiting: Vec::new(),
             latest: None,
             stopped: false,
-            armed: false,
+            output: Output {
+                pulses: Vec::new(),
+                battery: Volts(f32::NAN),
+                current: Amperes(0.0),
+                armed: false,
+            },
         }
     }
 
@@ -175,11 +180,11 @@ impl Robot for ThrustLease {
     type Measurement = Output;
 
     fn observe(&mut self, output: &Output) {
-        self.armed = output.armed;
+        self.output.clone_from(output);
     }
 
     fn is_ready(&self) -> bool {
-        self.armed
+        self.output.armed
     }
 
     fn knows(&self, cycle: u32) -> bool {
@@ -237,12 +242,13 @@ impl Robot for ThrustLease {
     }
 
     fn start_new_epoch(&mut self, _now: FleetInstant) {
-        *self = Self { stopped: self.stopped, armed: self.armed, ..Self::new(self.thrusters, self.limits) };
+        let output = core::mem::take(&mut self.output);
+        *self = Self { stopped: self.stopped, output, ..Self::new(self.thrusters, self.limits) };
     }
 
-    fn report(&self, present: &Present, output: &Output) -> Option<Message> {
+    fn report(&self, present: &Present) -> Option<Message> {
         let &Present { at, state, cycle, faults } = present;
-        let &Output { ref pulses, battery, current, .. } = output;
+        let &Output { ref pulses, battery, current, .. } = &self.output;
         let pulses = pulses.clone();
         Some(Message::RovTelemetry(RovTelemetry { at, state, cycle, pulses, battery, current, faults }))
     }

@@ -1,6 +1,6 @@
 #![expect(clippy::float_cmp, reason = "neutral and whole timer counts are exact")]
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
 use std::rc::Rc;
 use std::vec::Vec;
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use protocol::configuration::{BankConstants, EscConstants, LeaseLimits, ThrusterMounting};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, Newtons, PulseMicros, Volts};
-use protocol::{Cycle, Delivery, Message, ModuleState, Motion, Refusal, RovCycle, Verdict};
+use protocol::{Cycle, Delivery, Faults, Message, ModuleState, Motion, Refusal, RovCycle, Verdict};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, identity};
@@ -46,7 +46,7 @@ struct Bench {
 }
 
 impl Bench {
-    fn boot(pins: &[Pin; 2], life: u8) -> Rov<Pin> {
+    fn boot<P: SetDutyCycle + Clone>(pins: &[P; 2], life: u8) -> Rov<P> {
         let mountings = [0, 1].map(|output| ThrusterMounting { output, reversed: false });
         let esc = EscConstants { slew_n_s: 400.0, reversal_delay: Duration(20_000) };
         let settings = BankConstants { arming: Duration(500_000), esc, ..BankConstants::default() };
@@ -263,5 +263,69 @@ proptest! {
                 bench.now.0 += TICK;
             }
         }
+    }
+}
+
+/// A pin that works until it is told to fail.
+#[derive(Clone, Default)]
+struct Failing(Pin, Rc<Cell<bool>>);
+
+#[derive(Debug, PartialEq)]
+struct Broken;
+
+impl embedded_hal::pwm::Error for Broken {
+    fn kind(&self) -> embedded_hal::pwm::ErrorKind {
+        embedded_hal::pwm::ErrorKind::Other
+    }
+}
+
+impl embedded_hal::pwm::ErrorType for Failing {
+    type Error = Broken;
+}
+
+impl SetDutyCycle for Failing {
+    fn max_duty_cycle(&self) -> u16 {
+        self.0.max_duty_cycle()
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Broken> {
+        if self.1.get() {
+            return Err(Broken);
+        }
+        self.0.set_duty_cycle(duty).map_err(|never| match never {})
+    }
+}
+
+#[test]
+fn an_output_that_fails_stops_the_rov() {
+    for (fails_for, stops) in [(90_000, false), (200_000, true)] {
+        let pins = [Failing::default(), Failing::default()];
+        let mut rov = Bench::boot(&pins, 1);
+        let (mut host, mut said) = (BenchHost::new(1), Vec::new());
+        let lease = Duration(500_000);
+        for now in (0..2_000_000).step_by(TICK as usize).map(LocalInstant) {
+            let fails = (1_500_000..1_500_000 + fails_for).contains(&now.0);
+            pins[1].1.set(fails);
+            assert_eq!(rov.tick(now, &SUPPLY).is_err(), fails);
+            said.extend(host.listen(now, &mut rov));
+            if now.0 == 1_300_000 {
+                let thrusts = [4.0, 4.0].into_iter().map(Newtons).collect();
+                let motion = Motion::Rov(RovCycle { thrusts, lease });
+                let start = FleetInstant(now.0 + AHEAD);
+                let cycle = Cycle { number: 1, start, motion, delivery: Delivery::Direct };
+                assert_eq!(host.ask(now, &mut rov, &Message::Cycle(cycle)), Verdict::Accepted);
+            }
+            let stopped = rov.endpoint().failsafe().state() == ModuleState::Stopped;
+            assert_eq!(stopped, stops && now.0 >= 1_600_000, "{fails_for} at {now:?}");
+            let working_us = f32::from(*pins[0].0.0.borrow()) / 25.0;
+            if stopped && now.0 > 1_600_000 {
+                assert_eq!(working_us, 1_500.0, "the thruster that works goes to neutral");
+            }
+        }
+        let told = |message: &Message| match message {
+            Message::RovTelemetry(report) => report.faults == Faults::OUTPUT,
+            _ => false,
+        };
+        assert_eq!(said.iter().any(told), stops);
     }
 }

@@ -46,7 +46,7 @@ fn steps() -> impl Strategy<Value = Vec<u8>> {
     let bytes = prop::collection::vec(any::<u8>(), 0..40);
     let step = prop_oneof![
         1 => bytes.clone().prop_map(|bytes| [&[0, bytes.len() as u8], &bytes[..]].concat()),
-        2 => (0_u8..14, bytes).prop_map(|(variant, bytes)| {
+        2 => (0_u8..15, bytes).prop_map(|(variant, bytes)| {
             [&[1, bytes.len() as u8 + 1, variant], &bytes[..]].concat()
         }),
         3 => any::<u8>().prop_map(|index| vec![2, index]),
@@ -59,12 +59,49 @@ fn steps() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(step, 1..40).prop_map(|steps| [vec![1], steps.concat()].concat())
 }
 
+/// The same of an ROV.
+fn steps_of_an_rov() -> impl Strategy<Value = Vec<u8>> {
+    let bytes = prop::collection::vec(any::<u8>(), 0..40);
+    let step = prop_oneof![
+        1 => bytes.clone().prop_map(|bytes| [&[0, bytes.len() as u8], &bytes[..]].concat()),
+        2 => (0_u8..15, bytes).prop_map(|(variant, bytes)| {
+            [&[1, bytes.len() as u8 + 1, variant], &bytes[..]].concat()
+        }),
+        3 => any::<u8>().prop_map(|index| vec![2, index]),
+        4 => any::<[u8; 3]>().prop_map(|[a, b, c]| vec![3, a, b, c]),
+        6 => any::<u8>().prop_map(|ticks| vec![4, ticks % 64]),
+        2 => any::<u8>().prop_map(|command| vec![5, command]),
+        1 => any::<u8>().prop_map(|what| vec![6, what]),
+        1 => any::<u8>().prop_map(|what| vec![7, what]),
+    ];
+    prop::collection::vec(step, 1..40).prop_map(|steps| [vec![1], steps.concat()].concat())
+}
+
+/// Thrust, a stop in it, a release and thrust again, an output that fails: the runs go somewhere.
+#[test]
+fn an_rov_is_driven_and_stopped() {
+    let thrust = [3, 200, 60, 100, 4, 60];
+    let met =
+        fuzz::rov::run(&[&[1][..], &thrust, &[5, 1, 4, 20, 5, 2, 4, 60], &thrust, &[6, 0, 4, 60]].concat());
+    assert!(met.thrust > 100 && met.stopped > 40, "{met:?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2_000, max_shrink_time: 20_000, ..ProptestConfig::default() })]
 
     #[test]
     fn a_modboat_keeps_its_word_whatever_happens(steps in steps()) {
         fuzz::endpoint::run(&steps);
+    }
+
+    #[test]
+    fn an_rov_keeps_its_word_whatever_happens(steps in steps_of_an_rov()) {
+        fuzz::rov::run(&steps);
+    }
+
+    #[test]
+    fn and_an_rov_whatever_the_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        fuzz::rov::run(&bytes);
     }
 
     #[test]

@@ -79,6 +79,8 @@ impl SessionNonces {
 #[derive(Clone, Debug)]
 enum QueuedDatagram {
     Call(usize, Nonce),
+    /// For a module that is in no session with this host.
+    Stop(usize, Nonce),
     Message(usize, Message),
 }
 
@@ -143,11 +145,18 @@ impl<A: Copy> Dispatcher<A> {
         let (index, frame) = addressed.inspect_err(|&class| self.strays.count(class))?;
         let nonces = &mut self.nonces;
         match self.modules[index].open(now, from, &frame, || nonces.next())? {
-            Heard::Call(boot) => {
+            Heard::Call { boot, in_another } => {
                 self.outbox.push_back(QueuedDatagram::Call(index, boot));
+                // Behind the call, which uses the nonce up where it is followed: a stop in the session comes next then.
+                if in_another {
+                    self.stop_outside(index, boot);
+                }
                 Ok(self.modules[index].is_elsewhere().then_some(DispatcherEvent::Elsewhere(index)))
             }
-            Heard::Elsewhere => Ok(Some(DispatcherEvent::Elsewhere(index))),
+            Heard::Elsewhere(boot) => {
+                self.stop_outside(index, boot);
+                Ok(Some(DispatcherEvent::Elsewhere(index)))
+            }
             Heard::Known => Ok(None),
             Heard::Said { opened, joined } => {
                 let first = joined.map(|joined| match joined {
@@ -161,6 +170,13 @@ impl<A: Copy> Dispatcher<A> {
                 let event = self.follow(now, index, opened.sequence, opened.message);
                 Ok(first.or(event))
             }
+        }
+    }
+
+    /// While a stop is in force, a module that announces itself is stopped whichever host it serves.
+    fn stop_outside(&mut self, index: usize, boot: Nonce) {
+        if matches!(self.order, Some(Order::Stop { .. })) {
+            self.outbox.push_back(QueuedDatagram::Stop(index, boot));
         }
     }
 
@@ -179,7 +195,7 @@ impl<A: Copy> Dispatcher<A> {
             }
             Message::Acknowledge(acknowledge) => self.acknowledged(now, index, acknowledge),
             // Reports may overtake each other; only the newest counts.
-            Message::Telemetry(_) | Message::RovTelemetry(_) => {
+            Message::Telemetry(_) | Message::RovTelemetry(_) | Message::TailUnknown(_) => {
                 let link = &mut self.modules[index];
                 if link.note_report(now, sequence, message) {
                     return Some(DispatcherEvent::Reported(index));
@@ -331,7 +347,8 @@ impl<A: Copy> Dispatcher<A> {
         }
     }
 
-    /// Tells every module to freeze at once, again until it has.
+    /// Tells every module to stop at once, again until it has. A module that serves another host is stopped when it announces itself next, once a
+    /// second.
     pub fn emergency_stop(&mut self, now: FleetInstant) {
         self.order(now, Order::Stop { since: now, next_send: now });
     }
@@ -385,6 +402,9 @@ impl<A: Copy> Dispatcher<A> {
             let sealed = match queued {
                 QueuedDatagram::Call(index, boot) => {
                     self.modules[index].seal_call(boot, buffer).map(|(to, bytes)| (to, bytes.len()))
+                }
+                QueuedDatagram::Stop(index, boot) => {
+                    self.modules[index].seal_stop(boot, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
                 QueuedDatagram::Message(index, mut message) => {
                     if let Message::TimeReply(reply) = &mut message {

@@ -7,6 +7,7 @@
 //! | [`udp`] | a radio over a UDP socket |
 //! | [`dispatcher`] | takes modules in, sends each cycle ahead and again until answered; sans-IO |
 //! | [`member`] | what the host knows of one module |
+//! | `offers` | sessions that a module has not taken up yet |
 //! | [`delivery`] | how a cycle gets to one module, or to all or none |
 //! | [`identity`] | who the host is |
 //! | [`ledger`] | what was sent, what came back |
@@ -23,5 +24,6 @@ pub mod key_file;
 pub mod ledger;
 pub mod loopback;
 pub mod member;
+mod offers;
 pub mod private_file;
 pub mod udp;

@@ -2,47 +2,38 @@
 //!
 //! ```text
 //!            announcement                    first datagram of that session
-//!  unknown ────────────────→ calling (≤ 4) ─────────────────────────────────→ in session
+//!  unknown ────────────────→ on offer (≤ 8) ────────────────────────────────→ in session
 //! ```
 //!
 //! An announcement may be a recording. So the host answers it and believes nothing yet: only a datagram of the session that
 //! the answer opens, which needs the host's fresh nonce, shows that the module is there. Until then the session that
-//! was in force stays in force.
+//! was in force stays in force. How many are offered at once, and to whom again: [`offers`](super::offers).
 
 use std::collections::VecDeque;
 
 use protocol::ledger::{Class, Incoming, Outgoing};
-use protocol::session::{Opened, open_announcement};
+use protocol::session::{Opened, open_announcement, seal_stop};
 use protocol::time::{Duration, FleetInstant};
 use protocol::window::{Arrival, Window};
 use protocol::{
     Faults, FleetId, Frame, Health, Kind, Message, ModuleId, ModuleKey, ModuleState, Nonce, RovTelemetry,
-    Session, Side, Telemetry,
+    Session, Side, TailUnknown, Telemetry,
 };
 
 use super::delivery::{CycleDelivery, Knowledge};
 use super::ledger::{Durations, Ledger};
+use super::offers::{Offer, Offers};
 
-/// Sessions offered at the same time, at most; the oldest offer gives way.
-const CALLS: usize = 4;
 /// Boot nonces that are remembered as used up.
 const FORMER: usize = 16;
 /// Pause between two calls that answer announcements of one boot.
 const CALL_EVERY: Duration = Duration(50_000);
 /// A module that names another session and leaves so many calls unanswered serves another host. *Assumed.*
 const UNANSWERED: u64 = 10;
+/// Heard so lately a module is in our session. *Assumed*: it asks for the time every second.
+const HERE_FOR: Duration = Duration(2_000_000);
 /// A report of before a start may carry a time that much after it: the module's clock is that good.
 const CLOCK_GUARD: Duration = Duration(10_000);
-
-/// A session on offer.
-#[derive(Clone, Debug)]
-struct Calling<A> {
-    boot: Nonce,
-    session: Session,
-    address: A,
-    announced: Window,
-    next_call: FleetInstant,
-}
 
 /// The session in force.
 #[derive(Clone, Debug)]
@@ -60,9 +51,14 @@ struct Live<A> {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Heard {
     /// An announcement of this boot that wants an answer: call it.
-    Call(Nonce),
-    /// An announcement of a module that serves another host.
-    Elsewhere,
+    Call {
+        /// The boot.
+        boot: Nonce,
+        /// It says that it is in a session, of another host or of one that has died.
+        in_another: bool,
+    },
+    /// An announcement of this boot of a module that serves another host.
+    Elsewhere(Nonce),
     /// An announcement that says nothing new.
     Known,
     /// A message of the session in force.
@@ -92,7 +88,7 @@ pub struct ModuleLink<A> {
     fleet: FleetId,
     key: ModuleKey,
     live: Option<Live<A>>,
-    calling: VecDeque<Calling<A>>,
+    offers: Offers<A>,
     former: VecDeque<Nonce>,
     boots: u32,
     sessions: u32,
@@ -101,6 +97,7 @@ pub struct ModuleLink<A> {
     pub(super) delivery: Option<CycleDelivery>,
     telemetry: Option<Telemetry>,
     rov_telemetry: Option<RovTelemetry>,
+    tail_unknown: Option<TailUnknown>,
     /// When the last report came, fleet time.
     reported: FleetInstant,
     health: Option<Health>,
@@ -119,7 +116,7 @@ impl<A: Copy> ModuleLink<A> {
             fleet,
             key,
             live: None,
-            calling: VecDeque::new(),
+            offers: Offers::new(),
             former: VecDeque::new(),
             boots: 0,
             sessions: 0,
@@ -128,6 +125,7 @@ impl<A: Copy> ModuleLink<A> {
             delivery: None,
             telemetry: None,
             rov_telemetry: None,
+            tail_unknown: None,
             reported: FleetInstant(0),
             health: None,
             ledger: Ledger::default(),
@@ -172,7 +170,7 @@ impl<A: Copy> ModuleLink<A> {
         self.rov_telemetry.as_ref()
     }
 
-    /// Its last report of this session, if it is a Modboat.
+    /// Its last report of this session, if it is a Modboat that knows where its tail is.
     pub fn telemetry(&self) -> Option<&Telemetry> {
         self.telemetry.as_ref()
     }
@@ -185,7 +183,8 @@ impl<A: Copy> ModuleLink<A> {
     /// What it last said it was doing.
     pub fn state(&self) -> Option<ModuleState> {
         let boat = self.telemetry.as_ref().map(|report| report.state);
-        boat.or(self.rov_telemetry.as_ref().map(|report| report.state))
+        let unknown = self.tail_unknown.as_ref().map(|report| report.state);
+        boat.or(unknown).or(self.rov_telemetry.as_ref().map(|report| report.state))
     }
 
     /// What it said it was doing in a report that came at `since` or later.
@@ -196,13 +195,15 @@ impl<A: Copy> ModuleLink<A> {
     /// What it last said was wrong with it.
     pub fn faults(&self) -> Faults {
         let boat = self.telemetry.as_ref().map(|report| report.faults);
-        boat.or(self.rov_telemetry.as_ref().map(|report| report.faults)).unwrap_or_default()
+        let unknown = self.tail_unknown.as_ref().map(|report| report.faults);
+        boat.or(unknown).or(self.rov_telemetry.as_ref().map(|report| report.faults)).unwrap_or_default()
     }
 
     /// The cycle it last said it runs or ran, and when it said so, fleet time.
     fn reported(&self) -> Option<(u32, FleetInstant)> {
         let boat = self.telemetry.as_ref().map(|report| (report.cycle, report.at));
-        boat.or(self.rov_telemetry.as_ref().map(|report| (report.cycle, report.at)))
+        let unknown = self.tail_unknown.as_ref().map(|report| (report.cycle, report.at));
+        boat.or(unknown).or(self.rov_telemetry.as_ref().map(|report| (report.cycle, report.at)))
     }
 
     /// Whether the module certainly has `cycle`: it reports that it runs or ran it.
@@ -252,9 +253,8 @@ impl<A: Copy> ModuleLink<A> {
 
     /// What became of the datagrams that were sent to it.
     pub fn outgoing(&self) -> Outgoing {
-        let calls = self.calling.iter().map(|calling| &calling.session);
-        let sessions = self.live.iter().map(|live| &live.session).chain(calls);
-        sessions.fold(self.closed, |sum, session| sum.plus(&session.outgoing()))
+        let live = self.live.as_ref().map_or(Outgoing::default(), |live| live.session.outgoing());
+        self.closed.plus(&live).plus(&self.offers.outgoing())
     }
 
     /// What was let in last came too late to be of use.
@@ -291,20 +291,20 @@ impl<A: Copy> ModuleLink<A> {
             self.heard = now;
             return Ok(Heard::Said { opened, joined: None });
         }
-        let offered = self.calling.iter().position(|calling| calling.session.id() == id);
-        let offered = offered.ok_or(Class::Stale)?;
-        let calling = &mut self.calling[offered];
-        let opened = calling.session.open(frame)?;
-        calling.address = from;
-        let joined = self.join(offered);
+        let offer = self.offers.in_session(id).ok_or(Class::Stale)?;
+        let opened = offer.session.open(frame)?;
+        offer.address = from;
+        let boot = offer.boot;
+        let joined = self.join(&boot);
         self.heard = now;
         Ok(Heard::Said { opened, joined: Some(joined) })
     }
 
     /// Puts a session that was on offer in force: the module has shown that it is there.
-    fn join(&mut self, offered: usize) -> Joined {
+    fn join(&mut self, boot: &Nonce) -> Joined {
         let mut joined = Joined::First;
-        if let Some(Calling { boot, session, address, .. }) = self.calling.remove(offered) {
+        // No other offer can be taken up any more.
+        if let Some(Offer { boot, session, address, .. }) = self.offers.take_up(boot) {
             self.retire(boot);
             let live = Live { boot, session, address, next: None, newest_report: None };
             if let Some(former) = self.live.replace(live) {
@@ -313,15 +313,11 @@ impl<A: Copy> ModuleLink<A> {
                 joined = if same { Joined::Again } else { Joined::Rebooted };
             }
         }
-        // No other offer can be taken up any more.
-        while let Some(offer) = self.calling.pop_front() {
-            self.closed = self.closed.plus(&offer.session.outgoing().closed());
-        }
         self.sessions += 1;
         self.boots += u32::from(joined != Joined::Again);
         self.elsewhere = false;
         // Nothing sent before its reboot counts any more.
-        (self.telemetry, self.rov_telemetry, self.health) = (None, None, None);
+        (self.telemetry, self.rov_telemetry, self.tail_unknown, self.health) = (None, None, None, None);
         joined
     }
 
@@ -354,37 +350,26 @@ impl<A: Copy> ModuleLink<A> {
             fresh(window.note(sequence))?;
             return Ok(Heard::Known);
         }
-        let offered = self.calling.iter().position(|calling| calling.boot == boot);
-        let offered = offered.unwrap_or_else(|| self.offer(boot, from, nonce()));
-        let calling = &mut self.calling[offered];
-        fresh(calling.announced.note(sequence))?;
-        calling.address = from;
-        let due = now >= calling.next_call;
+        // A module that is in our session is in no other: an announcement that says so is a recording.
+        let is_here = self.live.is_some() && now.since(self.heard) < HERE_FOR;
+        let (fleet, id, key) = (self.fleet, self.id, &self.key);
+        let make = || Session::new(Side::Host, fleet, id, key, &boot, nonce());
+        let Some(offer) = self.offers.to(now, boot, from, make) else { return Ok(Heard::Known) };
+        fresh(offer.announced.note(sequence))?;
+        offer.address = from;
+        let due = now >= offer.next_call;
         if due {
-            calling.next_call = now.after(CALL_EVERY);
+            offer.next_call = now.after(CALL_EVERY);
         }
         // Its former session may be one of a host that has died: only one that it does not leave is another host's.
-        self.elsewhere = hello.session != 0 && calling.session.outgoing().sent >= UNANSWERED;
+        self.elsewhere = !is_here && hello.session != 0 && offer.session.outgoing().sent >= UNANSWERED;
         Ok(if due {
-            Heard::Call(boot)
+            Heard::Call { boot, in_another: hello.session != 0 }
         } else if self.elsewhere {
-            Heard::Elsewhere
+            Heard::Elsewhere(boot)
         } else {
             Heard::Known
         })
-    }
-
-    /// Offers a session to the boot that drew `boot`, and says where the offer stands.
-    fn offer(&mut self, boot: Nonce, address: A, nonce: Nonce) -> usize {
-        if self.calling.len() == CALLS
-            && let Some(oldest) = self.calling.pop_front()
-        {
-            self.closed = self.closed.plus(&oldest.session.outgoing().closed());
-        }
-        let session = Session::new(Side::Host, self.fleet, self.id, &self.key, &boot, nonce);
-        let announced = Window::new();
-        self.calling.push_back(Calling { boot, session, address, announced, next_call: FleetInstant(0) });
-        self.calling.len() - 1
     }
 
     /// Notes a report, unless a newer one has been noted. Whether it was noted.
@@ -396,7 +381,9 @@ impl<A: Copy> ModuleLink<A> {
         live.newest_report = Some(sequence);
         self.reported = now;
         match report {
-            Message::Telemetry(telemetry) => self.telemetry = Some(telemetry),
+            Message::Telemetry(telemetry) => (self.telemetry, self.tail_unknown) = (Some(telemetry), None),
+            // Where it was seen before means nothing any more.
+            Message::TailUnknown(unknown) => (self.telemetry, self.tail_unknown) = (None, Some(unknown)),
             Message::RovTelemetry(telemetry) => self.rov_telemetry = Some(telemetry),
             _ => {}
         }
@@ -415,8 +402,14 @@ impl<A: Copy> ModuleLink<A> {
 
     /// Writes the call that answers an announcement of `boot`; nothing if the offer was withdrawn.
     pub(super) fn seal_call<'a>(&mut self, boot: Nonce, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
-        let calling = self.calling.iter_mut().find(|calling| calling.boot == boot)?;
-        Some((calling.address, calling.session.seal_call(buffer).ok()?))
+        let offer = self.offers.of(&boot)?;
+        Some((offer.address, offer.session.seal_call(buffer).ok()?))
+    }
+
+    /// Writes the stop that answers an announcement of `boot`, whatever host it serves; nothing if the offer was withdrawn.
+    pub(super) fn seal_stop<'a>(&mut self, boot: Nonce, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+        let address = self.offers.of(&boot)?.address;
+        Some((address, seal_stop(self.fleet, self.id, &self.key, boot, buffer).ok()?))
     }
 }
 

@@ -1,6 +1,7 @@
 //! A simulated Modboat: the firmware crate, compiled for the PC, on a simulated motor.
 
 use std::convert::Infallible;
+use std::f64::consts::TAU;
 
 use firmware::link::endpoint::Endpoint;
 use firmware::link::session::{Identity, SURE_WITHIN};
@@ -80,7 +81,7 @@ impl Boat {
         seed: u64,
     ) -> Result<Self, ModuleError> {
         let mounting = EncoderMounting { zero_counts: motor.encoder_offset_counts(), reversed: false };
-        let (limits, servo) = (limits_of(modboat), servo_for(motor));
+        let (limits, servo) = (limits_of(modboat), servo_for(motor, modboat));
         let (motor, _) = SimMotor::new(&motor.drawn(seed), tail_rad)?;
         Ok(Self { limits, servo, mounting, motor })
     }
@@ -128,9 +129,12 @@ impl Hardware for Boat {
     }
 }
 
-/// What the firmware is told of a motor like this.
-pub(super) fn servo_for(motor: &MotorParameters) -> ServoConstants {
+/// What the firmware is told of a motor like this, for plans that allow its tail so much error: one reading of its encoder less, as that is
+/// how much further off the tail may be than it measures.
+pub(super) fn servo_for(motor: &MotorParameters, modboat: &Parameters) -> ServoConstants {
+    let reading_rad = TAU / f64::from(ENCODER_COUNTS);
     ServoConstants {
+        following_error_max: Radians((modboat.tracking_error_rad - reading_rad).max(reading_rad) as f32),
         no_load_speed: RadiansPerSecond(motor.no_load_speed_rad_s as f32),
         time_constant_s: motor.time_constant_s as f32,
         speed_max: RadiansPerSecond(motor.no_load_speed_rad_s as f32),

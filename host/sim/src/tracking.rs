@@ -133,8 +133,9 @@ impl Tracking {
         let (mut motor, pins) = SimMotor::new(real, from_rad)?;
         let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
         let mounting = EncoderMounting { zero_counts: real.encoder_offset_counts(), reversed: false };
-        let mut tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, &servo_for(nominal))
-            .map_err(|error: ServoError| ModuleError::Servo(error))?;
+        let mut tail =
+            Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, &servo_for(nominal, modboat))
+                .map_err(|error: ServoError| ModuleError::Servo(error))?;
         // A slower swing is the easier one to follow.
         let period = span(modboat.period_s.min(PERIOD_MAX_S));
         let (least_rad, greatest_rad) = (modboat.amplitude_min_rad, modboat.amplitude_max_rad);
@@ -184,6 +185,8 @@ fn span(seconds: f64) -> Duration {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motor::ENCODER_COUNTS;
+    use protocol::configuration::ServoConstants;
 
     /// The table of `host/docs/planner.md`, and what plans rely on: modules keep within [`Parameters::tracking_error_rad`] over the
     /// whole spread that a scenario may have.
@@ -208,6 +211,25 @@ mod tests {
                     .map(|known| known.greatest().1 <= modboat.tracking_error_rad),
                 Some(true)
             );
+        }
+    }
+
+    /// Where the bound at which a module stops itself meets the tube that plans keep free: with one reading of the encoder it is inside, and what a servo
+    /// keeps with every motor of the spread is inside of that. So is the bound of a module whose file says nothing else.
+    #[test]
+    fn the_bound_of_the_module_is_inside_the_tube_of_the_planner() {
+        let modboat = Parameters::default();
+        let motor = MotorParameters { spread: SPREAD_MAX, ..MotorParameters::default() };
+        let most_rad = Tracking::measure(&motor, &modboat).expect("a motor").greatest().1;
+        let reading_rad = std::f64::consts::TAU / f64::from(ENCODER_COUNTS);
+        for servo in [servo_for(&motor, &modboat), ServoConstants::default()] {
+            let bound_rad = f64::from(servo.following_error_max.0);
+            println!(
+                "a servo keeps {most_rad:.4} rad, a module stops at {bound_rad:.4}, plans keep {:.4} free",
+                modboat.tracking_error_rad
+            );
+            assert!(bound_rad + reading_rad <= modboat.tracking_error_rad + 1e-6, "{bound_rad} rad");
+            assert!(most_rad + reading_rad <= bound_rad, "{most_rad} of {bound_rad} rad");
         }
     }
 

@@ -7,7 +7,7 @@ use chacha20poly1305::aead::{AeadInOut, KeyInit};
 use hkdf::Hkdf;
 use protocol::frame::{CHECKSUM, HEADER, NONCE, OVERHEAD, TAG};
 use protocol::ledger::Class;
-use protocol::session::{Opened, open_announcement};
+use protocol::session::{Opened, open_announcement, seal_stop};
 use protocol::{
     Announcer, FleetKey, Frame, Header, Kind, MAX_DATAGRAM, Message, ModuleId, ModuleKey, Nonce, Session,
     Side, WIRE_VERSION,
@@ -27,7 +27,7 @@ pub fn decode(bytes: &[u8]) {
     ends.round_trip(bytes);
     let body = &bytes[..bytes.len().min(MAX_DATAGRAM - CHECKSUM)];
     ends.round_trip(&guarded(body.to_vec()));
-    for kind in [Kind::Announce, Kind::Call, Kind::ToModule, Kind::ToHost] {
+    for kind in [Kind::Announce, Kind::Call, Kind::ToModule, Kind::ToHost, Kind::Stop] {
         let header = ends.header(kind, 0);
         let room = MAX_DATAGRAM - CHECKSUM - header.len();
         let unsealed = guarded([&header, &bytes[..bytes.len().min(room)]].concat());
@@ -49,6 +49,10 @@ impl Ends {
         Session::new(side, self.fleet.fleet(), MODULE, &self.key, &BOOT, HOST)
     }
 
+    fn announcer(&self, boot: Nonce) -> Announcer {
+        Announcer::new(self.fleet.fleet(), MODULE, &self.key, boot)
+    }
+
     /// Opened by its receiver.
     fn open(&self, datagram: &[u8]) -> Result<Opened, Class> {
         let frame = Frame::parse(datagram).map_err(|_| Class::Corrupt)?;
@@ -59,8 +63,15 @@ impl Ends {
                     message,
                     overtaken: false,
                     sequence,
+                    seen: 0,
                 })
             }
+            Kind::Stop => self.announcer(BOOT).open_stop(&frame).map(|()| Opened {
+                message: Message::EmergencyStop,
+                overtaken: false,
+                sequence: 0,
+                seen: 0,
+            }),
             Kind::ToHost => self.session(Side::Host).open(&frame),
             Kind::Call | Kind::ToModule => self.session(Side::Module).open(&frame),
         }
@@ -81,8 +92,9 @@ impl Ends {
         let sealed = match header.kind {
             Kind::Announce => {
                 let boot = header.nonce.expect("announcements have one");
-                Announcer::new(self.fleet.fleet(), MODULE, &self.key, boot).seal(message, buffer)
+                self.announcer(boot).seal(message, buffer)
             }
+            Kind::Stop => seal_stop(self.fleet.fleet(), MODULE, &self.key, BOOT, buffer),
             Kind::Call | Kind::ToModule => self.session(Side::Host).seal(message, buffer),
             Kind::ToHost => self.session(Side::Module).seal(message, buffer),
         };
@@ -91,7 +103,7 @@ impl Ends {
 
     fn header(&self, kind: Kind, sequence: u32) -> Vec<u8> {
         let (session, nonce): (u32, &[u8]) = match kind {
-            Kind::Announce => (0, &BOOT.0),
+            Kind::Announce | Kind::Stop => (0, &BOOT.0),
             Kind::Call => (self.session(Side::Host).id(), &HOST.0),
             Kind::ToModule | Kind::ToHost => (self.session(Side::Host).id(), &[]),
         };
@@ -116,7 +128,7 @@ impl Ends {
             hkdf.expand_multi_info(info, output).expect("short enough");
         };
         match kind {
-            Kind::Announce => expand(&[b"announce", &BOOT.0], &mut derived[..32]),
+            Kind::Announce | Kind::Stop => expand(&[b"announce", &BOOT.0], &mut derived[..32]),
             _ => expand(&[b"session", &BOOT.0, &HOST.0], &mut derived),
         }
         let half = if kind == Kind::ToHost { &derived[32..64] } else { &derived[..32] };

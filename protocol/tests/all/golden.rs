@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::common::{BOOT, HOST, MODULE, end, fleet_key, messages, open, pair, remade, seal};
 use protocol::ledger::Class;
-use protocol::session::open_announcement;
+use protocol::session::{open_announcement, seal_stop};
 use protocol::*;
 
 fn hex(bytes: &[u8]) -> String {
@@ -97,6 +97,41 @@ fn announcements_have_their_bytes() {
     assert_eq!(announcer.sent(), 2);
 }
 
+/// A host's stop of a module that it is in no session with.
+#[test]
+fn a_stop_has_its_bytes() {
+    let key = fleet_key();
+    let module = key.module(MODULE);
+    let mut buffer = [0; MAX_DATAGRAM];
+    let stored = golden("stop", seal_stop(key.fleet(), MODULE, &module, BOOT, &mut buffer).expect("fits"));
+    let (announcer, frame) = (announcer(), Frame::parse(&stored).expect("a datagram"));
+    assert_eq!(announcer.open_stop(&frame), Ok(()));
+    assert_eq!(open_announcement(&module, &frame), Err(Class::Foreign));
+    let (mut host, mut module) = pair();
+    assert_eq!(module.open(&frame), Err(Class::Stale), "of no session");
+    assert_eq!(host.open(&frame), Err(Class::Foreign));
+    // No bit of it may differ.
+    for bit in 0..(stored.len() - frame::CHECKSUM) * 8 {
+        let mut bad = stored.clone();
+        bad[bit / 8] ^= 1 << (bit % 8);
+        let bad = remade(&bad);
+        let class =
+            Frame::parse(&bad).map_err(|_| Class::Corrupt).and_then(|frame| announcer.open_stop(&frame));
+        let expected = match bit / 8 {
+            0 | 1 => class == Err(Class::Corrupt) || class == Err(Class::Foreign),
+            2..8 => class == Err(Class::Foreign),
+            16..32 => class == Err(Class::Stale),
+            _ => class == Err(Class::Forged),
+        };
+        assert!(expected, "bit {bit} flipped is {class:?}");
+    }
+    // What an announcement says is no stop, nor is what a host says in a session.
+    let hello = self::announcer().seal(&hello(0), &mut buffer).expect("fits").to_vec();
+    assert_eq!(announcer.open_stop(&Frame::parse(&hello).expect("a datagram")), Err(Class::Foreign));
+    let said = seal(&mut host, &Message::EmergencyStop);
+    assert_eq!(announcer.open_stop(&Frame::parse(&said).expect("a datagram")), Err(Class::Foreign));
+}
+
 /// Postcard writes the place of a variant in its list: they are in this order for good.
 #[test]
 fn every_variant_has_its_number() {
@@ -135,7 +170,11 @@ fn every_variant_has_its_number() {
         ModuleState::Unprovisioned,
     ]);
     let bits = Faults::NAMES.map(|(fault, _)| fault.0);
-    assert_eq!(bits, [1, 2, 4, 8, 16], "emergency, low battery, stalled, blind, output");
+    assert_eq!(
+        bits,
+        [1, 2, 4, 8, 16, 32, 64, 128],
+        "emergency, low battery, stalled, blind, output, following, wrong way, index"
+    );
 }
 
 #[test]

@@ -28,6 +28,12 @@ pub enum Broken {
     ForgetfulRefusals,
     /// A module that took a cycle is believed to run it, whatever it reports.
     AcceptanceIsProof,
+    /// A release counts whatever its sender knew of the stop, and whichever was sent first.
+    BlindRelease,
+    /// A stop lets the running cycle end.
+    LateStop,
+    /// A reboot of the host ends a stop.
+    StopOfOneHost,
 }
 
 /// Most events of each kind that may happen.
@@ -45,7 +51,7 @@ pub struct Budget {
     pub holds: u8,
     /// Stops and releases by the host.
     pub orders: u8,
-    /// Stops by a module itself.
+    /// Stops that the host does not know of: by a fault of the module, or by another host.
     pub stalls: u8,
 }
 
@@ -267,7 +273,7 @@ impl Fleet {
             }
             Action::Stalls(index) => {
                 self.left.stalls -= 1;
-                self.changes(config, index, |module| module.stall(now));
+                self.changes(config, index, |module| module.stall(config, now));
             }
             Action::HostBoots => {
                 self.left.host_boots -= 1;
@@ -320,7 +326,11 @@ impl Fleet {
             let (link, module) = (&mut self.host.links[index], &mut self.modules[index]);
             let sequence = link.next_sequence();
             let boot = module.boots;
-            let say = if let Say::Cycle(held) = say { Say::Cycle(Held { boot, ..held }) } else { say };
+            let say = match say {
+                Say::Cycle(held) => Say::Cycle(Held { boot, ..held }),
+                Say::Release { seen, .. } => Say::Release { seen, sent_at: module.past.stops },
+                other => other,
+            };
             if link.live == module.session || config.broken == Some(Broken::SameNonce) {
                 module.down.push(Order { sequence, say });
             }
@@ -334,7 +344,7 @@ impl Fleet {
             let link = &mut self.host.links[index];
             let heard = link.live.is_some() && link.live == module.session;
             if config.broken != Some(Broken::SameNonce) {
-                module.tidy(self.now, asked.filter(|_| heard));
+                module.tidy(config, self.now, asked.filter(|_| heard));
             }
             link.up.acks.retain(|ack| asked == Some(ack.number));
             if !config.late_reports {

@@ -143,7 +143,7 @@ impl Host {
                 _ => {}
             }
         }
-        outgoing.extend(self.ordered.map(|stop| (index, if stop { Say::Stop } else { Say::Release })));
+        outgoing.extend(self.ordered.map(|stop| (index, self.order_to(index, stop))));
         outgoing.extend(self.settle(config, now, true));
         outgoing
     }
@@ -313,7 +313,14 @@ impl Host {
     pub fn order(&mut self, stop: bool) -> Outgoing {
         self.links.iter_mut().for_each(|link| link.abandon(None));
         self.ordered = Some(stop);
-        self.to_all(if stop { Say::Stop } else { Say::Release })
+        let live = (0..MODULES).filter(|&index| self.links[index].live.is_some());
+        live.map(|index| (index, self.order_to(index, stop))).collect()
+    }
+
+    /// The sender fills in when a release was sent.
+    fn order_to(&self, index: usize, stop: bool) -> Say {
+        let seen = self.links[index].report.map_or(0, |report| report.stops);
+        if stop { Say::Stop } else { Say::Release { seen, sent_at: 0 } }
     }
 
     fn to_all(&self, say: Say) -> Outgoing {
@@ -333,7 +340,7 @@ impl Host {
                 }
                 _ => {}
             }
-            outgoing.extend(self.ordered.map(|stop| (index, if stop { Say::Stop } else { Say::Release })));
+            outgoing.extend(self.ordered.map(|stop| (index, self.order_to(index, stop))));
         }
         outgoing
     }

@@ -24,6 +24,7 @@
 //! | B nothing runs that is stale: of a session that is over, given up, made void by a hold or a stop, for a second time, after its start | always |
 //! | C a prepared cycle runs only where the neighbour holds it, or held it until it booted, was stopped or told to hold | always |
 //! | D `Certainly` and `CertainlyNot` are true, and plans set out from true poses, unless a module was stopped or booted since its report | always |
+//! | G a stopped module runs nothing, from the stop on, and only a release that was sent after the stop ends it: not an earlier one that comes late, not a reboot of the host, not a replay | always |
 //! | E once the network heals, both run a new prepared cycle within three slots | from every state, in one fair schedule of events ([`heal`]), with all that was under way delivered and with all of it lost |
 //! | F direct cycles alone: every combination by the table in [`properties`] is safe, holding included | always, without boots and stops |
 //! | F a prepared cycle is run by both or by none | **cannot**: the counterexample is the last commit, lost |
@@ -38,6 +39,9 @@
 //! | a module that boots after the commit made the host give the cycle up for all, if it stands before the others in the roster | `DropAfterCommit`: what is committed is not given up |
 //! | a module that took a cycle and dropped it (clock in doubt, stopped) passed for running it, and the next plan set out from a pose where it was not | `AcceptanceIsProof`: only a report is proof |
 //!
+//! Broken on purpose besides: `NoCommit`, `HastyCommit`, `SameNonce`, `ReusedNumber`, and of stops `BlindRelease` (a late copy of a release ends
+//! a later stop), `LateStop` (a stop waits for the end of the cycle), `StopOfOneHost` (a reboot of the host ends it).
+//!
 //! Assumptions and limits:
 //! - Two modules, at most three cycles, one or two mishaps at a time, as each test says: beyond is not explored.
 //! - Real link, endpoint, dispatcher and pilot are mirrored, not run. A difference between mirror and code is not seen here; the storms run
@@ -48,7 +52,7 @@
 //!   ignored.
 //! - Recordings of announcements of former boots, more offers than one for a nonce, transitions in two steps, thrust leases and
 //!   fleets that swim without missing modules (`require`) are left out.
-//! - A release is repeated: a copy that comes after a module has stalled releases that stall too. Known, and not among the properties.
+//! - A stop by another host is a stop that the module's own host does not know of, as a stall is: one event stands for both.
 //! - States are told apart by hashes of 64 bits. Which module is which does not matter, so in a trace the two may change places at any
 //!   step.
 

@@ -27,6 +27,9 @@ struct Newest {
     release: u8,
     /// Hold, stop or release: what was sent before it is void.
     fence: u8,
+    /// [`Past::stops`] at the last stop that its host does not know of: a release of a sender that had seen less is void. In the firmware the
+    /// number of the next datagram stands for it.
+    stopped_at: u8,
 }
 
 /// What happened to a module's cycles, for the properties; no module knows this.
@@ -40,6 +43,12 @@ pub struct Past {
     pub void: CycleSet,
     /// Times it was stopped or booted.
     pub stops: u8,
+    /// What that was at the last stop that the host does not know of.
+    pub unknown_stop: u8,
+    /// Greatest number of a stop of the session that has come.
+    pub told_stop: u8,
+    /// A stop was ended by what is no release of it.
+    pub slipped: bool,
     /// Given up by the host.
     pub dropped: CycleSet,
     /// The host was certain that it does not run it.
@@ -145,6 +154,12 @@ impl Module {
         self.session = Some(session);
         self.heard = now;
         (self.newest, self.window, self.up) = (Newest::default(), Window::new(), Up::default());
+        self.past.told_stop = 0;
+        if config.broken == Some(Broken::StopOfOneHost) && self.failsafe.state() == ModuleState::Stopped {
+            self.past.slipped = true;
+            self.slots.resume(now);
+            self.failsafe.handle(FailsafeEvent::Released);
+        }
         // One boot nonce, one session.
         if config.broken != Some(Broken::SameNonce) {
             self.nonce.1 += 1;
@@ -175,13 +190,21 @@ impl Module {
     }
 
     /// A fault of its own stops it.
-    pub fn stall(&mut self, now: u8) {
-        self.stop(now, FailsafeEvent::MotorStalled);
+    pub fn stall(&mut self, config: &Config, now: u8) {
+        let before = self.failsafe.faults();
+        self.stop(config, now, FailsafeEvent::MotorStalled);
+        if self.failsafe.faults() != before {
+            self.newest.stopped_at = self.past.stops;
+            self.past.unknown_stop = self.past.stops;
+        }
         self.settle(now);
     }
 
-    fn stop(&mut self, now: u8, reason: FailsafeEvent) {
+    fn stop(&mut self, config: &Config, now: u8, reason: FailsafeEvent) {
         self.failsafe.handle(reason);
+        if config.broken == Some(Broken::LateStop) && self.slots.running(now).is_some() {
+            return;
+        }
         if self.failsafe.state() == ModuleState::Stopped && !self.slots.is_stopped() {
             let mut past = self.past.clone();
             self.lose_all(&mut past);
@@ -217,22 +240,31 @@ impl Module {
             }
             Say::Stop => {
                 self.newest.stop = self.newest.stop.max(sequence);
+                self.past.told_stop = self.past.told_stop.max(sequence);
                 if self.newest.release <= sequence {
-                    self.stop(now, FailsafeEvent::EmergencyStop);
+                    self.stop(config, now, FailsafeEvent::EmergencyStop);
                 }
                 self.fence(sequence);
             }
-            Say::Release if self.newest.stop > sequence => {}
-            Say::Release => {
+            Say::Release { seen, .. } if self.is_late(config, sequence, seen) => {}
+            Say::Release { sent_at, .. } => {
                 self.newest.release = self.newest.release.max(sequence);
                 self.fence(sequence);
                 if self.failsafe.state() == ModuleState::Stopped {
+                    let before = sent_at < self.past.unknown_stop || sequence < self.past.told_stop;
+                    self.past.slipped |= before;
                     self.slots.resume(now);
                     self.failsafe.handle(FailsafeEvent::Released);
                 }
             }
         }
         self.settle(now);
+    }
+
+    /// Whether a release knew nothing of the last stop.
+    fn is_late(&self, config: &Config, sequence: u8, seen: u8) -> bool {
+        let late = self.newest.stop > sequence || seen < self.newest.stopped_at;
+        late && config.broken != Some(Broken::BlindRelease)
     }
 
     /// From now on nothing counts that was sent before and is not held.
@@ -303,15 +335,15 @@ impl Module {
     }
 
     /// Forgets what can make no difference any more; `asked`: the number whose answers the host still wants.
-    pub fn tidy(&mut self, now: u8, asked: Option<u8>) {
-        let Newest { stop, release, fence, .. } = self.newest;
+    pub fn tidy(&mut self, config: &Config, now: u8, asked: Option<u8>) {
+        let blind = config.broken == Some(Broken::BlindRelease);
+        let Newest { stop, release, fence, stopped_at, .. } = self.newest;
         self.down.retain(|order| match order.say {
             Say::Cycle(held) => held.start > now || asked == Some(held.number),
             Say::Commit(number) => asked == Some(number) || self.slots.knows(number),
             Say::Hold => fence < order.sequence,
             Say::Stop => stop.max(release) < order.sequence,
-            // A copy ends a stop that came after it, if that was the module's own.
-            Say::Release => stop < order.sequence,
+            Say::Release { seen, .. } => blind || (stop < order.sequence && stopped_at <= seen),
         });
     }
 }

@@ -6,7 +6,7 @@
 //! | a prepared cycle | safe | unsafe | unsafe | unsafe |
 
 use link::delivery::Knowledge;
-use protocol::Delivery;
+use protocol::{Delivery, ModuleState};
 use stateright::Property;
 
 use crate::fleet::{Config, Fleet};
@@ -31,6 +31,10 @@ pub const CERTAINLY: &str = "D: certainly is certain";
 pub const CERTAINLY_NOT: &str = "D: certainly not is certain";
 /// D: a plan sets out from where the tails will be, unless one was stopped or booted since it said so.
 pub const POSES: &str = "D: plans set out from true poses";
+/// G: what is stopped runs nothing, from the stop on.
+pub const STOPPED_RESTS: &str = "G: a stopped module runs nothing";
+/// G: nothing ends a stop but a release that was sent after it: of its host's, by number; of any other, once the host had seen a report of it.
+pub const STOP_LASTS: &str = "G: a stop lasts until a release that was sent after it";
 /// E: no state is stuck; see [`heal`](crate::heal).
 pub const RECOVERS: &str = "E: once the network heals, both run a new cycle";
 /// F: what cannot hold of prepared cycles.
@@ -39,7 +43,7 @@ pub const BOTH_OR_NONE: &str = "F: a prepared cycle is run by both or by none";
 pub const COMBINATIONS: &str = "F: every combination is safe, holding included";
 
 /// The properties that hold of the protocol.
-pub const HOLD: [&str; 9] = [
+pub const HOLD: [&str; 11] = [
     ONE_CYCLE,
     NO_OLD_SESSION,
     NOTHING_DROPPED,
@@ -49,6 +53,8 @@ pub const HOLD: [&str; 9] = [
     CERTAINLY,
     CERTAINLY_NOT,
     POSES,
+    STOPPED_RESTS,
+    STOP_LASTS,
 ];
 
 /// Breaches of the properties that are seen in a step, one bit each.
@@ -141,6 +147,10 @@ pub fn properties(recovery: bool) -> Vec<Property<Config>> {
         Property::always(CERTAINLY, |config, fleet: &Fleet| fleet.certainly_is_certain(config)),
         Property::always(CERTAINLY_NOT, |_, fleet| none(Breaches::CERTAINLY_NOT)(fleet)),
         Property::always(POSES, |_, fleet| none(Breaches::POSES)(fleet)),
+        Property::always(STOPPED_RESTS, |_, fleet: &Fleet| fleet.stopped_rests()),
+        Property::always(STOP_LASTS, |_, fleet: &Fleet| {
+            !fleet.modules.iter().any(|module| module.past.slipped)
+        }),
         Property::always(BOTH_OR_NONE, |_, fleet: &Fleet| fleet.runs_on_both_or_none()),
         Property::always(COMBINATIONS, |_, fleet: &Fleet| fleet.is_safe()),
     ];
@@ -172,6 +182,11 @@ impl Fleet {
     fn runs_on_both_or_none(&self) -> bool {
         let mut prepared = self.running().filter(|(held, _)| held.delivery == Delivery::Prepare);
         prepared.all(|(held, other)| self.runs(other) == Some(held.id))
+    }
+
+    fn stopped_rests(&self) -> bool {
+        let stopped = self.modules.iter().filter(|module| module.failsafe.state() == ModuleState::Stopped);
+        stopped.into_iter().all(|module| module.slots.running(self.now).is_none())
     }
 
     /// The table.

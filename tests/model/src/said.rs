@@ -98,7 +98,12 @@ pub enum Say {
     /// Freeze.
     Stop,
     /// No longer.
-    Release,
+    Release {
+        /// How often the module had been stopped or booted by the last report that the host had of it: what the receipt in the datagram says.
+        seen: u8,
+        /// How often it had really been when this was sent; never sent.
+        sent_at: u8,
+    },
 }
 
 /// Something said by the host, and everything that repeats it: a copy stands for all of them.

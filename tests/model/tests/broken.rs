@@ -3,7 +3,7 @@
 use model::fleet::{Broken, Budget, Config};
 use model::properties::{
     BOTH_OR_NONE, CERTAINLY, CERTAINLY_NOT, COMBINATIONS, NEIGHBOUR_HOLDS, NO_OLD_SESSION, NOTHING_DROPPED,
-    NOTHING_VOID, POSES, RECOVERS,
+    NOTHING_VOID, POSES, RECOVERS, STOP_LASTS, STOPPED_RESTS,
 };
 use model::run::breaks;
 use protocol::Delivery;
@@ -61,6 +61,24 @@ fn when_a_committed_cycle_is_given_up() {
 fn when_taking_a_cycle_passes_for_running_it() {
     broken(Broken::AcceptanceIsProof, 3, Budget { doubts: 1, ..ONE }, CERTAINLY);
     broken(Broken::AcceptanceIsProof, 4, Budget { cycles: 2, doubts: 1, ..ONE }, POSES);
+}
+
+#[test]
+fn when_a_late_copy_of_a_release_ends_a_later_stop() {
+    // A stop, its release, and a stall after that; then one of two stops of the host.
+    broken(Broken::BlindRelease, 2, Budget { cycles: 0, orders: 2, stalls: 1, ..ONE }, STOP_LASTS);
+    broken(Broken::BlindRelease, 2, Budget { cycles: 0, orders: 3, ..ONE }, STOP_LASTS);
+}
+
+#[test]
+fn when_a_stop_waits_for_the_end_of_the_cycle() {
+    broken(Broken::LateStop, 3, Budget { orders: 1, ..ONE }, STOPPED_RESTS);
+    broken(Broken::LateStop, 3, Budget { stalls: 1, ..ONE }, STOPPED_RESTS);
+}
+
+#[test]
+fn when_a_reboot_of_the_host_ends_a_stop() {
+    broken(Broken::StopOfOneHost, 3, Budget { cycles: 0, host_boots: 1, orders: 1, ..ONE }, STOP_LASTS);
 }
 
 /// No protocol can promise this: the last message that would make the module run the cycle may be the lost one, and one more to

@@ -21,6 +21,13 @@ fn doubts_holds_stops_and_stalls() {
     holds("two cycles, doubt", Config::new(3, Budget { cycles: 2, doubts: 1, ..NONE }));
     holds("two cycles, a hold", Config::new(3, Budget { cycles: 2, holds: 1, ..NONE }));
     holds("a cycle, a stop and its release", Config::new(2, Budget { cycles: 1, orders: 2, ..NONE }));
+    holds("two stops, a release and a stall", Config::new(2, Budget { orders: 3, stalls: 1, ..NONE }));
+    let reboot = Budget { orders: 2, host_boots: 1, ..NONE };
+    holds("a stop, a reboot of the host, a release", Config::new(3, reboot));
+    holds(
+        "a cycle, a stop, its release and a stall",
+        Config { deliveries: DIRECT, ..Config::new(2, Budget { cycles: 1, orders: 2, stalls: 1, ..NONE }) },
+    );
     holds("two cycles, a stall", Config::new(3, Budget { cycles: 2, stalls: 1, ..NONE }));
 }
 

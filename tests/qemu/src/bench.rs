@@ -6,9 +6,9 @@ use link::dispatcher::{Dispatcher, DispatcherEvent};
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
 use protocol::time::{Duration, FleetInstant};
-use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Telemetry};
+use protocol::{Delivery, Frame, Kind, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Nonce, Telemetry};
 
-use crate::modules::{Modules, STEP};
+use crate::modules::{Board, Modules, STEP};
 
 /// How long the bench waits for what must come, by the modules' clock.
 const PATIENCE: Duration = Duration(60_000_000);
@@ -33,6 +33,8 @@ pub struct Bench {
     pub modules: Modules,
     /// The reports of each that it sent with a known fleet time, in the order in which they came.
     pub seen: Vec<Vec<Seen>>,
+    /// The boot nonce of the newest announcement.
+    pub announced: Option<Nonce>,
     radio: UdpRadio,
     now: FleetInstant,
 }
@@ -44,14 +46,23 @@ impl Bench {
     /// If there is no free port or no emulator.
     #[must_use]
     pub fn start(count: u16, seed: u64) -> Self {
+        Self::start_on(count, seed, Board::default())
+    }
+
+    /// The same on such boards.
+    ///
+    /// # Panics
+    /// As [`start`](Self::start).
+    #[must_use]
+    pub fn start_on(count: u16, seed: u64, board: Board) -> Self {
         let host = HostIdentity::simulated(seed, 0);
         let radio = UdpRadio::bind("127.0.0.1:0").expect("a free port");
         let port = radio.local_address().expect("bound").port();
         let roster: Vec<ModuleId> = (1..=count).map(ModuleId).collect();
         let dispatcher = Dispatcher::new(&roster, &host.key, host.boot);
-        let modules = Modules::start(&host, port, roster.len(), seed);
+        let modules = Modules::start(&host, port, roster.len(), seed, board);
         let seen = roster.iter().map(|_| Vec::new()).collect();
-        Self { dispatcher, modules, seen, radio, now: FleetInstant(0) }
+        Self { dispatcher, modules, seen, announced: None, radio, now: FleetInstant(0) }
     }
 
     /// The host's clock, which is the fleet's: steps of the modules.
@@ -71,6 +82,10 @@ impl Bench {
         while let Some((length, from)) =
             self.modules.receive(&mut self.radio, now, &mut buffer).expect("a socket")
         {
+            let announced = Frame::parse(&buffer[..length]).ok().map(|frame| frame.header);
+            if let Some(header) = announced.filter(|header| header.kind == Kind::Announce) {
+                self.announced = header.nonce;
+            }
             // What is not to be followed is counted there.
             let Ok(Some(event)) = self.dispatcher.handle_datagram(now, from, &buffer[..length]) else {
                 continue;

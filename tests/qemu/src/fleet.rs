@@ -16,7 +16,7 @@ use protocol::{ModuleId, ModuleState, Radio};
 use sim::TailState;
 
 use crate::bench::Seen;
-use crate::modules::Modules;
+use crate::modules::{Board, Modules};
 
 /// Emulated modules as the fleet of a run.
 pub struct Emulated {
@@ -38,7 +38,7 @@ impl Emulated {
         let radio = UdpRadio::bind("127.0.0.1:0").expect("a free port");
         let port = radio.local_address().expect("bound").port();
         let roster: Vec<ModuleId> = (1..=scenario.structure.len() as u16).map(ModuleId).collect();
-        let modules = Modules::start(&host, port, roster.len(), seed);
+        let modules = Modules::start(&host, port, roster.len(), seed, Board::default());
         let seen = roster.iter().map(|_| Vec::new()).collect();
         Self { inner: OverUdp::boats(scenario, radio, host, roster, seed), modules, seen }
     }

@@ -25,11 +25,21 @@ pub const STEP: Duration = Duration(1_000);
 /// 8 ns an instruction: 125 million a second, about a board's.
 const SHIFT: u8 = 3;
 
+/// In what the boards differ from the usual.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Board {
+    /// As [`Steps::words`].
+    pub words: &'static [&'static str],
+    /// `[modboat.encoder]` of the modules' file; absolute where nothing is said.
+    pub encoder: Option<&'static str>,
+}
+
 /// Emulated modules on UDP ports, in lock step with their host.
 pub struct Modules {
     host: HostIdentity,
     port: u16,
     seed: u64,
+    board: Board,
     boots: u64,
     /// A sender on the network that is not their host.
     stranger: UdpSocket,
@@ -45,11 +55,11 @@ impl Modules {
     /// # Panics
     /// If one does not start.
     #[must_use]
-    pub fn start(host: &HostIdentity, port: u16, count: usize, seed: u64) -> Self {
+    pub fn start(host: &HostIdentity, port: u16, count: usize, seed: u64, board: Board) -> Self {
         let stranger = UdpSocket::bind("127.0.0.1:0").expect("a free port");
         let each = (0..count).map(|_| None).collect();
         let mut modules =
-            Self { host: host.clone(), port, seed, boots: 0, stranger, each, came: vec![0; count] };
+            Self { host: host.clone(), port, seed, board, boots: 0, stranger, each, came: vec![0; count] };
         (0..count).for_each(|index| modules.boot(index));
         modules
     }
@@ -59,9 +69,10 @@ impl Modules {
     /// # Panics
     /// If it does not start.
     pub fn boot(&mut self, index: usize) {
-        let configuration = provisioned::modboat(&self.host, ModuleId(index as u16 + 1), self.port);
+        let configuration =
+            provisioned::modboat_with(&self.host, ModuleId(index as u16 + 1), self.port, self.board.encoder);
         let seed = self.seed.wrapping_mul(1_000_003).wrapping_add(self.boots);
-        let steps = Steps { length: STEP, shift: SHIFT, seed };
+        let steps = Steps { length: STEP, shift: SHIFT, seed, words: self.board.words };
         self.boots += 1;
         self.came[index] = 0;
         self.each[index] = Some(Stepped::start(&provisioned::image(&configuration), self.port, steps));

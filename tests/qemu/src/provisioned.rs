@@ -17,11 +17,21 @@ const HOST: &str = "10.0.2.2";
 /// Never for a valid id.
 #[must_use]
 pub fn modboat(host: &HostIdentity, id: ModuleId, port: u16) -> Configuration {
+    modboat_with(host, id, port, None)
+}
+
+/// The same with these lines of `[modboat.encoder]`.
+///
+/// # Panics
+/// For lines that are none.
+#[must_use]
+pub fn modboat_with(host: &HostIdentity, id: ModuleId, port: u16, encoder: Option<&str>) -> Configuration {
     // Both ways are gone, by turns: what the emulator's network would give, taken without asking.
     let address = if id.0.is_multiple_of(2) { "address = \"10.0.2.15/24\"\n" } else { "" };
     let text = format!(
         "[network]\nhost = \"{HOST}:{port}\"\n{address}[report]\nevery_ms = 2\n[supply]\nvolts_per_volt = 4\n\
-         [modboat.encoder]\ncounts_per_turn = 0\n"
+         [modboat.encoder]\n{}\n",
+        encoder.unwrap_or("counts_per_turn = 0")
     );
     let file = ModuleFile::parse("module.toml", Path::new("."), text).expect("a module's file");
     let credentials = ModuleCredentials::derive(&host.key, id);

@@ -24,6 +24,8 @@ pub struct Steps {
     pub shift: u8,
     /// Where its random bytes come from.
     pub seed: u64,
+    /// Words for its program: what goes wrong there (`firmware/boards/qemu/src/disturbance.rs`).
+    pub words: &'static [&'static str],
 }
 
 /// An emulated module whose time goes on by steps.
@@ -57,7 +59,7 @@ impl Stepped {
             configuration,
             forward: Some((outside, port)),
             debugger: Some(&socket),
-            words: &["step", &length],
+            words: &[&["step", length.as_str()][..], steps.words].concat(),
             arguments: &["-icount", &count],
             ..Setup::default()
         });

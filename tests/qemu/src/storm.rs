@@ -1,7 +1,7 @@
 //! A storm of datagrams that no module may follow: noise, and genuine ones cut short.
 
 use link::identity::HostIdentity;
-use protocol::{MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side};
+use protocol::{FleetKey, MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -42,4 +42,15 @@ impl Iterator for Storm {
             _ => sealed[..rng.random_range(0..sealed.len())].to_vec(),
         })
     }
+}
+
+/// Calls of hosts that do not have the key, under right checksums, without end.
+pub fn forged_calls(host: &HostIdentity, module: ModuleId, seed: u64) -> impl Iterator<Item = Vec<u8>> {
+    let (key, fleet) = (FleetKey::new([0x5a; 32]).module(module), host.key.fleet());
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    std::iter::repeat_with(move || {
+        let [boot, nonce] = [rng.random(), rng.random()].map(Nonce);
+        let mut session = Session::new(Side::Host, fleet, module, &key, &boot, nonce);
+        session.seal_call(&mut [0; MAX_DATAGRAM]).expect("fits").to_vec()
+    })
 }

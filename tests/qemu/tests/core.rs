@@ -1,4 +1,7 @@
-//! The image without a network stack, over a serial line: it swims, and with its deepest stack it takes no more RAM than it may.
+//! The image without a network stack, over a serial line: it swims, is lied to, stops in mid-cycle and is released, and with the deepest
+//! stack of all that it takes no more RAM than it may.
+//!
+//! It runs in this machine's time, which may stand still for a while: a tail that was left behind by that is stopped, and released here.
 
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
@@ -7,14 +10,24 @@ use std::time::Instant;
 
 use link::dispatcher::Dispatcher;
 use link::identity::HostIdentity;
+use protocol::session::seal_stop;
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::Radians;
-use protocol::{Delivery, MAX_DATAGRAM, ModboatCycle, ModuleId, ModuleState, Motion, Radio};
+use protocol::{
+    Delivery, Faults, Frame, Kind, MAX_DATAGRAM, ModboatCycle, ModuleId, ModuleState, Motion, Nonce, Radio,
+    TransitionLaw,
+};
 use qemu::emulator::{Emulator, PATIENCE, Setup, free_tcp_port, image};
+use qemu::storm::{Storm, forged_calls};
 use qemu::{kept, provisioned};
 
-/// RAM of the core at most, bytes.
-const RAM_MAX: u64 = 8 * 1024;
+const SEED: u64 = 1;
+
+/// Between two lies: less than the line and the processor can take.
+const LIE_EVERY: Duration = Duration(20_000);
+
+/// RAM of the core at most, bytes. Half a KiB more than while the stack was measured of a core whose tail stood still.
+const RAM_MAX: u64 = 8 * 1024 + 512;
 
 /// Where the emulator's RAM is, and its size in `firmware/boards/qemu/memory.x`.
 const RAM: (u64, u64) = (0x2000_0000, 128 * 1024);
@@ -55,6 +68,12 @@ impl Radio for Line {
     }
 }
 
+/// Whether the module knows the fleet time well enough to begin.
+fn link_is_sure(dispatcher: &Dispatcher<()>) -> bool {
+    let health = dispatcher.modules()[0].health();
+    health.is_some_and(|health| health.uncertainty <= Duration(1_500))
+}
+
 /// Connects to what the emulator opens when it starts.
 fn connect(port: u16) -> TcpStream {
     let deadline = Instant::now() + PATIENCE;
@@ -88,8 +107,8 @@ fn memory(monitor: &mut TcpStream) -> Vec<u8> {
 }
 
 #[test]
-fn the_core_swims_over_a_serial_line_within_its_memory() {
-    let host = HostIdentity::simulated(1, 0);
+fn the_core_swims_stops_and_is_lied_to_within_its_memory() {
+    let host = HostIdentity::simulated(SEED, 0);
     let id = ModuleId(1);
     let configuration = provisioned::image(&provisioned::modboat(&host, id, 4870));
     let (serial, monitor) = (free_tcp_port(), free_tcp_port());
@@ -108,46 +127,76 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
     let mut monitor = connect(monitor);
 
     let mut dispatcher: Dispatcher<()> = Dispatcher::new(&[id], &host.key, host.boot);
+    // One in four of each: noise of a kind, and calls of a host without the key.
+    let mut lies = Storm::new(&host, id, SEED).zip(forged_calls(&host, id, SEED)).flat_map(|(a, b)| [a, b]);
     let began = Instant::now();
     let now = || FleetInstant(began.elapsed().as_micros() as u64);
     let (mut number, mut next, mut swam) = (0, FleetInstant(0), Vec::new());
-    while swam.len() < 3 {
-        assert!(began.elapsed() < PATIENCE, "it ran {swam:?} only");
+    let (mut announced, mut stops, mut released) = (None, Vec::new(), FleetInstant(0));
+    let mut next_lie = FleetInstant(0);
+    while swam.len() < 5 || stops.len() < 2 {
+        assert!(began.elapsed() < PATIENCE, "it ran {swam:?} only, and was stopped {stops:?}");
         std::thread::sleep(std::time::Duration::from_millis(1));
         let mut buffer = [0; MAX_DATAGRAM];
         while let Some((length, ())) = line.receive(now(), &mut buffer).expect("a line") {
+            let announcement = Frame::parse(&buffer[..length]).ok().map(|frame| frame.header);
+            let boot =
+                announcement.filter(|header| header.kind == Kind::Announce).and_then(|header| header.nonce);
+            announced = boot.or(announced);
             // What is not to be followed is counted there.
             let _ = dispatcher.handle_datagram(now(), (), &buffer[..length]);
         }
         dispatcher.handle_timer(now());
         let link = &dispatcher.modules()[0];
+        let (state, faults) = (link.state(), link.faults());
         let executing = link.telemetry().filter(|report| report.state == ModuleState::Executing);
+        let mid_cycle = executing.is_some_and(|report| report.rate.0.abs() > 2.0);
         if let Some(report) = executing.filter(|report| swam.last() != Some(&report.cycle)) {
             swam.push(report.cycle);
         }
-        let sure = link.health().is_some_and(|health| health.uncertainty <= Duration(1_500));
-        let ready =
-            matches!(link.state(), Some(ModuleState::Ready | ModuleState::Executing | ModuleState::Holding));
+        // The second and the fourth cycle are ended by a stop: by its own host, and by another one.
+        let ends = mid_cycle && swam.len() >= 2 * (stops.len() + 1);
+        if ends && stops.is_empty() {
+            dispatcher.emergency_stop(now());
+        } else if ends {
+            let boot: Nonce = announced.expect("it announces itself");
+            let module = host.key.module(id);
+            let stop = seal_stop(host.key.fleet(), id, &module, boot, &mut buffer).expect("fits").to_vec();
+            line.send(now(), (), &stop).expect("a line");
+        }
+        if state == Some(ModuleState::Stopped) && now() > released {
+            if faults.has(Faults::EMERGENCY) {
+                stops.push(number);
+            }
+            released = now().after(Duration(1_000_000));
+            dispatcher.release(now());
+        }
+        let sure = link_is_sure(&dispatcher);
+        let ready = matches!(state, Some(ModuleState::Ready | ModuleState::Executing | ModuleState::Holding));
         if ready && sure && now() > next {
             number += 1;
-            // Nothing turns the counter that is its encoder, so it stands where the servo finds it; the cycle rests there.
-            let rest = link.telemetry().map_or(0.0, |report| report.tail.0);
+            let rest = dispatcher.modules()[0].telemetry().map_or(0.0, |report| report.tail.0);
             let motion = Motion::Modboat(ModboatCycle {
-                rotation: Radians(0.0),
-                centerline: Radians(rest),
-                amplitude: Radians(0.0),
-                transition: Duration(0),
-                period: Duration(500_000),
-                law: protocol::TransitionLaw::ConstantSpeed,
+                rotation: Radians(0.5),
+                centerline: Radians(rest + 0.5 - 1.2),
+                amplitude: Radians(1.2),
+                transition: Duration(300_000),
+                period: Duration(1_500_000),
+                law: TransitionLaw::RestToRest { ramp: Duration(50_000) },
             });
             // In this machine's time, which may be short: one that comes too late is followed by another.
-            let start = now().after(Duration(1_000_000));
-            next = start.after(Duration(700_000));
+            let start = now().after(Duration(500_000));
+            next = start.after(Duration(2_300_000));
             dispatcher.dispatch(now(), number, start, &[Some(motion)], Delivery::Direct);
         }
         while let Some(((), datagram)) = dispatcher.poll_transmit(now(), &mut buffer) {
             let datagram = datagram.to_vec();
             line.send(now(), (), &datagram).expect("a line");
+        }
+        if now() > next_lie {
+            next_lie = now().after(LIE_EVERY);
+            let lie = lies.next().expect("without end");
+            line.send(now(), (), &lie).expect("a line");
         }
     }
 
@@ -161,7 +210,8 @@ fn the_core_swims_over_a_serial_line_within_its_memory() {
     let painted = ram[first..].chunks_exact(4).take_while(|word| *word == PAINT).count();
     let stack = ram.len() - first - 4 * painted;
     println!(
-        "cycles {swam:?} over a serial line; {fixed} bytes of RAM and {stack} of stack, {} in all",
+        "cycles {swam:?} over a serial line, {} of them ended by a stop; {fixed} bytes of RAM and {stack} of stack, {} in all",
+        stops.len(),
         fixed + stack as u64
     );
     assert!(painted > 100, "nothing is painted: {painted}");

@@ -35,8 +35,14 @@ fn keygen_provision_and_run_make_emulated_modules_swim() {
     let host = format!("10.0.2.2:{port}");
     let well = |_: &str| 0;
     flotilla(folder.path(), &["keygen", "--out", "fleet.key"], well);
+    // The usual module, which finds its zero by itself.
+    let usual = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host/data/modules/modboat.toml");
+    let text = std::fs::read_to_string(usual).expect("a module's file");
+    let homes = text.replace("# homing_speed_rad_s = 0", "homing_speed_rad_s = 0.9");
+    assert_ne!(homes, text);
+    std::fs::write(at("module.toml"), homes).expect("a file");
     let provision =
-        ["provision", "--id", "1-3", "--from", "modboat", "--host", &host, "--key", "fleet.key", "--bin"];
+        ["provision", "--id", "1-3", "--from", "module.toml", "--host", &host, "--key", "fleet.key", "--bin"];
     print!("{}", flotilla(folder.path(), &[&provision[..], &["--out", "images"]].concat(), well));
     let modules: Vec<Emulator> = (1..=3)
         .map(|id| {

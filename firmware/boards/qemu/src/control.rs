@@ -21,10 +21,11 @@ use protocol::units::Volts;
 use protocol::{Faults, MAX_DATAGRAM, ModuleState};
 
 use crate::clock::{self, Tick};
-use crate::motor::{self, DirectionPin, PwmPin, Sensors};
+use crate::disturbance::Disturbances;
+use crate::motor::{self, DirectionPin, PwmPin, Sensors, Wheel};
 
 /// The firmware on this board.
-pub type Firmware = Modboat<Sensors, Sensors, PwmPin, DirectionPin, DirectionPin>;
+pub type Firmware = Modboat<Wheel, Sensors, PwmPin, DirectionPin, DirectionPin>;
 
 /// One datagram.
 pub type Datagram = Vec<u8, MAX_DATAGRAM>;
@@ -61,6 +62,8 @@ pub struct Statistics {
     pub state: Option<ModuleState>,
     /// What is wrong with it.
     pub faults: Faults,
+    /// Whether its motor is shorted, and its drive otherwise, a thousandth of the supply.
+    pub drive: (bool, i32),
     /// The cycle that it runs.
     pub running: u32,
 }
@@ -69,6 +72,7 @@ pub struct Statistics {
 pub struct Control {
     firmware: Firmware,
     supply: SupplyConstants,
+    disturbances: Disturbances,
     tick: Tick,
     interval: Duration,
     /// When the last tick was due.
@@ -97,6 +101,7 @@ impl Control {
         let control = Self {
             firmware,
             supply,
+            disturbances: Disturbances::asked_for(),
             tick,
             interval,
             due: None,
@@ -117,8 +122,9 @@ impl Control {
             // Read again: it may have come due since.
             let now = clock::now();
             self.count_tick(now);
+            self.disturbances.act(now);
             self.let_motor_run(now);
-            let battery = firmware::provision::battery(&self.supply, self.divided());
+            let battery = firmware::provision::battery(&self.supply, self.divided(now));
             // The pins of this board cannot fail.
             let supply = Supply { battery, ..Supply::default() };
             let _ = self.firmware.tick(now, &supply);
@@ -153,8 +159,8 @@ impl Control {
     }
 
     /// The battery as this board's input would show it.
-    fn divided(&self) -> Volts {
-        Volts(BATTERY.0 / self.supply.volts_per_volt)
+    fn divided(&self, now: LocalInstant) -> Volts {
+        Volts(self.disturbances.battery(now, BATTERY).0 / self.supply.volts_per_volt)
     }
 
     fn count_tick(&mut self, now: LocalInstant) {
@@ -181,6 +187,7 @@ impl Control {
             state: Some(state),
             faults,
             running: running.unwrap_or(0),
+            drive: motor::drive(),
             ..self.statistics
         };
         let statistics = &mut self.statistics;

@@ -4,7 +4,8 @@
 //! |---|---|
 //! | [`clock`] | microseconds and the tick, on two CMSDK timers |
 //! | [`motor`] | bridge, encoder and current sensor of a motor in software |
-//! | [`pins`] | bare pins with no motor behind them |
+//! | [`disturbance`] | what goes wrong with these, for tests |
+//! | [`pins`] | bare pins, with the least motor behind them that swims |
 //! | [`lan9118`] | the Ethernet controller, as a device of smoltcp |
 //! | [`network`] | address, UDP |
 //! | [`uart`] | lines of text |
@@ -19,6 +20,7 @@
 pub mod clock;
 pub mod configuration;
 pub mod control;
+pub mod disturbance;
 pub mod lamp;
 pub mod lan9118;
 pub mod motor;

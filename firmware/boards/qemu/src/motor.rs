@@ -8,8 +8,11 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use firmware::modboat::encoder::Encoder;
 use firmware::modboat::motor::Bridge;
+use firmware::modboat::quadrature::{Quadrature, READINGS};
 use firmware::modboat::servo::CurrentSense;
+use firmware::provision::{self, NotProvisioned};
 use plant::{Constants, Motor};
+use protocol::configuration::EncoderConstants;
 use protocol::units::Amperes;
 
 /// Duty cycle of a motor that is always on.
@@ -18,6 +21,12 @@ const MAX_DUTY: u16 = 10_000;
 /// Counts of the absolute encoder in one turn (12 bits), zero where the tail points along x_S.
 const ENCODER_COUNTS: u32 = 4096;
 
+/// Readings of an encoder with an index for one of the absolute one.
+const READINGS_PER_COUNT: u32 = READINGS / ENCODER_COUNTS;
+
+/// The magnet of the index: from where on counter-clockwise, rad, and over how much of a turn.
+pub const MAGNET: (f64, f64) = (-0.7, 0.1);
+
 /// The wires between the board and its motor: what the pins put out, and what the sensors show as of the last step.
 struct Wires {
     motor: Option<Motor>,
@@ -25,6 +34,12 @@ struct Wires {
     in1: bool,
     in2: bool,
     encoder_counts: u32,
+    /// Turns of the axis, for one that counts; and whether the magnet is over its switch.
+    turns: f64,
+    index: bool,
+    /// Edges that the counter has missed.
+    lost: u32,
+    swapped: bool,
     current: Amperes,
 }
 
@@ -34,6 +49,10 @@ static WIRES: Mutex<RefCell<Wires>> = Mutex::new(RefCell::new(Wires {
     in1: false,
     in2: false,
     encoder_counts: 0,
+    turns: 0.0,
+    index: false,
+    lost: 0,
+    swapped: false,
     current: Amperes(0.0),
 }));
 
@@ -53,13 +72,38 @@ pub fn connect() {
 pub fn step(dt_s: f64) {
     with(|wires| {
         let drive = plant::drive(f64::from(wires.duty) / f64::from(MAX_DUTY), wires.in1, wires.in2);
+        let drive = if wires.swapped { drive.map(|drive| -drive) } else { drive };
         let Some(motor) = &mut wires.motor else { return };
         motor.step(drive, dt_s);
+        let (from_rad, over) = MAGNET;
+        let turns = |angle_rad: f64| angle_rad / core::f64::consts::TAU;
+        let beyond = turns(motor.angle_rad() - from_rad);
+        wires.turns = turns(motor.angle_rad());
+        wires.index = beyond - libm::floor(beyond) < over;
         wires.encoder_counts = plant::encoder_counts(motor.angle_rad(), ENCODER_COUNTS);
         #[expect(clippy::cast_possible_truncation, reason = "a current of some amperes")]
         let current_a = motor.current_a() as f32;
         wires.current = Amperes(current_a);
     });
+}
+
+/// The leads are swapped, something holds the tail, the counter has missed so many edges.
+pub fn disturb(swapped: bool, blocked: bool, lost: u32) {
+    with(|wires| {
+        (wires.swapped, wires.lost) = (swapped, lost);
+        if let Some(motor) = &mut wires.motor {
+            motor.set_jammed(blocked);
+        }
+    });
+}
+
+/// Whether the bridge shorts the motor; how it drives it otherwise, a thousandth of the supply, counter-clockwise positive.
+#[must_use]
+pub fn drive() -> (bool, i32) {
+    with(|wires| {
+        let share = i32::from(wires.duty) * 1_000 / i32::from(MAX_DUTY);
+        (wires.in1 && wires.in2, share * (i32::from(wires.in1) - i32::from(wires.in2)))
+    })
 }
 
 /// The bridge to it.
@@ -124,16 +168,48 @@ impl OutputPin for DirectionPin {
     }
 }
 
-/// Encoder and current sensor.
+/// The encoder that the configuration names: absolute, or one that counts and has an index.
+#[derive(Debug)]
+pub struct Wheel(Option<(Quadrature, u32)>);
+
+impl Wheel {
+    /// # Errors
+    /// More counts in a turn than are told apart.
+    pub fn new(constants: &EncoderConstants) -> Result<Self, NotProvisioned> {
+        let counts = constants.counts_per_turn;
+        Ok(Self(if counts == 0 { None } else { Some((provision::quadrature(constants)?, counts)) }))
+    }
+}
+
+/// It has not passed its index yet.
+#[derive(Debug)]
+pub struct NotHomed;
+
+/// The current sensor.
 #[derive(Debug)]
 pub struct Sensors;
 
-impl Encoder for Sensors {
-    type Error = Infallible;
-    const COUNTS_PER_TURN: u32 = ENCODER_COUNTS;
+impl Encoder for Wheel {
+    type Error = NotHomed;
+    const COUNTS_PER_TURN: u32 = READINGS;
 
-    fn counts(&mut self) -> Result<u32, Infallible> {
-        Ok(with(|wires| wires.encoder_counts))
+    fn counts(&mut self) -> Result<u32, NotHomed> {
+        let Some((quadrature, counts)) = &mut self.0 else {
+            return Ok(with(|wires| wires.encoder_counts) * READINGS_PER_COUNT);
+        };
+        let (turns, index, lost) = with(|wires| (wires.turns, wires.index, wires.lost));
+        #[expect(clippy::cast_possible_truncation, reason = "some thousand turns at most")]
+        let edges = libm::floor(turns * f64::from(*counts)) as i32;
+        quadrature.update(edges - lost.cast_signed(), index);
+        quadrature.reading().ok_or(NotHomed)
+    }
+
+    fn is_homed(&self) -> bool {
+        self.0.as_ref().is_none_or(|(quadrature, _)| quadrature.reading().is_some())
+    }
+
+    fn take_index_fault(&mut self) -> bool {
+        self.0.as_mut().is_some_and(|(quadrature, _)| quadrature.take_fault())
     }
 }
 

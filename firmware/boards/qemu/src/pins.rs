@@ -1,9 +1,14 @@
-//! Bare pins where a motor would be: two outputs, a compare value and an encoder's register, and nothing behind them.
+//! Bare pins where a motor would be: two outputs, a compare value and an encoder's register, and the least motor behind them that swims.
 //!
-//! What the smallest driver takes, for the image that shows what the core takes. Outputs and encoder are bits of the FPGA's
-//! miscellaneous register (Arm DAI 0386, "FPGA system control"), so the tail stands still whatever is put out.
+//! ```text
+//! ω ← ω + (ω₀·d − ω)/20,   φ ← φ + ω        once a reading of the encoder, which is once a tick of 1 ms: τ_m = 20 ms
+//! ```
+//!
+//! About what the smallest driver takes, for the image that shows what the core takes. The outputs are bits of the FPGA's
+//! miscellaneous register and its prescaler (Arm DAI 0386, "FPGA system control").
 
 use core::convert::Infallible;
+use core::sync::atomic::{AtomicI32, Ordering};
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
@@ -14,6 +19,13 @@ use crate::registers::Registers;
 
 const PRESCALE: usize = 0x1c;
 const MISC: usize = 0x4c;
+
+/// ω₀ = 18 rad/s, in 2⁻¹⁶ counts of 4096 in a turn, a millisecond, for one count of the duty.
+const SPEED: i32 = 77;
+
+static RATE: AtomicI32 = AtomicI32::new(0);
+/// Wraps with the turn and its counts: 2²⁸ in a turn.
+static ANGLE: AtomicI32 = AtomicI32::new(0);
 
 /// The FPGA's input and output block.
 fn block() -> Registers {
@@ -77,6 +89,19 @@ impl Encoder for Register {
     const COUNTS_PER_TURN: u32 = 4096;
 
     fn counts(&mut self) -> Result<u32, Infallible> {
-        Ok(block().read(MISC) >> 2 & 0xfff)
+        let block = block();
+        let outputs = block.read(MISC);
+        let duty = block.read(PRESCALE).cast_signed();
+        let drive = match outputs & 3 {
+            1 => duty,
+            2 => -duty,
+            _ => 0,
+        };
+        let rate = RATE.load(Ordering::Relaxed);
+        let rate = rate + (drive * SPEED - rate) / 20;
+        let angle = ANGLE.load(Ordering::Relaxed).wrapping_add(rate);
+        RATE.store(rate, Ordering::Relaxed);
+        ANGLE.store(angle, Ordering::Relaxed);
+        Ok(angle.cast_unsigned() >> 16 & 0xfff)
     }
 }

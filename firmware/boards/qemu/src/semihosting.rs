@@ -23,18 +23,18 @@ pub fn boot_nonce() -> Option<[u8; 12]> {
     (unread == 0).then_some(nonce)
 }
 
-/// The number after `word` at the end of the emulator's command line (`-semihosting-config …,arg=WORD,arg=NUMBER`).
+/// The number after `word` on the emulator's command line (`-semihosting-config …,arg=WORD,arg=NUMBER`).
 #[must_use]
 pub fn number_after(word: &str) -> Option<u32> {
-    let mut line = [0_u8; 64];
+    let mut line = [0_u8; 128];
     let mut block = [line.as_mut_ptr().expose_provenance(), line.len()];
     // SAFETY: the parameter block as the call wants it: address and length of the buffer, which comes back as that of the line. Both
     // outlive the call, and the emulator writes within them.
     let failed = unsafe { syscall1(nr::GET_CMDLINE, block.as_mut_ptr().expose_provenance()) };
     let line = line.get(..block[1]).filter(|_| failed == 0)?;
-    let mut words = core::str::from_utf8(line).ok()?.trim_end_matches('\0').rsplit(' ');
-    let number = words.next()?.parse().ok()?;
-    (words.next()? == word).then_some(number)
+    let mut words = core::str::from_utf8(line).ok()?.trim_end_matches('\0').split(' ');
+    words.find(|other| *other == word)?;
+    words.next()?.parse().ok()
 }
 
 /// A file of the debugger's, or of the PC's where there is no debugger: its handle.

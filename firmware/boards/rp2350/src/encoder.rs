@@ -78,4 +78,8 @@ impl Encoder for IndexedEncoder {
     fn is_homed(&self) -> bool {
         self.quadrature.reading().is_some()
     }
+
+    fn take_index_fault(&mut self) -> bool {
+        self.quadrature.take_fault()
+    }
 }

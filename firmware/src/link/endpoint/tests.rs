@@ -1,11 +1,12 @@
 use std::vec::Vec;
 
 use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
-use protocol::{Delivery, FleetKey, ModboatCycle, ModuleId, Motion, RovCycle};
+use protocol::{Delivery, Faults, FleetKey, ModboatCycle, ModuleId, ModuleKind, Motion, RovCycle};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, Counterpart, assert_exact, identity, in_session};
-use crate::link::session::HOST_SILENCE;
+use crate::link::failsafe::Permission;
+use crate::link::session::{CALLS, HOST_SILENCE};
 use crate::modboat::reference::Reference;
 use crate::modboat::robot::{Measurement, ModboatRobot};
 use protocol::configuration::TailLimits;
@@ -17,6 +18,7 @@ mod two_phase;
 const MS: u64 = 1_000;
 const AT_ZERO: Measurement = Measurement {
     tail: Some(Radians(0.0)),
+    lost: false,
     rate: RadiansPerSecond(0.0),
     current: Amperes(0.0),
     battery: Volts(7.4),

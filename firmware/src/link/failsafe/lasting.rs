@@ -6,6 +6,9 @@ use protocol::time::{Duration, LocalInstant};
 /// and goes on when it sees again.
 pub const BLIND_FOR: Duration = Duration(100_000);
 
+/// Time after which an output that fails is taken for broken. *Assumed.*
+pub const OUTPUT_FAILS_FOR: Duration = Duration(100_000);
+
 /// Since when something is the case. Time is the module's own, which never steps back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Lasting {

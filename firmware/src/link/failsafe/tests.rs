@@ -145,8 +145,11 @@ fn permissions_hold_in_everything_that_can_be() {
         assert_eq!(failsafe.announces(), !silent);
         assert!(!(silent && failsafe.may_drive()), "{failsafe:?}");
         assert_eq!(stops != Faults(0), state == Stopped, "{failsafe:?}");
-        let coasts = [Faults::STALLED, Faults::BLIND, Faults::OUTPUT].into_iter().any(|f| faults.has(f));
-        assert!(!(coasts && failsafe.may_drive()), "{failsafe:?}");
+        match failsafe.permission() {
+            Permission::Drive => assert!(!silent && state != Stopped, "{failsafe:?}"),
+            Permission::Brake => assert!(state == Stopped && !faults.has(Faults::OUTPUT), "{failsafe:?}"),
+            Permission::Coast => assert!(silent || faults.has(Faults::OUTPUT), "{failsafe:?}"),
+        }
         match failsafe.takes_cycles() {
             Ok(()) => {
                 assert!(matches!(state, Arming | Ready | Executing | Holding), "{failsafe:?}");
@@ -179,10 +182,12 @@ fn a_day_of_a_module() {
     assert_eq!(failsafe.follow(&running), Some(Executing));
     assert_eq!(failsafe.handle(FailsafeEvent::EmergencyStop), Some(Stopped));
     assert_eq!(failsafe.follow(&running), None, "latched");
-    assert!(failsafe.may_drive() && failsafe.faults() == Faults::EMERGENCY, "holds the frozen pose");
+    assert_eq!((failsafe.permission(), failsafe.faults()), (Permission::Brake, Faults::EMERGENCY));
     assert_eq!(failsafe.handle(FailsafeEvent::MotorStalled), None);
     assert_eq!(failsafe.faults(), Faults::EMERGENCY.with(Faults::STALLED), "both are shown");
-    assert!(!failsafe.may_drive(), "and now it coasts");
+    assert_eq!(failsafe.permission(), Permission::Brake);
+    assert_eq!(failsafe.handle(FailsafeEvent::OutputFailed), None);
+    assert_eq!(failsafe.permission(), Permission::Coast, "what a brake would do is unknown");
     assert_eq!(failsafe.handle(FailsafeEvent::Released), Some(Boot));
     assert!(!failsafe.may_drive() && failsafe.faults() == Faults(0));
     assert_eq!(failsafe.follow(&READY), Some(Ready));

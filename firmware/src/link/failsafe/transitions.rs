@@ -37,8 +37,14 @@ pub enum FailsafeEvent {
     CycleEnded,
     /// The host said stop.
     EmergencyStop,
-    /// The motor is driven and does not follow; see [`StallWatch`](super::StallWatch).
+    /// The motor is driven and does not turn; see [`following`](crate::modboat::following).
     MotorStalled,
+    /// The tail is not where it was told to be, though it turns.
+    FollowingError,
+    /// The tail turns against its drive.
+    WrongWay,
+    /// The encoder's index came where the count does not expect it.
+    IndexMisplaced,
     /// The encoder has not been believed for [`BLIND_FOR`](super::BLIND_FOR).
     Blind,
     /// An output of the board failed.
@@ -49,7 +55,7 @@ pub enum FailsafeEvent {
 
 impl FailsafeEvent {
     /// Every event.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 17] = [
         Self::Unconfigured,
         Self::Located,
         Self::ClockKnown,
@@ -61,6 +67,9 @@ impl FailsafeEvent {
         Self::CycleEnded,
         Self::EmergencyStop,
         Self::MotorStalled,
+        Self::FollowingError,
+        Self::WrongWay,
+        Self::IndexMisplaced,
         Self::Blind,
         Self::OutputFailed,
         Self::Released,
@@ -72,6 +81,9 @@ impl FailsafeEvent {
         match self {
             Self::EmergencyStop => Faults::EMERGENCY,
             Self::MotorStalled => Faults::STALLED,
+            Self::FollowingError => Faults::FOLLOWING,
+            Self::WrongWay => Faults::WRONG_WAY,
+            Self::IndexMisplaced => Faults::INDEX,
             Self::Blind => Faults::BLIND,
             Self::OutputFailed => Faults::OUTPUT,
             Self::Unconfigured
@@ -124,9 +136,15 @@ pub const TRANSITIONS: &[Transition] = table! {
     ClockLost: Arming | Ready | Holding => Unsynchronised, "no cycle runs, and none could begin on time";
     HostChanged: Arming | Ready | Holding => Unsynchronised, "another host, another epoch of fleet time";
     EmergencyStop: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,
-        "the host said so: it freezes where it is";
+        "a host said so: its drive is off";
     MotorStalled: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,
         "something holds the tail: driving on would burn the motor, or what holds it";
+    FollowingError: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,
+        "it is not where its neighbours take it to be";
+    WrongWay: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,
+        "swapped leads or a wrong sign: the loop drives the tail away";
+    IndexMisplaced: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,
+        "counts were lost: the tail is elsewhere than it says";
     Blind: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,
         "a closed loop without eyes would run away";
     OutputFailed: Boot | Unsynchronised | Arming | Ready | Executing | Holding => Stopped,

@@ -106,10 +106,17 @@ fn turned_by_hand_over_the_magnet_it_holds_the_pose_it_has() {
     for by_rad in [0.001, -0.001] {
         let mut bench = Bench::indexed(2.0, Homing::by_hand());
         bench.host.tells_time = false;
-        bench.run_while_booting(5_000 * MS, |bench| bench.rig.turn(by_rad));
+        // The hand does not stop at once.
+        let mut beyond = 0;
+        bench.run_while_booting(8_000 * MS, |bench| {
+            beyond += u32::from(bench.boat.tail().is_homed());
+            if beyond <= 400 {
+                bench.rig.turn(by_rad);
+            }
+        });
         assert_eq!(bench.state(), ModuleState::Unsynchronised);
         let found_rad = bench.rig.angle_rad();
-        assert!(beyond_magnet(found_rad).abs() <= NEAR_RAD, "found at {found_rad}");
+        assert!((beyond_magnet(found_rad).abs() - 0.4).abs() <= NEAR_RAD, "found at {found_rad}");
         let said = bench.run(bench.now.0 + 1_000 * MS);
         assert_eq!((bench.state(), bench.faults()), (ModuleState::Unsynchronised, Faults(0)));
         assert!((bench.rig.angle_rad() - found_rad).abs() < 0.01, "it stays: {}", bench.rig.angle_rad());

@@ -69,8 +69,8 @@ pub const NODES: [Node; 8] = [
     node(Ready, 1100.0, 240.0, "awaits its first cycle"),
     node(Executing, 1100.0, 460.0, "does its cycle"),
     node(Holding, 790.0, 460.0, "holds where it ended"),
-    node(Stopped, 790.0, 654.0, "until released"),
-    node(Unprovisioned, 170.0, 654.0, "until the next boot"),
+    node(Stopped, 790.0, 710.0, "until released"),
+    node(Unprovisioned, 170.0, 710.0, "until the next boot"),
 ];
 
 /// Around the states that every stop ends.
@@ -189,16 +189,16 @@ pub const ROUTES: [Route; 15] = [
     route(
         &[Boot, Unsynchronised, Arming, Ready, Executing, Holding],
         Stopped,
-        straight((790.0, 536.0), (790.0, 627.0)),
-        (802.0, 582.0),
+        straight((790.0, 536.0), (790.0, 683.0)),
+        (802.0, 607.0),
         Start,
     ),
     route(
         &[Stopped],
         Boot,
-        [(706.0, 654.0), (430.0, 654.0), (215.0, 520.0), (200.0, 267.0)],
-        (432.0, 582.0),
+        [(706.0, 710.0), (430.0, 710.0), (215.0, 520.0), (200.0, 267.0)],
+        (432.0, 607.0),
         Start,
     ),
-    route(&[Boot], Unprovisioned, straight((150.0, 267.0), (150.0, 627.0)), (160.0, 582.0), Start),
+    route(&[Boot], Unprovisioned, straight((150.0, 267.0), (150.0, 683.0)), (160.0, 607.0), Start),
 ];

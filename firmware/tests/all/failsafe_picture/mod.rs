@@ -97,17 +97,18 @@ fn markdown() -> String {
     text
 }
 
-/// After which of the stops a module may drive, and after which not.
+/// What a module does after which of the stops.
 fn stopped() -> String {
-    let mut after: BTreeMap<bool, Vec<String>> = BTreeMap::new();
+    let mut after: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for event in FailsafeEvent::ALL {
         let mut failsafe = come_to(ModuleState::Executing);
         if failsafe.handle(event) == Some(ModuleState::Stopped) {
-            after.entry(failsafe.may_drive()).or_default().push(words(&event));
+            assert!(!failsafe.may_drive(), "after {event:?}");
+            after.entry(words(&failsafe.permission())).or_default().push(words(&event));
         }
     }
-    let list = |is| after.get(&is).map_or_else(|| "nothing".into(), |events| events.join(", "));
-    format!("after {}: yes; after {}: no", list(true), list(false))
+    let each = after.iter().map(|(permission, events)| format!("{permission}s after {}", events.join(", ")));
+    format!("no: {}", each.collect::<Vec<_>>().join("; "))
 }
 
 /// The stored file is what is generated.

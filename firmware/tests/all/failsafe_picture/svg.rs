@@ -26,7 +26,7 @@ const FONTS: &str =
 const LEADING: f64 = 16.0;
 
 /// The whole picture.
-pub const CANVAS: Area = Area { left: 0.0, top: 0.0, right: 1260.0, bottom: 706.0 };
+pub const CANVAS: Area = Area { left: 0.0, top: 0.0, right: 1260.0, bottom: 762.0 };
 
 /// Estimated width of a text: on the wide side, as the viewer's font is unknown.
 fn text_width(text: &str, size: f64) -> f64 {

@@ -74,9 +74,9 @@ pub struct ServoConstants {
     pub stall_current: Amperes,
     /// Current limit I_max.
     pub current_max: Amperes,
-    /// Error from which on the tail counts as lagging: what plans keep free about planned angles.
+    /// Error from which on the tail counts as lagging: with one reading of the encoder at most what plans keep free about planned angles.
     pub following_error_max: Radians,
-    /// How long it may lag before it has failed.
+    /// How long it may lag before it is stopped.
     pub following_error_time: Duration,
     /// Interval of the loop.
     pub interval: Duration,
@@ -93,7 +93,7 @@ impl Default for ServoConstants {
             speed_max: RadiansPerSecond(15.0),
             stall_current: Amperes(1.8),
             current_max: Amperes(1.2),
-            following_error_max: Radians(0.022),
+            following_error_max: Radians(0.020),
             following_error_time: Duration(50_000),
             interval: Duration(1000),
         }

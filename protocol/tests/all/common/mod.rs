@@ -80,7 +80,9 @@ pub fn messages() -> Vec<(&'static str, Side, Message)> {
         ("acknowledge-refused", acknowledge(Verdict::Refused(Refusal::PoseMismatch))),
         ("acknowledge-prepared", acknowledge(Verdict::Prepared)),
         ("telemetry", telemetry(at)),
+        ("telemetry-stopped", stopped(at)),
         ("rov-telemetry", rov_telemetry(at)),
+        ("tail-unknown", tail_unknown(at)),
         ("health", health()),
     ];
     let to_module = to_module.into_iter().map(|(name, message)| (name, Side::Host, message));
@@ -136,9 +138,32 @@ fn telemetry(at: FleetInstant) -> Message {
     })
 }
 
+fn tail_unknown(at: FleetInstant) -> Message {
+    Message::TailUnknown(TailUnknown {
+        at,
+        state: ModuleState::Stopped,
+        cycle: 42,
+        battery: Volts(7.25),
+        faults: Faults::BLIND,
+    })
+}
+
+/// With the faults that came after the first five.
+fn stopped(at: FleetInstant) -> Message {
+    Message::Telemetry(Telemetry {
+        at,
+        state: ModuleState::Stopped,
+        cycle: 42,
+        tail: Radians(0.75),
+        rate: RadiansPerSecond(0.0),
+        current: Amperes(0.0),
+        battery: Volts(7.25),
+        faults: Faults::FOLLOWING.with(Faults::WRONG_WAY).with(Faults::INDEX),
+    })
+}
+
 fn rov_telemetry(at: FleetInstant) -> Message {
     let pulses = [1545.5, 1440.25, 1500.0, 1830.0, 1100.0, 1528.125, 1612.75, 1471.5];
-    let all = Faults::NAMES.iter().fold(Faults(0), |faults, (fault, _)| faults.with(*fault));
     Message::RovTelemetry(RovTelemetry {
         at,
         state: ModuleState::Stopped,
@@ -146,7 +171,7 @@ fn rov_telemetry(at: FleetInstant) -> Message {
         pulses: pulses.into_iter().map(PulseMicros).collect(),
         battery: Volts(15.75),
         current: Amperes(24.5),
-        faults: all,
+        faults: Faults(0b1_1111),
     })
 }
 

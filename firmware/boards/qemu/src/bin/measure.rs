@@ -13,6 +13,8 @@ use board_qemu::{clock, configuration, motor, semihosting};
 use cortex_m_rt::entry;
 use firmware::module::{Module, Status, Supply};
 use firmware::provision;
+use heapless::Vec;
+use protocol::configuration::Robot;
 use protocol::ledger::Class;
 use protocol::session::open_announcement;
 use protocol::time::{Duration, FleetInstant, LocalInstant};
@@ -57,12 +59,25 @@ struct Costs {
     call: Cost,
     damaged: Cost,
     forged: Cost,
+    forged_call: Cost,
+    foreign_call: Cost,
     sent: Cost,
 }
 
 impl Costs {
     fn tell(&self, uart: &mut Uart) {
-        let Self { tick, cycle, duplicate, time_reply, call, damaged, forged, sent } = self;
+        let Self {
+            tick,
+            cycle,
+            duplicate,
+            time_reply,
+            call,
+            damaged,
+            forged,
+            forged_call,
+            foreign_call,
+            sent,
+        } = self;
         for (what, cost) in [
             ("tick", tick),
             ("cycle", cycle),
@@ -71,6 +86,8 @@ impl Costs {
             ("call", call),
             ("damaged", damaged),
             ("forged", forged),
+            ("forged-call", forged_call),
+            ("foreign-call", foreign_call),
             ("sent", sent),
         ] {
             let &Cost { times, total, least, most } = cost;
@@ -147,9 +164,20 @@ impl Bench {
         let (fleet, module, nonce) = (identity.fleet, identity.module, Nonce([7; 16]));
         let mut session = Session::new(Side::Host, fleet, module, &identity.key, &boot, nonce);
         let call = session.seal_call(answer).unwrap_or_else(|error| panic!("{error}"));
+        let mut forged = Vec::<u8, MAX_DATAGRAM>::from_slice(call).expect("it fits");
+        damage(&mut forged, TAG_FROM_END);
+        let cost = &mut self.costs.forged_call;
+        let taken = count(cost, self.overhead, || self.firmware.handle_datagram(now, &forged));
+        assert_eq!(taken, Err(Class::Forged));
         let taken = count(&mut self.costs.call, self.overhead, || self.firmware.handle_datagram(now, call));
         assert_eq!(taken, Ok(()));
         self.session = Some(session);
+        // Of another host, whatever it says.
+        let of_session = forged.len() - SESSION;
+        damage(&mut forged, of_session);
+        let cost = &mut self.costs.foreign_call;
+        let taken = count(cost, self.overhead, || self.firmware.handle_datagram(now, &forged));
+        assert_eq!(taken, Err(Class::Foreign));
     }
 
     /// Sends a cycle, once more, once damaged, and once damaged under a right checksum.
@@ -172,6 +200,18 @@ impl Bench {
         buffer[guarded..next].copy_from_slice(&checksum.to_le_bytes());
         assert_eq!(deliver(&mut costs.forged, &buffer[..next]), Err(Class::Forged));
     }
+}
+
+/// The last byte of the tag, and the first of the session's number, from the end and from the beginning of a datagram.
+const TAG_FROM_END: usize = 5;
+const SESSION: usize = 8;
+
+/// Changes the byte that stands so far from the end, under a right checksum.
+fn damage(datagram: &mut [u8], from_end: usize) {
+    let (changed, guarded) = (datagram.len() - from_end, datagram.len() - 4);
+    datagram[changed] ^= 1;
+    let checksum = crc32(&datagram[..guarded]);
+    datagram[guarded..].copy_from_slice(&checksum.to_le_bytes());
 }
 
 fn seal<'a>(session: &mut Session, message: &Message, buffer: &'a mut [u8]) -> &'a [u8] {
@@ -208,7 +248,9 @@ fn main() -> ! {
     let mut uart = unsafe { Uart::first() };
     let configuration = Configuration::read(configuration::block()).unwrap_or_else(|error| panic!("{error}"));
     let boot = semihosting::boot_nonce().expect("random bytes from the PC");
-    let firmware = provision::modboat(&configuration, boot, motor::Sensors, motor::Sensors, motor::bridge());
+    let Robot::Modboat(constants) = &configuration.robot else { panic!("no Modboat") };
+    let wheel = motor::Wheel::new(&constants.encoder).unwrap_or_else(|error| panic!("{error}"));
+    let firmware = provision::modboat(&configuration, boot, wheel, motor::Sensors, motor::bridge());
     let firmware = firmware.unwrap_or_else(|error| panic!("{error}"));
     // Not on the stack, with everything else that lasts.
     let bench = cortex_m::singleton!(: Bench = Bench::new(firmware)).expect("taken once");

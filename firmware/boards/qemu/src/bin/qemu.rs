@@ -3,7 +3,7 @@
 //! It says once a second over its serial line how it does:
 //!
 //! ```text
-//! tick 12000 missed 0 stalled 0 late 1 tick_us 9 turn_us 31 state Executing running 5 faults 0 stack 3320 received 431 accepted 431 …
+//! tick 12000 missed 0 stalled 0 late 1 tick_us 9 turn_us 31 state Executing running 5 faults 0 braked 0 drive 310 stack 3320 received 431 accepted 431 …
 //! ```
 #![no_std]
 #![no_main]
@@ -57,10 +57,11 @@ fn run(
     lamp: &mut Lamp,
 ) -> Result<core::convert::Infallible, provision::NotProvisioned> {
     let configuration = Configuration::read(configuration::block())?;
-    let firmware = provision::modboat(&configuration, boot, motor::Sensors, motor::Sensors, motor::bridge())?;
     let Robot::Modboat(constants) = &configuration.robot else {
         return Err(provision::NotProvisioned::Kind(configuration.kind()));
     };
+    let wheel = motor::Wheel::new(&constants.encoder)?;
+    let firmware = provision::modboat(&configuration, boot, wheel, motor::Sensors, motor::bridge())?;
     let interval = provision::servo_interval(&constants.servo)?;
 
     let address = network::ethernet_address(configuration.fleet, configuration.module);
@@ -99,7 +100,7 @@ fn run(
             let i = s.incoming;
             let _ = writeln!(
                 uart,
-                "tick {} missed {} stalled {} late {} tick_us {} turn_us {} state {:?} running {} faults {} stack {} received {} \
+                "tick {} missed {} stalled {} late {} tick_us {} turn_us {} state {:?} running {} faults {} braked {} drive {} stack {} received {} \
                  accepted {} duplicate {} stale {} corrupt {} forged {} foreign {} unheard {unheard} unsent {}",
                 s.ticks,
                 s.missed,
@@ -110,6 +111,8 @@ fn run(
                 s.state.unwrap_or(ModuleState::Boot),
                 s.running,
                 s.faults.0,
+                u8::from(s.drive.0),
+                s.drive.1,
                 stack.high_water(),
                 i.received,
                 i.accepted,

@@ -9,6 +9,10 @@ fn announcement(bench: &mut Bench) -> Vec<u8> {
     link.seal_announcement(&hello, &mut [0; protocol::MAX_DATAGRAM]).unwrap().to_vec()
 }
 
+fn is_call(datagram: &[u8]) -> bool {
+    protocol::Frame::parse(datagram).unwrap().header.kind == protocol::Kind::Call
+}
+
 /// What may not change.
 fn inside(bench: &Bench) -> std::string::String {
     let endpoint = &bench.endpoint;
@@ -131,7 +135,12 @@ fn a_whole_session_played_again_after_the_host_has_changed_is_stale() {
         }
         let before = inside(&bench);
         for datagram in &recorded {
-            let expected = if next_host { Class::Stale } else { Class::Duplicate };
+            let expected = match is_call(datagram) {
+                _ if !next_host => Class::Duplicate,
+                // Not looked at while a host is heard.
+                true => Class::Foreign,
+                false => Class::Stale,
+            };
             assert_eq!(bench.bring(datagram), Err(expected));
         }
         assert_eq!(inside(&bench), before);
@@ -176,10 +185,13 @@ fn everything_ever_recorded_is_stale_after_a_reboot() {
     bench.run(1_000 * MS);
     let before = inside(&bench);
     for datagram in &recorded {
-        assert_eq!(bench.bring(datagram), Err(Class::Stale), "in the session of its new boot");
+        let expected = if is_call(datagram) { Class::Foreign } else { Class::Stale };
+        assert_eq!(bench.bring(datagram), Err(expected), "in the session of its new boot");
     }
     assert_eq!((inside(&bench), bench.state()), (before, ModuleState::Ready));
-    assert_eq!(bench.incoming().stale as usize, 2 * recorded.len());
+    let calls = recorded.iter().filter(|datagram| is_call(datagram)).count();
+    let incoming = bench.incoming();
+    assert_eq!((incoming.stale as usize, incoming.foreign as usize), (2 * recorded.len() - calls, calls));
 }
 
 /// A module was taken apart: its key is known, and its fleet's number.
@@ -203,9 +215,120 @@ fn the_key_of_another_module_opens_nothing() {
             let renumbered = in_session(&datagram, bench.host.session().id());
             let classes = [bench.bring(&datagram), bench.bring(&renumbered)];
             let foreign = [Err(Class::Foreign); 2];
-            let claimed = [Err(Class::Stale), Err(Class::Forged)];
+            let claimed =
+                [Err(if is_call(&datagram) { Class::Foreign } else { Class::Stale }), Err(Class::Forged)];
             assert_eq!(classes, if claims == ModuleId(7) { foreign } else { claimed });
         }
     }
     assert_eq!(inside(&bench), before);
+}
+
+/// The stop of a host that answers this announcement.
+fn stop_for(announcement: &[u8]) -> Vec<u8> {
+    let key = crate::bench_host::fleet_key();
+    let boot = protocol::Frame::parse(announcement).unwrap().header.nonce.unwrap();
+    let module = crate::bench_host::MODULE;
+    let mut buffer = [0; protocol::MAX_DATAGRAM];
+    protocol::session::seal_stop(key.fleet(), module, &key.module(module), boot, &mut buffer)
+        .unwrap()
+        .to_vec()
+}
+
+/// The operator's second machine, while the first swims the module.
+#[test]
+fn any_host_of_the_fleet_stops_it_in_mid_cycle_and_only_a_release_ends_it() {
+    let mut bench = Bench::ready();
+    assert_eq!(bench.ask(&direct(1, 2_000 * MS)), Verdict::Accepted);
+    bench.run(2_700 * MS);
+    assert_eq!(bench.state(), ModuleState::Executing);
+    // A release that was sent before, and comes late.
+    let early = bench.host.seal(&Message::Release);
+    let stop = stop_for(&announcement(&mut bench));
+    let session = bench.endpoint.link().unwrap().session();
+    assert_eq!(bench.bring(&stop), Ok(()));
+    let permission = bench.endpoint.failsafe().permission();
+    assert_eq!((bench.state(), permission), (ModuleState::Stopped, Permission::Brake));
+    assert_eq!(bench.endpoint.link().unwrap().session(), session, "whom it serves does not change");
+    assert_eq!(bench.bring(&early), Ok(()));
+    assert_eq!(bench.state(), ModuleState::Stopped, "the release knew nothing of it");
+    assert_eq!(bench.host.session().outgoing().late, 0, "not told yet");
+    let said = bench.run(2_701 * MS);
+    let told = |m: &Message| matches!(m, Message::Telemetry(t) if t.faults == Faults::EMERGENCY);
+    assert!(said.iter().any(told), "it says so at once: {said:?}");
+    assert_eq!(bench.bring(&stop), Err(Class::Stale), "played again");
+    bench.say(&Message::Release);
+    bench.run(2_710 * MS);
+    assert_eq!(bench.state(), ModuleState::Ready);
+    assert_eq!(bench.bring(&stop), Err(Class::Stale), "and again, after the release");
+    assert_eq!(bench.state(), ModuleState::Ready);
+    // A reboot of the host is no release.
+    let stop = stop_for(&announcement(&mut bench));
+    assert_eq!(bench.bring(&stop), Ok(()));
+    bench.host.tells_time = false;
+    bench.run(5_000 * MS);
+    bench.host = BenchHost::new(2);
+    let call = {
+        let announcement = announcement(&mut bench);
+        bench.host.call(&announcement)
+    };
+    assert_eq!(bench.bring(&call), Ok(()));
+    bench.run(6_000 * MS);
+    assert_eq!(bench.state(), ModuleState::Stopped);
+    bench.say(&Message::Release);
+    bench.run(6_100 * MS);
+    assert_eq!(bench.state(), ModuleState::Ready);
+}
+
+/// Damaged, under a right checksum, or of a fleet with another key.
+#[test]
+fn a_forged_stop_stops_nothing() {
+    let mut bench = Bench::ready();
+    let good = stop_for(&announcement(&mut bench));
+    let before = inside(&bench);
+    for bit in 0..(good.len() - 4) * 8 {
+        let mut bad = good.clone();
+        bad[bit / 8] ^= 1 << (bit % 8);
+        // The checksum is made right by putting the session's own number, 0, into its place again.
+        if (8..12).contains(&(bit / 8)) {
+            continue;
+        }
+        let bad = in_session(&bad, 0);
+        assert!(bench.bring(&bad).is_err(), "bit {bit}");
+        assert_eq!((inside(&bench), bench.state()), (before.clone(), ModuleState::Ready), "bit {bit}");
+    }
+    assert_eq!(bench.bring(&good), Ok(()));
+}
+
+/// A stranger answers every announcement with calls of its own.
+#[test]
+fn forged_calls_are_looked_at_a_few_times_for_each_announcement() {
+    let mut bench = Bench::ready();
+    let mut thief = bench.host.clone_as(9);
+    let forged = |thief: &mut BenchHost, bench: &mut Bench| {
+        let mut call = thief.call(&announcement(bench));
+        let tag = call.len() - 5;
+        call[tag] ^= 1;
+        let session = u32::from_le_bytes(call[8..12].try_into().unwrap());
+        in_session(&call, session)
+    };
+    // While its host is heard none is looked at.
+    for _ in 0..100 {
+        let call = forged(&mut thief, &mut bench);
+        assert_eq!(bench.bring(&call), Err(Class::Foreign));
+    }
+    bench.host.tells_time = false;
+    bench.run(4_000 * MS);
+    let call = forged(&mut thief, &mut bench);
+    for k in 0..100 {
+        let expected = if k < CALLS { Class::Forged } else { Class::Stale };
+        assert_eq!(bench.bring(&call), Err(expected), "{k}");
+    }
+    assert_eq!(bench.incoming().forged, u32::from(CALLS));
+    // The next announcement is answered by its host.
+    bench.host = BenchHost::new(2);
+    let call = {
+        let announcement = announcement(&mut bench);
+        bench.host.call(&announcement)
+    };
+    assert_eq!(bench.bring(&call), Ok(()));
 }

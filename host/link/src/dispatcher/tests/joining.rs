@@ -1,9 +1,12 @@
 //! Who is taken in, who is not, and what is heard of whom.
 
+use std::collections::VecDeque;
+
 use protocol::time::LocalInstant;
-use protocol::{Announcer, FleetKey, Hello, MAX_DATAGRAM, ModuleKind};
+use protocol::{Announcer, FleetKey, Hello, Kind, MAX_DATAGRAM, ModuleKind};
 
 use super::super::super::delivery::Knowledge;
+use super::super::super::offers::{OFFERS, PROVES_WITHIN, SILENT};
 use super::super::*;
 use super::played::*;
 
@@ -138,10 +141,83 @@ fn calls_are_few_however_many_announcements_come() {
     }
     let outgoing = bench.link(0).outgoing();
     assert_eq!(outgoing.lost, outgoing.sent - outgoing.under_way(), "{outgoing:?}");
-    assert!(outgoing.under_way() <= 4 * 20, "offers that are still open: {outgoing:?}");
+    assert!(outgoing.under_way() <= OFFERS as u64 * 20, "offers that are still open: {outgoing:?}");
+    // The module was called 20 times without an answer, so its place was given up to others that want it; its turn comes again.
+    bench.now = bench.now.after(Duration(1_000_000));
     assert_eq!(bench.join(0), Some(DispatcherEvent::Joined(0)));
     let outgoing = bench.link(0).outgoing();
     assert_eq!((outgoing.sent, outgoing.acknowledged, outgoing.under_way()), (outgoing.lost + 1, 1, 0));
+}
+
+/// Whether a module that announces itself five times a second joins while `boots` recorded boots of it are played at one a millisecond, with
+/// 20 ms of way each way, and when.
+fn joins_beside_recordings(boots: usize) -> Option<u64> {
+    let mut bench = Bench::new(1);
+    let recordings = recordings(&mut bench, boots);
+    let mut under_way: VecDeque<(u64, Vec<u8>, bool)> = VecDeque::new();
+    for ms in 0..120_000_u64 {
+        bench.now = FleetInstant(ms * 1_000);
+        if ms % 200 == 0 {
+            let announcement = bench.modules[0].announce();
+            under_way.push_back((ms + 20, announcement, false));
+        }
+        let recording = &recordings[ms as usize % boots];
+        let _ = bench.dispatcher.handle_datagram(bench.now, 'x', recording);
+        for (to, call) in bench.sent() {
+            // What answers a recording goes to where that came from, and opens nothing.
+            if to != 'x' {
+                under_way.push_back((ms + 20, call, true));
+            }
+        }
+        while under_way.front().is_some_and(|(at, ..)| *at <= ms) {
+            let (_, datagram, is_call) = under_way.pop_front().expect("there is one");
+            if !is_call {
+                let _ = bench.deliver(0, &datagram);
+            } else if bench.modules[0].handle_datagram(&datagram).is_ok() {
+                assert_eq!(bench.say(0, &health()), Some(DispatcherEvent::Joined(0)));
+                assert!(!bench.link(0).is_elsewhere());
+                return Some(ms);
+            }
+        }
+    }
+    None
+}
+
+#[test]
+fn recorded_announcements_keep_no_module_out() {
+    for (boots, most_ms) in [(6, 100), (OFFERS - 1, 100)] {
+        let joined_ms = joins_beside_recordings(boots);
+        assert!(joined_ms.is_some_and(|ms| ms <= most_ms), "{boots} boots: {joined_ms:?} ms");
+    }
+    // More than are offered at once: each has its time first.
+    for boots in [20, 100, 200] {
+        assert!(boots < SILENT);
+        let joined_ms = joins_beside_recordings(boots);
+        let most_ms = (boots / OFFERS + 3) as u64 * u64::from(PROVES_WITHIN.0 / 1_000);
+        println!("{boots} recorded boots: joined after {joined_ms:?} ms");
+        assert!(joined_ms.is_some_and(|ms| ms <= most_ms), "{boots} boots: {joined_ms:?} of {most_ms} ms");
+    }
+}
+
+/// Ten different announcements of an old boot, which served another host then.
+#[test]
+fn a_module_in_our_session_is_not_said_to_be_elsewhere() {
+    let mut bench = Bench::new(1);
+    let mut other: Dispatcher<char> = Dispatcher::new(&[ModuleId(1)], &KEY, [5; 12]);
+    let mut buffer = [0; MAX_DATAGRAM];
+    let announcement = bench.modules[0].announce();
+    other.handle_datagram(FleetInstant(0), 'a', &announcement).expect("genuine");
+    let (_, call) = other.poll_transmit(FleetInstant(0), &mut buffer).expect("a call");
+    bench.modules[0].handle_datagram(call).expect("it opens");
+    let recordings: Vec<Vec<u8>> = (0..30).map(|_| bench.modules[0].announce()).collect();
+    bench.modules[0].reboot();
+    assert_eq!(bench.join(0), Some(DispatcherEvent::Joined(0)));
+    for (round, recording) in (1..).zip(&recordings) {
+        bench.now = FleetInstant(round * 60_000);
+        bench.say(0, &health());
+        let told = bench.dispatcher.handle_datagram(bench.now, 'x', recording);
+        assert_eq!((told, bench.link(0).is_elsewhere()), (Ok(None), false), "round {round}");
+    }
 }
 
 #[test]
@@ -250,4 +326,61 @@ fn an_older_report_does_not_replace_a_newer_one() {
     let answered = bench.modules[0].say(&answer(3, Verdict::Accepted));
     bench.say(0, &report(0, 2, ModuleState::Executing));
     assert_eq!(bench.deliver(0, &answered), Ok(Some(DispatcherEvent::Accepted { module: 0, cycle: 3 })));
+}
+
+/// The operator's host stops what another one swims.
+#[test]
+fn a_module_of_another_host_is_stopped_when_it_announces_itself() {
+    let mut bench = Bench::new(1);
+    let mut other: Dispatcher<char> = Dispatcher::new(&[ModuleId(1)], &KEY, [5; 12]);
+    let mut buffer = [0; MAX_DATAGRAM];
+    let announcement = bench.modules[0].announce();
+    other.handle_datagram(FleetInstant(0), 'a', &announcement).expect("genuine");
+    let (_, call) = other.poll_transmit(FleetInstant(0), &mut buffer).expect("a call");
+    bench.modules[0].handle_datagram(call).expect("it opens");
+    bench.dispatcher.emergency_stop(bench.now);
+    assert!(bench.sent().is_empty(), "it is not known where it is");
+    let announcement = bench.modules[0].announce();
+    assert_eq!(bench.deliver(0, &announcement), Ok(None));
+    let kinds: Vec<Kind> = bench
+        .sent()
+        .iter()
+        .map(|(to, datagram)| {
+            assert_eq!(*to, 'a');
+            let frame = Frame::parse(datagram).expect("a datagram");
+            if frame.header.kind == Kind::Stop {
+                assert_eq!(bench.modules[0].announcer.open_stop(&frame), Ok(()));
+            }
+            frame.header.kind
+        })
+        .collect();
+    assert_eq!(kinds, [Kind::Call, Kind::Stop]);
+    // Once released it is called alone.
+    bench.dispatcher.release(bench.now);
+    bench.now = FleetInstant(1_000_000);
+    let announcement = bench.modules[0].announce();
+    assert_eq!(bench.deliver(0, &announcement), Ok(None));
+    assert_eq!(bench.sent().len(), 1);
+}
+
+#[test]
+fn a_module_that_does_not_know_its_tail_says_what_is_wrong_with_it() {
+    let mut bench = Bench::joined(1);
+    bench.say(0, &report(1, 0, ModuleState::Ready));
+    let unknown = protocol::TailUnknown {
+        at: FleetInstant(2),
+        state: ModuleState::Stopped,
+        cycle: 0,
+        battery: protocol::units::Volts(7.4),
+        faults: protocol::Faults::INDEX,
+    };
+    let heard = bench.say(0, &Message::TailUnknown(unknown));
+    assert_eq!(heard, Some(DispatcherEvent::Reported(0)));
+    let link = bench.link(0);
+    assert_eq!((link.state(), link.faults()), (Some(ModuleState::Stopped), protocol::Faults::INDEX));
+    assert_eq!(link.telemetry(), None, "where it was seen before means nothing any more");
+    bench.say(0, &report(3, 0, ModuleState::Ready));
+    let link = bench.link(0);
+    assert_eq!((link.state(), link.faults()), (Some(ModuleState::Ready), protocol::Faults(0)));
+    assert!(link.telemetry().is_some());
 }

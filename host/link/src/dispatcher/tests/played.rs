@@ -69,7 +69,7 @@ pub(super) struct Played {
     key: ModuleKey,
     boot: [u8; 12],
     sessions: u32,
-    announcer: Announcer,
+    pub(super) announcer: Announcer,
     pub(super) session: Option<Session>,
 }
 
