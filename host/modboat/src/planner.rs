@@ -76,22 +76,21 @@ impl Planner {
         Some(Self { modules: structure.len(), which: Which::Exact(Box::new(ExactPlanner::new(setting))) })
     }
 
-    /// Each module's participation when some tail angles are unknown: a module with a known angle is active, unless its tail rests
-    /// within reach of an unknown one; then it is held. `poses_rad` are the tails' angles by module, rad, `None` if unknown.
-    #[must_use]
+    /// Writes each module's participation when some tail angles are unknown: a module with a known angle is active, unless its tail
+    /// rests within reach of an unknown one; then it is held. `poses_rad` are the tails' angles by module, rad, `None` if unknown.
     pub fn participation(
         structure: &Structure,
         distance: &DistanceToCollision,
         poses_rad: &[Option<f64>],
-    ) -> Vec<Participation> {
+        participation: &mut Vec<Participation>,
+    ) {
+        let of = |pose: &Option<f64>| pose.map_or(Participation::Unknown, |_| Participation::Active);
+        participation.clear();
+        participation.extend(poses_rad.iter().map(of));
         // The rule, at every decision.
         if poses_rad.iter().all(Option::is_some) {
-            return vec![Participation::Active; poses_rad.len()];
+            return;
         }
-        let mut participation: Vec<Participation> = poses_rad
-            .iter()
-            .map(|pose| if pose.is_some() { Participation::Active } else { Participation::Unknown })
-            .collect();
         for &offset in distance.offsets() {
             let reach = Reach::new(distance, offset);
             for (i, j) in structure.neighbours(offset) {
@@ -106,7 +105,6 @@ impl Planner {
                 }
             }
         }
-        participation
     }
 
     /// The same planner; a potential field searches by the table of these very parameters from now on.

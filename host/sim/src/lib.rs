@@ -19,7 +19,7 @@ mod contact;
 pub mod mocap;
 pub mod module;
 pub mod motor;
-mod node;
+pub mod node;
 pub mod remote;
 pub mod rov;
 pub mod tank;

@@ -1,12 +1,9 @@
-//! A simulated module: the firmware crate, compiled for the PC, on a simulated motor.
-//!
-//! It has a clock of its own, with an offset and a drift, so that the fleet time it learns over the link is really
-//! learnt. The in-process run and `flotilla module` use the same code.
+//! A simulated Modboat: the firmware crate, compiled for the PC, on a simulated motor.
 
 use std::convert::Infallible;
 
 use firmware::link::endpoint::Endpoint;
-use firmware::link::session::{Identity, Link, SURE_WITHIN};
+use firmware::link::session::{Identity, SURE_WITHIN};
 use firmware::modboat::Modboat;
 use firmware::modboat::encoder::Encoder;
 use firmware::modboat::motor::Bridge;
@@ -18,14 +15,14 @@ use modboat::parameters::Parameters;
 use protocol::configuration::{EncoderMounting, ServoConstants, TailLimits};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
-use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
+use protocol::{FleetId, ModuleId, ModuleKey, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
 
 use super::TailState;
 use super::clock::ClockParameters;
 use super::motor::{DirectionPin, ENCODER_COUNTS, MotorParameters, PwmPin, Sensors, SimMotor};
-use super::node::Node;
+use super::node::{Hardware, Simulated};
 
 /// Servo period of a module: 1 kHz.
 pub const TICK: Duration = Duration(1_000);
@@ -61,18 +58,11 @@ impl CurrentSense for Sensors {
     }
 }
 
-type Firmware = Modboat<Sensors, Sensors, PwmPin, DirectionPin, DirectionPin>;
+/// One Modboat at one end of a radio.
+pub type SimModule<R> = Simulated<Boat, R>;
 
-/// One module at one end of a radio.
-pub struct SimModule<R: Radio> {
-    build: Build,
-    motor: SimMotor,
-    node: Node<Firmware, R>,
-}
-
-/// What a module is made of, kept for its next boot.
-#[derive(Clone, Debug)]
-struct Build {
+/// What a Modboat is made of.
+pub struct Boat {
     id: ModuleId,
     fleet: FleetId,
     key: ModuleKey,
@@ -80,7 +70,7 @@ struct Build {
     limits: TailLimits,
     servo: ServoConstants,
     mounting: EncoderMounting,
-    motor: MotorParameters,
+    motor: SimMotor,
 }
 
 /// How a module is set up.
@@ -112,99 +102,60 @@ impl<R: Radio> SimModule<R> {
     /// # Errors
     /// [`ModuleError`] for a motor or servo that cannot be.
     pub fn new(setup: &Setup<'_>, radio: R, host: R::Address) -> Result<Self, ModuleError> {
-        let mut node = Node::new(setup.seed, setup.clock, radio, host);
-        let motor = setup.motor;
-        let zero_counts = motor.encoder_offset_counts();
-        let build = Build {
+        let (motor, _) = SimMotor::new(&setup.motor.drawn(setup.seed), setup.tail_rad)?;
+        let zero_counts = setup.motor.encoder_offset_counts();
+        let boat = Boat {
             id: setup.id,
             fleet: setup.fleet,
             key: setup.key.clone(),
             report_every: setup.report_every,
             limits: limits_of(setup.modboat),
-            servo: servo_for(motor),
+            servo: servo_for(setup.motor),
             mounting: EncoderMounting { zero_counts, reversed: false },
-            motor: motor.drawn(setup.seed),
+            motor,
         };
-        let (motor, _) = SimMotor::new(&build.motor, setup.tail_rad)?;
-        // A module that cannot be built says so now, not when it boots.
-        boot(&build, &motor, node.boot_nonce())?;
-        Ok(Self { build, motor, node })
-    }
-
-    /// One servo tick at `now`, true time: what came over the radio, the firmware, what it says, and the motor for
-    /// one [`TICK`].
-    ///
-    /// # Errors
-    /// The radio's own; [`ModuleError`] cannot occur after [`new`](Self::new) succeeded.
-    pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
-        if self.node.boots(now) {
-            let firmware = boot(&self.build, &self.motor, self.node.boot_nonce()).ok();
-            self.node.power_on(firmware);
-        }
-        self.node.tick(now, &SUPPLY)?;
-        self.motor.step(f64::from(TICK.as_secs_f32()));
-        Ok(())
-    }
-
-    /// Takes the power away at `now` and gives it back `off` later. What the firmware knew is gone; the tail coasts.
-    pub fn reboot(&mut self, now: FleetInstant, off: Duration) {
-        self.node.power_off(now, off);
-        self.motor.release();
-    }
-
-    /// Lets its own clock jump ahead by so much, or back.
-    pub fn step_clock(&mut self, by_s: f64) {
-        self.node.step_clock(by_s);
+        Self::on(boat, (setup.seed, setup.clock), radio, host)
     }
 
     /// The tail as it is.
     pub fn tail(&self) -> TailState {
-        self.motor.state()
+        self.hardware.motor.state()
     }
 
     /// The motor, for faults in it.
     pub fn motor_mut(&mut self) -> &mut SimMotor {
-        &mut self.motor
+        &mut self.hardware.motor
+    }
+}
+
+impl Hardware for Boat {
+    type Firmware = Modboat<Sensors, Sensors, PwmPin, DirectionPin, DirectionPin>;
+    type Actuation = TailState;
+    type Error = ModuleError;
+
+    fn boot(&self, boot: [u8; 12]) -> Result<Self::Firmware, ModuleError> {
+        let &Self { id: module, fleet, ref key, report_every, limits, ref servo, mounting, .. } = self;
+        let pins = self.motor.pins();
+        let key = key.clone();
+        let identity = Identity { module, fleet, key, boot, report_every, sure_within: SURE_WITHIN };
+        let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
+        let tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, servo)?;
+        Ok(Modboat::new(Endpoint::new(Some(identity), ModboatRobot::new(limits)), tail))
     }
 
-    /// Whether it has power, and its firmware runs.
-    pub fn has_power(&self) -> bool {
-        self.node.has_power()
+    /// The firmware, then its motor for one [`TICK`].
+    fn tick<T>(&mut self, _now: FleetInstant, run: impl FnOnce(&Self, &Supply) -> T) -> T {
+        let done = run(self, &SUPPLY);
+        self.motor.step(f64::from(TICK.as_secs_f32()));
+        done
     }
 
-    /// What the firmware is doing at `now`, true time; nothing without power.
-    pub fn state(&self, now: FleetInstant) -> Option<ModuleState> {
-        Some(self.node.status(now)?.state)
+    fn power_off(&mut self) {
+        self.motor.release();
     }
 
-    /// Number of the cycle that it runs at `now`, true time, if any.
-    pub fn running(&self, now: FleetInstant) -> Option<u32> {
-        self.node.status(now)?.running
-    }
-
-    /// Its way in and out, while it has power.
-    pub fn link(&self) -> Option<&Link> {
-        self.node.link()
-    }
-
-    /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
-    pub fn clock_error_us(&self, now: FleetInstant) -> Option<i64> {
-        self.node.clock_error_us(now)
-    }
-
-    /// Its end of the radio.
-    pub fn radio(&self) -> &R {
-        self.node.radio()
-    }
-
-    /// Its end of the radio, to change the weather there.
-    pub fn radio_mut(&mut self) -> &mut R {
-        self.node.radio_mut()
-    }
-
-    /// Datagrams that came while it had no power.
-    pub fn unheard(&self) -> u64 {
-        self.node.unheard()
+    fn actuate(&self, tail: &mut TailState) {
+        *tail = self.motor.state();
     }
 }
 
@@ -219,16 +170,6 @@ pub(super) fn servo_for(motor: &MotorParameters) -> ServoConstants {
         interval: TICK,
         ..ServoConstants::default()
     }
-}
-
-fn boot(build: &Build, motor: &SimMotor, boot: [u8; 12]) -> Result<Firmware, ModuleError> {
-    let &Build { id: module, fleet, ref key, report_every, limits, ref servo, mounting, .. } = build;
-    let pins = motor.pins();
-    let key = key.clone();
-    let identity = Identity { module, fleet, key, boot, report_every, sure_within: SURE_WITHIN };
-    let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
-    let tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, servo)?;
-    Ok(Modboat::new(Endpoint::new(Some(identity), ModboatRobot::new(limits)), tail))
 }
 
 /// The limits a module is provisioned with: those of the kind of Modboat it is.

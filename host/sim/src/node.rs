@@ -1,9 +1,15 @@
-//! Power, clock and radio of a simulated module of any kind.
+//! A simulated module of any kind: power, clock and radio about the firmware, which runs on simulated [`Hardware`].
+//!
+//! It has a clock of its own, with an offset and a drift, so that the fleet time it learns over the link is really
+//! learnt. Runs in one process and `flotilla module` use the same code.
+//!
+//! Times are true time, which is the fleet's: the simulated host reads a clock without error. In `flotilla module` the clock of the
+//! process stands for it.
 
 use firmware::link::session::Link;
 use firmware::module::{Module, Status, Supply};
 use protocol::time::{Duration, FleetInstant, LocalInstant};
-use protocol::{MAX_DATAGRAM, Radio};
+use protocol::{MAX_DATAGRAM, ModuleState, Radio};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -22,10 +28,35 @@ impl LocalClock {
     }
 }
 
-/// Power, clock and radio of one simulated module. Times are true time, which is the fleet's: the simulated host reads a clock without error.
-/// In `flotilla module` the clock of the process stands for it.
-pub(super) struct Node<M, R: Radio> {
-    firmware: Option<M>,
+/// What the firmware of one kind of module runs on.
+pub trait Hardware {
+    /// The firmware crate's module on these pins.
+    type Firmware: Module;
+    /// What the water feels of it.
+    type Actuation: Default;
+    /// Why no firmware runs on it.
+    type Error;
+
+    /// The firmware as it starts, with random bytes for its boot nonce.
+    ///
+    /// # Errors
+    /// Why it does not.
+    fn boot(&self, nonce: [u8; 12]) -> Result<Self::Firmware, Self::Error>;
+
+    /// One tick at `now`: what is before the firmware's turn, that turn by `run`, what comes after it.
+    fn tick<T>(&mut self, now: FleetInstant, run: impl FnOnce(&Self, &Supply) -> T) -> T;
+
+    /// The firmware's outputs are gone.
+    fn power_off(&mut self);
+
+    /// Writes what the water feels of it now.
+    fn actuate(&self, actuation: &mut Self::Actuation);
+}
+
+/// One module at one end of a radio.
+pub struct Simulated<H: Hardware, R: Radio> {
+    pub(super) hardware: H,
+    firmware: Option<H::Firmware>,
     clock: LocalClock,
     radio: R,
     host: R::Address,
@@ -34,102 +65,120 @@ pub(super) struct Node<M, R: Radio> {
     unheard: u64,
 }
 
-impl<M: Module, R: Radio> Node<M, R> {
+impl<H: Hardware, R: Radio> Simulated<H, R> {
     /// Without power; it is given within the first 50 ms. `seed` decides its clock, its boot time and its boot nonces.
-    pub(super) fn new(seed: u64, clock: &ClockParameters, radio: R, host: R::Address) -> Self {
+    pub(super) fn on(
+        hardware: H,
+        (seed, clock): (u64, &ClockParameters),
+        radio: R,
+        host: R::Address,
+    ) -> Result<Self, H::Error> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let clock = LocalClock {
             offset_s: clock.offset_s * rng.random::<f64>(),
             rate: 1.0 + clock.drift_ppm * 1e-6 * (2.0 * rng.random::<f64>() - 1.0),
         };
         let boots_at = FleetInstant(rng.random_range(0..50_000));
-        Self { firmware: None, clock, radio, host, rng, boots_at, unheard: 0 }
+        // A module that cannot be built says so now, not when it boots.
+        hardware.boot(rng.random())?;
+        Ok(Self { hardware, firmware: None, clock, radio, host, rng, boots_at, unheard: 0 })
     }
 
-    /// Random bytes for its next boot.
-    pub(super) fn boot_nonce(&mut self) -> [u8; 12] {
-        self.rng.random()
+    /// One tick at `now`, true time: what came over the radio, the firmware, what it says, and the hardware. A Modboat's
+    /// come once every [`TICK`](super::module::TICK), an ROV's at any pace.
+    ///
+    /// # Errors
+    /// The radio's own.
+    pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
+        let Self { hardware, firmware, clock, radio, host, rng, boots_at, unheard } = self;
+        let local = clock.read(now);
+        hardware.tick(now, |hardware, supply| {
+            if firmware.is_none() && now >= *boots_at {
+                *firmware = hardware.boot(rng.random()).ok();
+            }
+            let mut buffer = [0; MAX_DATAGRAM];
+            while let Some((length, _)) = radio.receive(now, &mut buffer)? {
+                // Without power a datagram falls on deaf ears.
+                match firmware {
+                    Some(firmware) => {
+                        // What it does not follow it counts itself.
+                        let _ = firmware.handle_datagram(local, &buffer[..length]);
+                    }
+                    None => *unheard += 1,
+                }
+            }
+            if let Some(firmware) = firmware {
+                // The simulated pins cannot fail.
+                let _ = firmware.tick(local, supply);
+                while let Some(datagram) = firmware.poll_transmit(&mut buffer) {
+                    radio.send(now, *host, datagram)?;
+                }
+            }
+            Ok(())
+        })
     }
 
-    /// Whether power has come back by `now` and nothing runs yet.
-    pub(super) fn boots(&self, now: FleetInstant) -> bool {
-        self.firmware.is_none() && now >= self.boots_at
-    }
-
-    /// Gives it its firmware.
-    pub(super) fn power_on(&mut self, firmware: Option<M>) {
-        self.firmware = firmware;
-    }
-
-    /// Takes its power at `now` and gives it back `off` later.
-    pub(super) fn power_off(&mut self, now: FleetInstant, off: Duration) {
+    /// Takes its power at `now` and gives it back `off` later. What the firmware knew is gone; a tail coasts, speed controllers
+    /// hear nothing and stop.
+    pub fn reboot(&mut self, now: FleetInstant, off: Duration) {
         self.firmware = None;
         self.boots_at = now.after(off);
+        self.hardware.power_off();
     }
 
-    /// What came over the radio by `now`, one tick of the firmware, what it says.
-    pub(super) fn tick(&mut self, now: FleetInstant, supply: &Supply) -> Result<(), R::Error> {
-        let mut buffer = [0; MAX_DATAGRAM];
-        let local = self.clock.read(now);
-        while let Some((length, _)) = self.radio.receive(now, &mut buffer)? {
-            // Without power a datagram falls on deaf ears.
-            match &mut self.firmware {
-                Some(firmware) => {
-                    // What it does not follow it counts itself.
-                    let _ = firmware.handle_datagram(local, &buffer[..length]);
-                }
-                None => self.unheard += 1,
-            }
-        }
-        if let Some(firmware) = &mut self.firmware {
-            // The simulated pins cannot fail.
-            let _ = firmware.tick(local, supply);
-            while let Some(datagram) = firmware.poll_transmit(&mut buffer) {
-                self.radio.send(now, self.host, datagram)?;
-            }
-        }
-        Ok(())
+    /// Writes what the water feels of it now.
+    pub fn actuate(&self, actuation: &mut H::Actuation) {
+        self.hardware.actuate(actuation);
     }
 
     /// Whether it has power, and its firmware runs.
-    pub(super) fn has_power(&self) -> bool {
+    pub fn has_power(&self) -> bool {
         self.firmware.is_some()
     }
 
     /// Lets its own clock jump ahead by so much, as if ticks had been lost, or back.
-    pub(super) fn step_clock(&mut self, by_s: f64) {
+    pub fn step_clock(&mut self, by_s: f64) {
         self.clock.offset_s += by_s;
     }
 
-    /// What the firmware is doing at `now`; nothing without power.
-    pub(super) fn status(&self, now: FleetInstant) -> Option<Status> {
+    fn status(&self, now: FleetInstant) -> Option<Status> {
         Some(self.firmware.as_ref()?.status(self.clock.read(now)))
     }
 
+    /// What the firmware is doing at `now`, true time; `None` without power.
+    pub fn state(&self, now: FleetInstant) -> Option<ModuleState> {
+        Some(self.status(now)?.state)
+    }
+
+    /// Number of the cycle that it runs at `now`, true time, if any.
+    pub fn running(&self, now: FleetInstant) -> Option<u32> {
+        self.status(now)?.running
+    }
+
     /// Its way in and out, while it has power.
-    pub(super) fn link(&self) -> Option<&Link> {
+    pub fn link(&self) -> Option<&Link> {
         self.firmware.as_ref()?.endpoint().link()
     }
 
-    /// Fleet time by the module's own reckoning less the true one, µs; nothing before it is synchronised.
-    pub(super) fn clock_error_us(&self, now: FleetInstant) -> Option<i64> {
+    /// Fleet time by the module's own reckoning less the true one, µs; `None` before it is synchronised.
+    pub fn clock_error_us(&self, now: FleetInstant) -> Option<i64> {
         let clock = self.firmware.as_ref()?.endpoint().clock();
         let fleet = clock.fleet(self.clock.read(now)).filter(|_| clock.is_synchronised())?;
         Some(fleet.0 as i64 - now.0 as i64)
     }
 
     /// Its end of the radio.
-    pub(super) fn radio(&self) -> &R {
+    pub fn radio(&self) -> &R {
         &self.radio
     }
 
     /// Its end of the radio, to change the weather there.
-    pub(super) fn radio_mut(&mut self) -> &mut R {
+    pub fn radio_mut(&mut self) -> &mut R {
         &mut self.radio
     }
 
     /// Datagrams that came while it had no power.
-    pub(super) fn unheard(&self) -> u64 {
+    pub fn unheard(&self) -> u64 {
         self.unheard
     }
 }

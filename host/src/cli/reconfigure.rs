@@ -19,11 +19,12 @@ use super::folder::Folder;
 use super::progress::Bar;
 use super::run::RadioKind;
 use super::{Failure, keygen, signal, tell, written};
+use crate::run::RunError;
+use crate::run::closed_loop::Drive;
 use crate::run::experiment::Pace;
+use crate::run::fleet::{InProcess, OverUdp};
 use crate::run::progress::Progress;
-use crate::run::reconfigure::ExecutionError;
 use crate::run::reconfigure::execution::{Executed, Options, run};
-use crate::run::reconfigure::fleet::{InProcess, OverUdp};
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 
 mod table;
@@ -226,20 +227,21 @@ fn execute(
     let law = law(arguments.power, problem.rules.battery_v)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let options = Options { seed, radio: faults, law };
-    let could = |error: ExecutionError| Failure::Could(error.to_string());
+    let could = |error: RunError| Failure::Could(error.to_string());
     let stop = &signal::STOP;
     let Some((radio, host)) = radio else {
-        let mut fleet = InProcess::new(problem, faults, seed).map_err(could)?;
-        let pace = Pace::Simulated;
-        return run(problem, plan, &options, &mut fleet, pace, bar, stop, &mut |_, _, _| {}).map_err(could);
+        let mut fleet = InProcess::rovs(problem, faults, seed).map_err(could)?;
+        let drive = Drive { pace: Pace::Simulated, stop, hook: &mut |_, _, _| {} };
+        return run(problem, plan, &options, &mut fleet, drive, bar).map_err(could);
     };
     let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
     tell(&format!(
         "listening on {address} for {} ROVs (flotilla module --rov --id 1 --host {address}, and so on)",
         problem.robots.len()
     ));
-    let mut fleet = OverUdp::new(problem, radio, host, faults, seed);
-    run(problem, plan, &options, &mut fleet, Pace::Real, bar, stop, &mut |_, _, _| {}).map_err(could)
+    let mut fleet = OverUdp::rovs(problem, radio, host, faults, seed);
+    let drive = Drive { pace: Pace::Real, stop, hook: &mut |_, _, _| {} };
+    run(problem, plan, &options, &mut fleet, drive, bar).map_err(could)
 }
 
 /// Plans, figures and pictures.

@@ -14,6 +14,7 @@ use super::planner::PlannerArguments;
 use super::progress::Bar;
 use super::{Failure, keygen, report, signal, tell, written};
 use crate::run::RunError;
+use crate::run::closed_loop::Drive;
 use crate::run::experiment::{Pace, RunResult, run};
 use crate::run::fleet::{InProcess, OverUdp};
 use crate::run::progress::Progress;
@@ -160,8 +161,9 @@ fn swim(
     let mut bar = Bar::new(&scenario.name);
     let Some(Remote { radio, host, roster }) = remote else {
         let pace = if arguments.realtime { Pace::Watched } else { Pace::Simulated };
-        let mut fleet = InProcess::new(scenario, seed).map_err(|error| failure(error, ""))?;
-        let result = run(scenario, seed, &mut fleet, pace, &mut bar, stop, &mut |_, _, _| {});
+        let mut fleet = InProcess::boats(scenario, seed).map_err(|error| failure(error, ""))?;
+        let drive = Drive { pace, stop, hook: &mut |_, _, _| {} };
+        let result = run(scenario, seed, &mut fleet, drive, &mut bar);
         return result.map_err(|error| failure(error, ""));
     };
     let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
@@ -172,8 +174,9 @@ fn swim(
     } else {
         bar.note(&listening);
     }
-    let mut fleet = OverUdp::new(scenario, radio, host, roster, seed);
-    let result = run(scenario, seed, &mut fleet, Pace::Real, &mut bar, stop, &mut |_, _, _| {});
+    let mut fleet = OverUdp::boats(scenario, radio, host, roster, seed);
+    let drive = Drive { pace: Pace::Real, stop, hook: &mut |_, _, _| {} };
+    let result = run(scenario, seed, &mut fleet, drive, &mut bar);
     result.map_err(|error| failure(error, &invitation(arguments, address)))
 }
 
@@ -195,7 +198,7 @@ fn invitation(arguments: &Arguments, mut address: SocketAddr) -> String {
 /// `invitation` is empty where modules are not processes.
 pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
     match error {
-        RunError::Silent { modules, waited_s, .. } => {
+        RunError::Silent { kind, modules, waited_s, .. } => {
             let Some(first) = modules.first() else {
                 return Failure::Could(format!(
                     "no cycle was found for {waited_s} s in which no tails meet; every module held"
@@ -205,10 +208,12 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
                 "" => String::new(),
                 _ => format!(" (start it with: flotilla module --id {first} {invitation})"),
             };
-            Failure::Bad(RunError::Silent { modules, waited_s, hint }.to_string())
+            Failure::Bad(RunError::Silent { kind, modules, waited_s, hint }.to_string())
         }
         RunError::Parameter(_) | RunError::Module { .. } => Failure::Bad(error.to_string()),
-        RunError::Radio(_) => Failure::Could(error.to_string()),
+        RunError::Radio(_) | RunError::Rov { .. } | RunError::Execution(_) => {
+            Failure::Could(error.to_string())
+        }
     }
 }
 

@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use super::RunError;
 use super::distances;
+use super::closed_loop::Drive;
 use super::experiment::{Pace, RunResult, run};
 use super::fleet::InProcess;
 use super::progress::Progress;
@@ -232,9 +233,10 @@ fn one(
     done_ms: &AtomicU64,
     stop: &AtomicBool,
 ) -> Result<RunResult, RunError> {
-    let mut fleet = InProcess::new(scenario, seed)?;
+    let mut fleet = InProcess::boats(scenario, seed)?;
     let mut tally = Tally { done_ms, seen_ms: 0 };
-    let result = run(scenario, seed, &mut fleet, Pace::Simulated, &mut tally, stop, &mut |_, _, _| {});
+    let drive = Drive { pace: Pace::Simulated, stop, hook: &mut |_, _, _| {} };
+    let result = run(scenario, seed, &mut fleet, drive, &mut tally);
     tally.at(scenario.duration_s(), scenario.duration_s());
     result
 }

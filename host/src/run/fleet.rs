@@ -1,18 +1,22 @@
-//! Who executes: modules inside this process on the loopback radio, or processes of their own on UDP.
+//! The modules of a run: inside this process on the loopback radio, or processes of their own, or robots, on UDP.
 
 use std::convert::Infallible;
-use std::net::SocketAddr;
 
-use link::dispatcher::Dispatcher;
+use link::dispatcher::{Dispatcher, ModuleLink};
 use link::faults::{FaultCount, FaultParameters, Faulty};
 use link::identity::HostIdentity;
 use link::loopback::{Ether, LoopbackRadio, Node};
 use link::udp::UdpRadio;
 use protocol::time::{Duration, FleetInstant};
 use protocol::{ModuleId, Radio};
+use reconfiguration::problem::Problem;
 use sim::TailState;
-use sim::module::{Setup, SimModule};
+use sim::clock::ClockParameters;
+use sim::module::{Boat, Setup, SimModule};
+use sim::node::{Hardware, Simulated};
 use sim::remote::RemoteTail;
+use sim::rov::remote::RemoteRov;
+use sim::rov::{RovActuation, RovSetup, SimRov, Thrusters};
 
 use super::RunError;
 use super::scenario::Scenario;
@@ -23,32 +27,40 @@ const HOST: Node = Node(0);
 /// Pause between two reports of a module in this process.
 const REPORT_EVERY: Duration = Duration(20_000);
 
+/// The radio of a module in this process.
+pub type Medium = Faulty<LoopbackRadio>;
+
+/// What a fleet's radio is addressed by.
+pub type Address<F> = <<F as Fleet>::Radio as Radio>::Address;
+
 /// The modules of one run, and the host's radio to them.
 pub trait Fleet {
     /// What carries the datagrams.
     type Radio: Radio<Address: 'static, Error: Into<RunError>>;
+    /// What the water feels of one module.
+    type Actuation;
 
     /// The host's end of it.
     fn radio(&mut self) -> &mut Self::Radio;
 
-    /// Who the host is to them.
+    /// The host's identity on the link.
     fn host(&self) -> &HostIdentity;
 
-    /// Their ids, in the order of the structure's places.
+    /// Their ids, in the order of the structure's places or of the problem's robots.
     fn roster(&self) -> &[ModuleId];
 
-    /// Lets the modules run up to `now`, one servo tick after the last call.
+    /// Lets the modules run up to `now`, one tick after the last call.
     ///
     /// # Errors
     /// The radio's.
     fn advance(&mut self, now: FleetInstant) -> Result<(), RunError>;
 
-    /// The tails as the water feels them at `now`.
-    fn tails(
+    /// Writes what the water feels of each module at `now`.
+    fn actuate(
         &mut self,
         now: FleetInstant,
-        dispatcher: &Dispatcher<<Self::Radio as Radio>::Address>,
-        tails: &mut Vec<TailState>,
+        links: &Dispatcher<Address<Self>>,
+        actuation: &mut Vec<Self::Actuation>,
     );
 
     /// What the medium did to the datagrams, both ways, where that is known.
@@ -58,12 +70,12 @@ pub trait Fleet {
     fn clock_error_us(&self, now: FleetInstant) -> Option<u64>;
 }
 
-/// Modules in this process.
-pub struct InProcess {
-    radio: Faulty<LoopbackRadio>,
+/// Modules in this process: Modboats, or ROVs.
+pub struct InProcess<H: Hardware = Boat> {
+    radio: Medium,
     host: HostIdentity,
     roster: Vec<ModuleId>,
-    modules: Vec<SimModule<Faulty<LoopbackRadio>>>,
+    modules: Vec<Simulated<H, Medium>>,
 }
 
 impl InProcess {
@@ -71,40 +83,89 @@ impl InProcess {
     ///
     /// # Errors
     /// [`RunError::Module`].
-    pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, RunError> {
-        let ether = Ether::default();
-        // Far apart, so that no two generators of one run start alike.
-        let seeds = |stream: u64, index: usize| {
-            seed.wrapping_mul(1_000_003).wrapping_add(stream * 10_007 + index as u64)
-        };
-        let radio = Faulty::new(ether.radio(HOST), scenario.radio, seeds(1, 0));
-        let host = HostIdentity::simulated(seed, 0);
-        let mut modules = Vec::with_capacity(scenario.structure.len());
-        for index in 0..scenario.structure.len() {
-            let id = index as u16 + 1;
+    pub fn boats(scenario: &Scenario, seed: u64) -> Result<Self, RunError> {
+        Self::build(scenario.structure.len(), scenario.radio, seed, |id, host, seed, radio| {
             let setup = Setup {
-                id: ModuleId(id),
+                id,
                 fleet: host.key.fleet(),
-                key: host.key.module(ModuleId(id)),
+                key: host.key.module(id),
                 modboat: &scenario.modboat,
                 motor: &scenario.motor,
                 clock: &scenario.clock,
                 tail_rad: scenario.start.tail_rad,
                 report_every: REPORT_EVERY,
-                seed: seeds(2, index),
+                seed,
             };
-            let module_radio = Faulty::new(ether.radio(Node(id)), scenario.radio, seeds(3, index));
-            let module = SimModule::new(&setup, module_radio, HOST)
-                .map_err(|source| RunError::Module { id, source })?;
-            modules.push(module);
-        }
-        let roster = (1..=scenario.structure.len() as u16).map(ModuleId).collect();
-        Ok(Self { radio, host, roster, modules })
+            SimModule::new(&setup, radio, HOST).map_err(|source| RunError::Module { id: id.0, source })
+        })
+    }
+}
+
+impl InProcess<Thrusters> {
+    /// The robots of `problem`, `faults` on every radio, all from `seed`.
+    ///
+    /// # Errors
+    /// [`RunError::Rov`].
+    pub fn rovs(problem: &Problem, faults: FaultParameters, seed: u64) -> Result<Self, RunError> {
+        let clock = ClockParameters::default();
+        Self::build(problem.robots.len(), faults, seed, |id, host, seed, radio| {
+            let robot = usize::from(id.0) - 1;
+            let setup = RovSetup {
+                id,
+                fleet: host.key.fleet(),
+                key: host.key.module(id),
+                reversed: &reversed(problem, robot),
+                battery_v: problem.rules.battery_v,
+                report_every: REPORT_EVERY,
+                clock: &clock,
+                seed,
+            };
+            let id = problem.robots[robot].id;
+            SimRov::new(&setup, radio, HOST).map_err(|source| RunError::Rov { id, source })
+        })
+    }
+}
+
+fn reversed(problem: &Problem, robot: usize) -> Vec<bool> {
+    let vehicle = problem.robots.get(robot).and_then(|robot| problem.vehicles.get(robot.vehicle));
+    vehicle.map_or_else(Vec::new, |vehicle| vehicle.thrusters.iter().map(|t| t.reversed).collect())
+}
+
+/// On the link modules are numbered by their place, from 1.
+fn numbered(modules: usize) -> Vec<ModuleId> {
+    (1..=modules as u16).map(ModuleId).collect()
+}
+
+impl<H: Hardware> InProcess<H> {
+    fn build(
+        modules: usize,
+        faults: FaultParameters,
+        seed: u64,
+        module: impl Fn(ModuleId, &HostIdentity, u64, Medium) -> Result<Simulated<H, Medium>, RunError>,
+    ) -> Result<Self, RunError> {
+        let ether = Ether::default();
+        // Far apart, so that no two generators of one run start alike.
+        let seeds = |stream: u64, index: usize| {
+            seed.wrapping_mul(1_000_003).wrapping_add(stream * 10_007 + index as u64)
+        };
+        let host = HostIdentity::simulated(seed, 0);
+        let roster = numbered(modules);
+        let modules = roster.iter().enumerate().map(|(index, &id)| {
+            let radio = Faulty::new(ether.radio(Node(id.0)), faults, seeds(3, index));
+            module(id, &host, seeds(2, index), radio)
+        });
+        let modules = modules.collect::<Result<_, _>>()?;
+        Ok(Self { radio: Faulty::new(ether.radio(HOST), faults, seeds(1, 0)), host, roster, modules })
     }
 
     /// The modules.
-    pub fn modules(&self) -> &[SimModule<Faulty<LoopbackRadio>>] {
+    pub fn modules(&self) -> &[Simulated<H, Medium>] {
         &self.modules
+    }
+
+    /// The modules, for faults in them.
+    pub fn modules_mut(&mut self) -> &mut [Simulated<H, Medium>] {
+        &mut self.modules
     }
 
     /// Changes what the medium does on every radio.
@@ -118,15 +179,11 @@ impl InProcess {
         self.radio.heal(drop_under_way);
         self.modules.iter_mut().for_each(|module| module.radio_mut().heal(drop_under_way));
     }
-
-    /// The modules, for faults in them.
-    pub fn modules_mut(&mut self) -> &mut [SimModule<Faulty<LoopbackRadio>>] {
-        &mut self.modules
-    }
 }
 
-impl Fleet for InProcess {
-    type Radio = Faulty<LoopbackRadio>;
+impl<H: Hardware> Fleet for InProcess<H> {
+    type Radio = Medium;
+    type Actuation = H::Actuation;
 
     fn host(&self) -> &HostIdentity {
         &self.host
@@ -136,7 +193,7 @@ impl Fleet for InProcess {
         &self.roster
     }
 
-    fn radio(&mut self) -> &mut Self::Radio {
+    fn radio(&mut self) -> &mut Medium {
         &mut self.radio
     }
 
@@ -147,9 +204,9 @@ impl Fleet for InProcess {
         Ok(())
     }
 
-    fn tails(&mut self, _now: FleetInstant, _dispatcher: &Dispatcher<Node>, tails: &mut Vec<TailState>) {
-        tails.clear();
-        tails.extend(self.modules.iter().map(SimModule::tail));
+    fn actuate(&mut self, _now: FleetInstant, _links: &Dispatcher<Node>, actuation: &mut Vec<H::Actuation>) {
+        actuation.resize_with(self.modules.len(), Default::default);
+        self.modules.iter().zip(actuation).for_each(|(module, actuation)| module.actuate(actuation));
     }
 
     fn faults(&self) -> Option<FaultCount> {
@@ -162,18 +219,50 @@ impl Fleet for InProcess {
     }
 }
 
-/// Modules that are processes of their own, or robots. The water is simulated here, from the tails they report.
-pub struct OverUdp {
+/// What a module that is not in this process does, by its reports.
+pub trait Remote {
+    /// What the water feels of it.
+    type Actuation: Default;
+
+    /// Writes that at `now`.
+    fn actuate<A: Copy>(&mut self, now: FleetInstant, link: &ModuleLink<A>, actuation: &mut Self::Actuation);
+}
+
+impl Remote for RemoteTail {
+    type Actuation = TailState;
+
+    fn actuate<A: Copy>(&mut self, now: FleetInstant, link: &ModuleLink<A>, tail: &mut TailState) {
+        if let Some(report) = link.telemetry() {
+            self.report(report, link.heard());
+        }
+        *tail = self.state(now);
+    }
+}
+
+impl Remote for RemoteRov {
+    type Actuation = RovActuation;
+
+    fn actuate<A: Copy>(&mut self, now: FleetInstant, link: &ModuleLink<A>, actuation: &mut RovActuation) {
+        if let Some(report) = link.rov_telemetry() {
+            self.report(report, link.heard());
+        }
+        self.step(now);
+        RemoteRov::actuate(self, actuation);
+    }
+}
+
+/// Modules that are processes of their own, or robots. What the water feels of them follows from what they report.
+pub struct OverUdp<M = RemoteTail> {
     radio: Faulty<UdpRadio>,
     host: HostIdentity,
     roster: Vec<ModuleId>,
-    tails: Vec<RemoteTail>,
+    modules: Vec<M>,
 }
 
 impl OverUdp {
     /// For the modules of `roster`, in the order of the structure's places, which will announce themselves to `radio`;
     /// `scenario`'s faults on what the host sends.
-    pub fn new(
+    pub fn boats(
         scenario: &Scenario,
         radio: UdpRadio,
         host: HostIdentity,
@@ -181,13 +270,30 @@ impl OverUdp {
         seed: u64,
     ) -> Self {
         let inertia_kg_m2 = scenario.motor.rotor_inertia_kg_m2;
-        let tails = scenario.structure.cells().iter().map(|_| RemoteTail::new(inertia_kg_m2)).collect();
-        Self { radio: Faulty::new(radio, scenario.radio, seed), host, roster, tails }
+        let modules = roster.iter().map(|_| RemoteTail::new(inertia_kg_m2)).collect();
+        Self { radio: Faulty::new(radio, scenario.radio, seed), host, roster, modules }
     }
 }
 
-impl Fleet for OverUdp {
+impl OverUdp<RemoteRov> {
+    /// For the robots of `problem`, which will announce themselves to `radio`; `faults` on what the host sends.
+    #[must_use]
+    pub fn rovs(
+        problem: &Problem,
+        radio: UdpRadio,
+        host: HostIdentity,
+        faults: FaultParameters,
+        seed: u64,
+    ) -> Self {
+        let roster = numbered(problem.robots.len());
+        let modules = (0..roster.len()).map(|robot| RemoteRov::new(&reversed(problem, robot))).collect();
+        Self { radio: Faulty::new(radio, faults, seed), host, roster, modules }
+    }
+}
+
+impl<M: Remote> Fleet for OverUdp<M> {
     type Radio = Faulty<UdpRadio>;
+    type Actuation = M::Actuation;
 
     fn host(&self) -> &HostIdentity {
         &self.host
@@ -205,13 +311,15 @@ impl Fleet for OverUdp {
         Ok(())
     }
 
-    fn tails(&mut self, now: FleetInstant, dispatcher: &Dispatcher<SocketAddr>, tails: &mut Vec<TailState>) {
-        tails.clear();
-        for (tail, link) in self.tails.iter_mut().zip(dispatcher.modules()) {
-            if let Some(report) = link.telemetry() {
-                tail.report(report, link.heard());
-            }
-            tails.push(tail.state(now));
+    fn actuate(
+        &mut self,
+        now: FleetInstant,
+        links: &Dispatcher<Address<Self>>,
+        actuation: &mut Vec<M::Actuation>,
+    ) {
+        actuation.resize_with(self.modules.len(), Default::default);
+        for ((module, link), actuation) in self.modules.iter_mut().zip(links.modules()).zip(actuation) {
+            module.actuate(now, link, actuation);
         }
     }
 

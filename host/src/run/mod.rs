@@ -2,31 +2,38 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`scenario`] | what is run, from a TOML file |
-//! | [`roster`] | which modules a fleet has, from a TOML file |
-//! | [`pilot`] | the host's closed loop; sans-IO |
+//! | [`closed_loop`] | the loop of both fleets, and its seams |
+//! | [`host`] | a controller and its dispatcher; sans-IO |
 //! | [`fleet`] | what executes: modules in this process, or processes on UDP |
+//! | `clock` | ticks, simulated or awaited |
+//! | [`progress`], `reporter` | what a run reports while it goes on |
+//! | [`scenario`], [`roster`] | what is run, and which modules a fleet has, from TOML files |
+//! | [`pilot`] | the controller of Modboats |
+//! | [`experiment`], [`boats`] | a run of Modboats, and what its loop is made of |
+//! | [`recorder`], [`summary`] | what is measured meanwhile; its figures |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
-//! | [`experiment`] | pilot, fleet and tank against the clock |
-//! | [`progress`] | what a run reports while it goes on |
-//! | [`recorder`] | what is measured meanwhile |
-//! | [`summary`] | the figures of a run |
 //! | [`compare`] | several planners on one scenario |
 //! | [`vehicles`] | ROVs by name or from files |
-//! | [`reconfigure`] | the same for ROVs that change their configuration |
+//! | [`reconfigure`] | a run of ROVs that change their configuration |
 
 use quantity::ParameterError;
 use sim::module::ModuleError;
+use sim::rov::RovError;
 use thiserror::Error;
 
+pub mod boats;
+mod clock;
+pub mod closed_loop;
 pub mod compare;
 pub mod distances;
 pub mod experiment;
 pub mod fleet;
+pub mod host;
 pub mod pilot;
 pub mod progress;
 pub mod reconfigure;
 pub mod recorder;
+mod reporter;
 pub mod roster;
 pub mod scenario;
 pub mod summary;
@@ -36,8 +43,10 @@ pub mod vehicles;
 #[derive(Debug, Error)]
 pub enum RunError {
     /// Modules are not there, or not ready, and have not been for too long.
-    #[error("{} within {waited_s} s{hint}", silent(modules))]
+    #[error("{} within {waited_s} s{hint}", silent(kind, modules))]
     Silent {
+        /// What they are: modules, or robots.
+        kind: &'static str,
         /// Ids of the modules that are missing.
         modules: Vec<u16>,
         /// How long they were waited for, s.
@@ -56,15 +65,26 @@ pub enum RunError {
         /// Why.
         source: ModuleError,
     },
+    /// A robot cannot be built.
+    #[error("robot {id}: {source}")]
+    Rov {
+        /// Which one.
+        id: u16,
+        /// Why.
+        source: RovError,
+    },
+    /// A plan of ROVs is not executed.
+    #[error(transparent)]
+    Execution(#[from] reconfigure::ExecutionError),
     /// A number that cannot be.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
 }
 
-fn silent(modules: &[u16]) -> String {
+fn silent(kind: &str, modules: &[u16]) -> String {
     let ids: Vec<String> = modules.iter().map(u16::to_string).collect();
     match ids.as_slice() {
-        [one] => format!("module {one} did not answer"),
-        many => format!("modules {} did not answer", many.join(", ")),
+        [one] => format!("{kind} {one} did not answer"),
+        many => format!("{kind}s {} did not answer", many.join(", ")),
     }
 }

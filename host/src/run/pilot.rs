@@ -1,9 +1,9 @@
-//! The host's closed loop: observes the structure, decides once a cycle, dispatches the decision.
+//! The controller of Modboats: observes the structure, decides once a cycle.
 //!
-//! Sans-IO like everything that talks: fixes, datagrams and the time go in, datagrams come out.
+//! Sans-IO: fixes, the state of the links and the time go in, cycles come out.
 //!
 //! ```text
-//! fixes → Observer → Controller (13)–(19) → wrench → Planner → cycles → Dispatcher → datagrams
+//! fixes → Observer → Controller (13)–(19) → wrench → Planner → cycles
 //!                                                      ↑ where every tail will be ← acknowledgements, telemetry
 //! ```
 //!
@@ -21,17 +21,18 @@
 //! A transition in two steps goes out as two cycles ([`Via`]): the first turns to the poses between and
 //! rests there, the second, sent when every module certainly has the first, does the rest. If one has not, the second
 //! is never sent: the fleet holds, at the poses between or where it was.
+//!
+//! How far a decision has come is the pilot's [`Phase`]; [`phase`] has the table of what leads from one to another.
 
 use firmware::link::session::SURE_WITHIN;
-use protocol::ledger::Class;
 use protocol::time::{Duration, FleetInstant};
-use protocol::{Delivery, ModuleId, ModuleState, Motion};
+use protocol::{Delivery, ModuleState, Motion};
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use link::delivery::Knowledge;
 use link::dispatcher::{Dispatcher, DispatcherEvent, ModuleLink};
-use link::identity::HostIdentity;
-use modboat::control::{Controller, Observation, Target};
+use modboat::control::{Controller as Control, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
 use modboat::motion::{Turn, Wrench};
@@ -41,12 +42,16 @@ use modboat::planner::Planner;
 use modboat::setting::Participation;
 use quantity::ParameterError;
 
+use super::RunError;
+use super::host::{Controller, Dispatch, Patience, Step};
 use super::scenario::{Demand, Leg, Scenario, Timing};
 
 pub use decision::{Decision, Order, Via};
 use decision::{cycles, first_cycles, give_up, give_up_second, steps};
+use phase::{Phase, PhaseEvent};
 
 mod decision;
+pub mod phase;
 
 /// Time before the end of the running cycle from which a decision no longer waits for reports: what it sends must get through. *Assumed.*
 pub const DECIDE_BY: Duration = Duration(200_000);
@@ -54,12 +59,11 @@ pub const DECIDE_BY: Duration = Duration(200_000);
 /// A fleet at rest begins when every module is that sure of the fleet time: with something in hand for the time until the start.
 const SURE_TO_BEGIN: Duration = Duration(SURE_WITHIN.0 / 4 * 3);
 
-/// See the module's documentation. `A` is the radio's address.
-pub struct Pilot<A> {
+/// See the module's documentation.
+pub struct Pilot {
     scenario: Scenario,
-    dispatcher: Dispatcher<A>,
     observer: Observer,
-    controller: Controller,
+    control: Control,
     planner: Planner,
     distance: Arc<DistanceToCollision>,
     /// The planner without the missing modules.
@@ -70,29 +74,29 @@ pub struct Pilot<A> {
     wrench: Wrench,
     /// All decisions so far; the last one may still run.
     decisions: Vec<Decision>,
-    /// Whether the last decision is on its way or being executed.
-    swimming: bool,
-    /// Whether its second step is still to be sent.
-    second: bool,
-    /// After an attempt that found no plan, when to try again.
-    retry: FleetInstant,
+    phase: Phase,
+    /// When a pause is over.
+    resumes: FleetInstant,
     origin: Option<FleetInstant>,
-    finished: bool,
-    reboots: u32,
     refusals: u32,
     dropped: u32,
+    /// For the decision that is being made: where each tail will rest, if that is known.
+    known: Vec<Option<f64>>,
+    /// The same with any angle where it is not: nothing is sent to that module.
+    poses: Vec<f64>,
+    participation: Vec<Participation>,
+    /// The planner writes into it what it can use again.
+    plan: Plan,
 }
 
-impl<A: Copy> Pilot<A> {
-    /// For one scenario, as the host `host`, with the modules of `roster` in the structure's places. The planner searches by `table`, if
-    /// there is one, whatever the scenario says. `stopwatch` is any clock that says how long the planner took.
+impl Pilot {
+    /// For one scenario. The planner searches by `table`, if there is one, whatever the scenario says. `stopwatch` is any clock that
+    /// says how long the planner took.
     ///
     /// # Errors
     /// [`ParameterError`] for numbers the observer or planner cannot work with.
     pub fn new(
         scenario: &Scenario,
-        host: &HostIdentity,
-        roster: &[ModuleId],
         table: Option<Arc<DistanceTable>>,
         stopwatch: fn() -> FleetInstant,
     ) -> Result<Self, ParameterError> {
@@ -105,9 +109,8 @@ impl<A: Copy> Pilot<A> {
         }
         Ok(Self {
             scenario: scenario.clone(),
-            dispatcher: Dispatcher::new(roster, &host.key, host.boot),
             observer: Observer::new(structure, modboat, &scenario.observer)?,
-            controller: Controller::new(structure, modboat, &scenario.control),
+            control: Control::new(structure, modboat, &scenario.control),
             planner,
             distance,
             partial: None,
@@ -115,113 +118,26 @@ impl<A: Copy> Pilot<A> {
             lead: span(scenario.timing.lead_s),
             wrench: Wrench::default(),
             decisions: Vec::new(),
-            swimming: false,
-            second: false,
-            retry: FleetInstant(0),
+            phase: Phase::Waiting,
+            resumes: FleetInstant(0),
             origin: None,
-            finished: false,
-            reboots: 0,
             refusals: 0,
             dropped: 0,
+            known: Vec::new(),
+            poses: Vec::new(),
+            participation: Vec::new(),
+            plan: Plan::default(),
         })
     }
 
-    /// Takes in one datagram.
-    ///
-    /// # Errors
-    /// What it is, if it is not to be followed; it is counted and nothing happens.
-    pub fn handle_datagram(&mut self, now: FleetInstant, from: A, datagram: &[u8]) -> Result<(), Class> {
-        match self.dispatcher.handle_datagram(now, from, datagram)? {
-            Some(DispatcherEvent::Rebooted(_)) => self.reboots += 1,
-            Some(DispatcherEvent::Refused { .. }) => self.refusals += 1,
-            Some(DispatcherEvent::Reported(index))
-                if self.dispatcher.modules()[index].state() == Some(ModuleState::Stopped) =>
-            {
-                self.let_go();
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// Takes in one fix; its time is fleet time.
-    pub fn handle_fix(&mut self, fix: &Fix) {
-        self.observer.update(fix);
-    }
-
-    /// Does what is due at `now`.
-    pub fn handle_timer(&mut self, now: FleetInstant) {
-        let wrench = self.wrench_at(now);
-        if wrench != self.wrench {
-            self.observer.predict(now.as_secs_f64());
-            self.observer.set_wrench(wrench);
-            self.wrench = wrench;
-        }
-        self.dispatcher.handle_timer(now);
-        if self.finished {
-            return;
-        }
-        if self
-            .origin
-            .is_some_and(|origin| now.as_secs_f64() - origin.as_secs_f64() >= self.scenario.duration_s())
-        {
-            self.finish();
-            return;
-        }
-        if self.second {
-            self.send_second(now);
-        }
-        self.forget_if_dropped(now);
-        match self.decisions.last().filter(|_| self.swimming).map(Decision::end) {
-            Some(end) if now.after(self.lead) >= end && !self.waits_for_reports(now, end) => {
-                self.decide(now, end);
-            }
-            None if now >= self.retry => self.decide(now, now.after(self.lead)),
-            _ => {}
-        }
-    }
-
-    /// Ends the run: the modules finish the running cycle and hold.
-    pub fn finish(&mut self) {
-        if !self.finished {
-            self.finished = true;
-            self.dispatcher.hold();
-        }
-    }
-
-    /// Writes the next datagram to send, if any, to the start of `buffer`, and says where to.
-    pub fn poll_transmit<'a>(&mut self, now: FleetInstant, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
-        self.dispatcher.poll_transmit(now, buffer)
-    }
-
-    /// Start of the first cycle, fleet time: time zero of the run.
-    pub fn origin(&self) -> Option<FleetInstant> {
-        self.origin
-    }
-
-    /// Whether the run is over.
-    pub fn is_finished(&self) -> bool {
-        self.finished
-    }
-
-    /// Whether a cycle runs or is on its way.
-    pub fn is_swimming(&self) -> bool {
-        self.swimming
+    /// How far the last decision has come.
+    pub fn phase(&self) -> Phase {
+        self.phase
     }
 
     /// All decisions so far.
     pub fn decisions(&self) -> &[Decision] {
         &self.decisions
-    }
-
-    /// The link.
-    pub fn dispatcher(&self) -> &Dispatcher<A> {
-        &self.dispatcher
-    }
-
-    /// How often a module was seen to reboot.
-    pub fn reboots(&self) -> u32 {
-        self.reboots
     }
 
     /// How often a module refused a cycle.
@@ -234,10 +150,8 @@ impl<A: Copy> Pilot<A> {
         self.dropped
     }
 
-    /// Modules (by index) that the next cycle waits for: their tail angles are unknown, or they do not know the time.
-    pub fn missing(&self) -> Vec<usize> {
-        let waited_for = |&index: &usize| self.pose_of(index).is_none() || !self.is_sure(index);
-        (0..self.dispatcher.modules().len()).filter(waited_for).collect()
+    fn handle_phase(&mut self, event: PhaseEvent) {
+        self.phase = self.phase.after(event);
     }
 
     /// Mean wrench that the fleet is meant to give at `now`, over the whole cycle with its transition: the observer
@@ -252,46 +166,61 @@ impl<A: Copy> Pilot<A> {
         })
     }
 
-    /// Where module `index` will rest when what it has is over, if that is known.
-    fn pose_of(&self, index: usize) -> Option<f64> {
-        let link = &self.dispatcher.modules()[index];
-        let report = link.telemetry()?;
-        match self.decisions.last().filter(|_| self.swimming) {
-            Some(Decision { number, via: Some(via), .. }) if self.second && link.has(*number) => {
-                Some(via.rad[index])
-            }
-            Some(decision) if link.has(decision.last_number()) => Some(decision.turns[index].to_rad),
-            // It rests where it says, if it says so after the start of all that it may have taken.
-            _ => (matches!(report.state, ModuleState::Ready | ModuleState::Holding) && link.is_up_to_date())
-                .then(|| f64::from(report.tail.0)),
-        }
-    }
-
     /// Whether a report that would tell which modules run the cycle that ends at `end` may still come in time.
-    fn waits_for_reports(&self, now: FleetInstant, end: FleetInstant) -> bool {
+    fn waits_for_reports<A: Copy>(&self, now: FleetInstant, end: FleetInstant, links: &Dispatcher<A>) -> bool {
         let Some(decision) = self.decisions.last() else { return false };
         let number = decision.last_number();
         let unknown = |(link, &missing): (&ModuleLink<A>, &bool)| {
             !missing && link.knowledge(number) == Knowledge::Possibly
         };
-        now.after(DECIDE_BY) < end && self.dispatcher.modules().iter().zip(&decision.missing).any(unknown)
+        now.after(DECIDE_BY) < end && links.modules().iter().zip(&decision.missing).any(unknown)
     }
 
-    /// Plans the cycle that starts at `start` and sends it; holds the fleet if that cannot be done.
-    fn decide(&mut self, now: FleetInstant, start: FleetInstant) {
-        self.swimming_over_if_unknown();
-        let known: Vec<Option<f64>> =
-            (0..self.dispatcher.modules().len()).map(|index| self.pose_of(index)).collect();
-        let (true, Some(estimate)) = (self.is_enough(now, &known), self.observer.estimate()) else {
-            self.swimming = false;
-            return;
+    /// What is due at `now` but for the wrench of the observer.
+    fn next<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) -> Option<Dispatch> {
+        if self.phase == Phase::Turning
+            && let Some(second) = self.send_second(now, links)
+        {
+            return Some(second);
+        }
+        self.forget_if_dropped(now, links);
+        if self.phase == Phase::Pausing && now >= self.resumes {
+            self.handle_phase(PhaseEvent::PauseOver);
+        }
+        match (self.phase, self.decisions.last().map(Decision::end)) {
+            (Phase::Swimming, Some(end))
+                if now.after(self.lead) >= end && !self.waits_for_reports(now, end, links) =>
+            {
+                self.decide(now, end, links)
+            }
+            (Phase::Waiting, _) => self.decide(now, now.after(self.lead), links),
+            _ => None,
+        }
+    }
+
+    /// Plans the cycle that starts at `start`, to be sent; holds the fleet if that cannot be done.
+    fn decide<A: Copy>(
+        &mut self,
+        now: FleetInstant,
+        start: FleetInstant,
+        links: &Dispatcher<A>,
+    ) -> Option<Dispatch> {
+        // A module that lost the running cycle (it rebooted, or never had it) leaves the rhythm of the others.
+        if self.decisions.last().is_some_and(|last| !all_have(links, last, last.last_number())) {
+            self.handle_phase(PhaseEvent::Lost);
+        }
+        let (phase, last) = (self.phase, self.decisions.last());
+        let poses = links.modules().iter().enumerate();
+        self.known.clear();
+        self.known.extend(poses.map(|(index, link)| pose_of(phase, last, index, link)));
+        let (true, Some(estimate)) = (self.is_enough(now, links), self.observer.estimate()) else {
+            self.handle_phase(PhaseEvent::Lost);
+            return None;
         };
         let parameters = &self.scenario.modboat;
         // Of the plan that is to be made only the last one's interval is known.
-        let transition_s = self
-            .decisions
-            .last()
-            .map_or(parameters.transition_s, |last| f64::from(last.transition.as_secs_f32()));
+        let transition_s =
+            last.map_or(parameters.transition_s, |last| f64::from(last.transition.as_secs_f32()));
         let interval_s = transition_s + parameters.period_s;
         let horizon_s = start.as_secs_f64() - now.as_secs_f64() + interval_s;
         // A cycle that straddles two legs belongs to the one that has more of it.
@@ -307,155 +236,251 @@ impl<A: Copy> Pilot<A> {
         let velocity_m_s = match demand {
             Demand::Velocity(velocity_m_s) => velocity_m_s,
             Demand::Station(station_m) => {
-                self.controller.towards(station_m, estimate.position_m, &observed, horizon_s)
+                self.control.towards(station_m, estimate.position_m, &observed, horizon_s)
             }
         };
         let target = Target { velocity_m_s, heading_rad };
-        let demand = self.controller.demand(&target, &observed, interval_s, horizon_s);
+        let demand = self.control.demand(&target, &observed, interval_s, horizon_s);
 
         let began = (self.stopwatch)();
-        let previous = self.decisions.last().map(|decision| decision.plan.cycle.as_slice());
-        let participation = Planner::participation(&self.scenario.structure, &self.distance, &known);
-        // Where the pose is unknown any angle will do: nothing is sent to that module.
-        let poses: Vec<f64> = known.iter().map(|pose| pose.unwrap_or(0.0)).collect();
+        let Self { scenario, distance, known, poses, participation, .. } = self;
+        Planner::participation(&scenario.structure, distance, known, participation);
+        poses.clear();
+        poses.extend(known.iter().map(|pose| pose.unwrap_or(0.0)));
         let Some(planner) =
-            planner_for(&mut self.planner, &mut self.partial, &self.scenario, &self.distance, &participation)
+            planner_for(&mut self.planner, &mut self.partial, scenario, distance, participation)
         else {
-            self.swimming = false;
-            return;
+            self.handle_phase(PhaseEvent::Lost);
+            return None;
         };
-        let plan = planner.plan(demand, Some(&poses), previous);
+        let previous = last.map(|decision| decision.plan.cycle.as_slice());
+        planner.plan_into(demand, Some(poses), previous, &mut self.plan);
         let solve_us = u64::from((self.stopwatch)().since(began).0);
-        let missing = known.iter().map(Option::is_none).collect();
-        self.carry_out(now, start, demand, (&poses, missing), plan, solve_us);
+        self.carry_out(start, demand, self.plan.clone(), solve_us)
     }
 
     /// Whether a module knows the fleet time well enough to be begun with. Once the fleet swims,
     /// a module itself refuses a cycle that its clock is not sure enough for.
-    fn is_sure(&self, index: usize) -> bool {
-        let health = self.dispatcher.modules()[index].health();
-        self.swimming || health.is_some_and(|health| health.uncertainty <= SURE_TO_BEGIN)
+    fn is_sure<A: Copy>(&self, link: &ModuleLink<A>) -> bool {
+        self.phase.is_under_way() || link.health().is_some_and(|health| health.uncertainty <= SURE_TO_BEGIN)
     }
 
     /// Whether the tails of enough modules are known: of all, or of those that are required while the others are missing.
-    fn is_enough(&self, now: FleetInstant, known: &[Option<f64>]) -> bool {
+    fn is_enough<A: Copy>(&self, now: FleetInstant, links: &Dispatcher<A>) -> bool {
         let Timing { require, missing_after_s, .. } = self.scenario.timing;
-        let count = known.iter().flatten().count();
-        let silent = |index: usize| {
-            let heard = self.dispatcher.modules()[index].heard();
-            f64::from(now.since(heard).as_secs_f32()) >= missing_after_s
+        let count = self.known.iter().flatten().count();
+        let modules = || links.modules().iter().zip(&self.known);
+        let silent = |link: &ModuleLink<A>| {
+            f64::from(now.since(link.heard()).as_secs_f32()) >= missing_after_s
         };
-        let unknown = || (0..known.len()).filter(|&index| known[index].is_none());
-        let sure = (0..known.len()).filter(|&index| known[index].is_some()).all(|index| self.is_sure(index));
-        sure && (count == known.len() || require > 0 && count >= require as usize && unknown().all(silent))
+        let all_silent = || modules().filter(|(_, pose)| pose.is_none()).all(|(link, _)| silent(link));
+        let sure = modules().filter(|(_, pose)| pose.is_some()).all(|(link, _)| self.is_sure(link));
+        sure && (count == self.known.len() || require > 0 && count >= require as usize && all_silent())
     }
 
-    /// Sends what was planned for `start`, with the tails at `poses`.
+    /// Takes down what was planned for `start`; what is to be sent for it, if it moves anything.
     fn carry_out(
         &mut self,
-        now: FleetInstant,
         start: FleetInstant,
         demand: Wrench,
-        (poses, missing): (&[f64], Vec<bool>),
         plan: Plan,
         solve_us: u64,
-    ) {
+    ) -> Option<Dispatch> {
         let period = span(self.scenario.modboat.period_s);
-        let turns = plan
-            .transition
-            .clone()
-            .unwrap_or_else(|| poses.iter().map(|&pose| Turn { from_rad: pose, to_rad: pose }).collect());
+        let stay = || self.poses.iter().map(|&pose| Turn { from_rad: pose, to_rad: pose }).collect();
+        let turns = plan.transition.clone().unwrap_or_else(stay);
+        let missing = self.known.iter().map(Option::is_none).collect();
         let (via, transition) = steps(&plan, &turns);
         let number = self.decisions.last().map_or(1, |decision| decision.last_number() + 1);
         let decision =
             Decision { number, start, transition, via, period, demand, missing, turns, plan, solve_us };
-        self.swimming = decision.plan.outcome != Outcome::Held;
-        self.second = self.swimming && decision.via.is_some();
-        if self.swimming {
-            self.origin.get_or_insert(start);
-            let motions = of_those_present(first_cycles(&decision), &decision);
-            self.dispatcher.dispatch(now, number, start, &motions, delivery(&decision));
+        let sent = if decision.plan.outcome == Outcome::Held {
+            self.resumes = decision.end();
+            self.handle_phase(PhaseEvent::Held);
+            None
         } else {
-            self.retry = decision.end();
-        }
+            self.origin.get_or_insert(start);
+            let first = decision.via.is_some();
+            self.handle_phase(if first { PhaseEvent::FirstSent } else { PhaseEvent::Sent });
+            Some(dispatch(&decision, number, start, first_cycles(&decision)))
+        };
         self.decisions.push(decision);
+        sent
     }
 
-    /// Sends the second step of the last decision when it is due, or gives it up.
-    fn send_second(&mut self, now: FleetInstant) {
-        let Some(decision) = self.decisions.last_mut() else { return };
+    /// The second step of the last decision when it is due; gives it up if a module has not the first.
+    fn send_second<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) -> Option<Dispatch> {
+        let decision = self.decisions.last_mut()?;
         let start = decision.last_start();
         // A module keeps one cycle beside the one it runs: the first must have begun.
         if now < decision.start || now.after(self.lead) < start {
-            return;
+            return None;
         }
-        self.second = false;
-        if all_have(&self.dispatcher, decision, decision.number) {
-            let (number, delivery) = (decision.last_number(), delivery(decision));
-            let motions = of_those_present(cycles(decision), decision);
-            self.dispatcher.dispatch(now, number, start, &motions, delivery);
-        } else {
-            self.swimming = false;
-            give_up_second(decision);
+        if all_have(links, decision, decision.number) {
+            let second = dispatch(decision, decision.last_number(), start, cycles(decision));
+            self.handle_phase(PhaseEvent::SecondSent);
+            return Some(second);
         }
+        give_up_second(decision);
+        self.handle_phase(PhaseEvent::FirstMissed);
+        None
     }
 
     /// A cycle that might not reach every module in time is run by no module: another is planned when its start has
     /// passed.
-    fn forget_if_dropped(&mut self, now: FleetInstant) {
-        let Some(decision) = self.decisions.last_mut().filter(|_| self.swimming) else { return };
-        let (number, start) = if self.second {
+    fn forget_if_dropped<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) {
+        let Some(decision) = self.decisions.last_mut().filter(|_| self.phase.is_under_way()) else { return };
+        let turning = self.phase == Phase::Turning;
+        let (number, start) = if turning {
             (decision.number, decision.start)
         } else {
             (decision.last_number(), decision.last_start())
         };
-        if now >= start || !self.dispatcher.is_dropped(number) {
+        if now >= start || !links.is_dropped(number) {
             return;
         }
-        if decision.via.is_some() && !self.second {
+        if decision.via.is_some() && !turning {
             give_up_second(decision);
         } else {
             give_up(decision, self.lead);
         }
         self.dropped += 1;
-        (self.swimming, self.second, self.retry) = (false, false, start);
-    }
-
-    /// A module has stopped in the middle of its cycle: from where to go on is seen when all modules rest.
-    fn let_go(&mut self) {
-        self.swimming = false;
-        if std::mem::take(&mut self.second)
-            && let Some(decision) = self.decisions.last_mut()
-        {
-            give_up_second(decision);
-        }
-    }
-
-    /// A module that lost the running cycle (it rebooted, or never had it) leaves the rhythm of the others.
-    fn swimming_over_if_unknown(&mut self) {
-        let Some(decision) = self.decisions.last().filter(|_| self.swimming) else { return };
-        if !all_have(&self.dispatcher, decision, decision.last_number()) {
-            self.swimming = false;
-        }
+        self.resumes = start;
+        self.handle_phase(PhaseEvent::Dropped);
     }
 }
 
-/// A plan that is not loss tolerant goes to all modules or to none.
-fn delivery(decision: &Decision) -> Delivery {
-    if decision.plan.loss_tolerant { Delivery::Direct } else { Delivery::Prepare }
+impl Controller for Pilot {
+    const MODULE: &'static str = "module";
+    type Pose = Fix;
+    /// Modules stay docked.
+    type Coupling = Infallible;
+
+    fn handle_event<A: Copy>(&mut self, event: DispatcherEvent, links: &Dispatcher<A>) {
+        match event {
+            DispatcherEvent::Refused { .. } => self.refusals += 1,
+            // From where to go on is seen when all modules rest.
+            DispatcherEvent::Reported(index)
+                if links.modules()[index].state() == Some(ModuleState::Stopped) =>
+            {
+                if self.phase == Phase::Turning
+                    && let Some(decision) = self.decisions.last_mut()
+                {
+                    give_up_second(decision);
+                }
+                self.handle_phase(PhaseEvent::Stopped);
+            }
+            _ => {}
+        }
+    }
+
+    fn handle_pose(&mut self, fix: &Fix) {
+        self.observer.update(fix);
+    }
+
+    fn handle_coupled(&mut self, never: Infallible) -> Result<(), RunError> {
+        match never {}
+    }
+
+    fn step<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) -> Result<Step<Infallible>, RunError> {
+        let wrench = self.wrench_at(now);
+        if wrench != self.wrench {
+            self.observer.predict(now.as_secs_f64());
+            self.observer.set_wrench(wrench);
+            self.wrench = wrench;
+        }
+        if self.phase == Phase::Finished {
+            return Ok(Step::Wait);
+        }
+        let duration_s = self.scenario.duration_s();
+        if self.origin.is_some_and(|origin| now.as_secs_f64() - origin.as_secs_f64() >= duration_s) {
+            self.finish();
+            return Ok(Step::End(None));
+        }
+        Ok(self.next(now, links).map_or(Step::Wait, Step::Dispatch))
+    }
+
+    fn finish(&mut self) {
+        self.handle_phase(PhaseEvent::Ended);
+    }
+
+    /// Start of the first cycle.
+    fn origin(&self) -> Option<FleetInstant> {
+        self.origin
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.scenario.duration_s()
+    }
+
+    fn is_under_way(&self) -> bool {
+        self.phase.is_under_way()
+    }
+
+    fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {
+        if !self.is_under_way() {
+            return "the fleet holds: a module's tail is not known".to_owned();
+        }
+        let missing = self.decisions.last().map_or(&[][..], |decision| &decision.missing);
+        let missing = links.modules().iter().zip(missing).filter(|(_, missing)| **missing);
+        let missing: Vec<String> = missing.map(|(link, _)| link.id().to_string()).collect();
+        match missing.as_slice() {
+            [] => "all modules are ready: swimming".to_owned(),
+            missing => format!("swimming without {}: their tails may be anywhere", missing.join(", ")),
+        }
+    }
+
+    /// Those with unknown tail angles, and those that do not know the time.
+    fn missing<A: Copy>(&self, links: &Dispatcher<A>) -> Vec<usize> {
+        let waited_for = |&(index, link): &(usize, &ModuleLink<A>)| {
+            pose_of(self.phase, self.decisions.last(), index, link).is_none() || !self.is_sure(link)
+        };
+        links.modules().iter().enumerate().filter(waited_for).map(|(index, _)| index).collect()
+    }
+
+    fn id<A: Copy>(&self, index: usize, links: &Dispatcher<A>) -> u16 {
+        links.modules()[index].id().0
+    }
+
+    fn patience(&self) -> Patience {
+        let Timing { missing_after_s, join_s, .. } = self.scenario.timing;
+        Patience { missing_after_s, join_s }
+    }
 }
 
-/// The motions, with none for missing modules.
-fn of_those_present(motions: Vec<Motion>, decision: &Decision) -> Vec<Option<Motion>> {
-    motions.into_iter().zip(&decision.missing).map(|(motion, missing)| (!missing).then_some(motion)).collect()
+/// Where a module will rest when what it has is over, if that is known.
+fn pose_of<A: Copy>(
+    phase: Phase,
+    last: Option<&Decision>,
+    index: usize,
+    link: &ModuleLink<A>,
+) -> Option<f64> {
+    let report = link.telemetry()?;
+    match last.filter(|_| phase.is_under_way()) {
+        Some(Decision { number, via: Some(via), .. }) if phase == Phase::Turning && link.has(*number) => {
+            Some(via.rad[index])
+        }
+        Some(decision) if link.has(decision.last_number()) => Some(decision.turns[index].to_rad),
+        // It rests where it says, if it says so after the start of all that it may have taken.
+        _ => (matches!(report.state, ModuleState::Ready | ModuleState::Holding) && link.is_up_to_date())
+            .then(|| f64::from(report.tail.0)),
+    }
+}
+
+/// A step of a decision for the modules that are not missing. A plan that is not loss tolerant goes to all of them or to none.
+fn dispatch(decision: &Decision, number: u32, start: FleetInstant, motions: Vec<Motion>) -> Dispatch {
+    let present = motions.into_iter().zip(&decision.missing);
+    let motions = present.map(|(motion, missing)| (!missing).then_some(motion)).collect();
+    let delivery = if decision.plan.loss_tolerant { Delivery::Direct } else { Delivery::Prepare };
+    Dispatch { number, start, motions, delivery }
 }
 
 /// Whether every module that is not missing certainly has cycle `number` of this decision.
-fn all_have<A: Copy>(dispatcher: &Dispatcher<A>, decision: &Decision, number: u32) -> bool {
-    dispatcher.modules().iter().zip(&decision.missing).all(|(link, &missing)| missing || link.has(number))
+fn all_have<A: Copy>(links: &Dispatcher<A>, decision: &Decision, number: u32) -> bool {
+    links.modules().iter().zip(&decision.missing).all(|(link, &missing)| missing || link.has(number))
 }
 
-/// The planner for the modules that take part; made again when they change. Nothing where none takes part.
+/// The planner for the modules that take part; made again when they change. `None` where no module takes part.
 fn planner_for<'a>(
     whole: &'a mut Planner,
     partial: &'a mut Option<(Vec<Participation>, Planner)>,

@@ -4,8 +4,14 @@ use modboat::motion::Wrench;
 use protocol::time::FleetInstant;
 use record::{CycleRecord, LegRecord, PoseSample, RunRecord, TailSample, ViaRecord};
 use sim::TailState;
+use sim::module::TICK;
 
-use super::pilot::Decision;
+use super::RunError;
+use super::boats::BoatRun;
+use super::closed_loop::Observer;
+use super::fleet::Fleet;
+use super::host::Controller;
+use super::pilot::{Decision, Pilot};
 use super::scenario::{Demand, Scenario};
 
 /// Seconds between two recorded poses: 20 Hz.
@@ -26,21 +32,41 @@ pub struct Recorder {
     poses: Vec<PoseSample>,
     tails: Vec<TailSample>,
     impulses: Vec<Impulse>,
+    clock_error_us: Option<u64>,
+}
+
+impl<F: Fleet<Actuation = TailState>> Observer<BoatRun<'_, F>> for Recorder {
+    fn observe(&mut self, now: FleetInstant, run: &BoatRun<'_, F>) -> Result<(), RunError> {
+        let pilot = &run.host.controller;
+        if let Some(tank) = &run.world {
+            let sample = (&tank.pose(), run.actuation.as_slice(), tank.last_wrench());
+            self.step(now, pilot.origin(), sample, pilot.decisions());
+        }
+        if pilot.is_under_way() {
+            self.clock_error_us = self.clock_error_us.max(run.fleet.clock_error_us(now));
+        }
+        Ok(())
+    }
 }
 
 impl Recorder {
-    /// Takes in one step of `dt_s` that ends at `now`: pose, tails, and the wrench that acted. `origin` is time zero;
-    /// before it nothing is recorded.
-    pub fn step(
+    /// Greatest error of a module's fleet time while the fleet swam, µs, where that is known.
+    #[must_use]
+    pub fn clock_error_us(&self) -> Option<u64> {
+        self.clock_error_us
+    }
+
+    /// Takes in one tick that ends at `now`: pose, tails, and the wrench that acted. `origin` is time zero; before it nothing is
+    /// recorded.
+    fn step(
         &mut self,
         now: FleetInstant,
         origin: Option<FleetInstant>,
-        dt_s: f64,
         sample: (&PoseSample, &[TailState], Wrench),
         decisions: &[Decision],
     ) {
         let Some(origin) = origin.filter(|&origin| origin <= now) else { return };
-        let (pose, tails, wrench) = sample;
+        let ((pose, tails, wrench), dt_s) = (sample, f64::from(TICK.as_secs_f32()));
         let t_s = now.as_secs_f64() - origin.as_secs_f64();
         if self.poses.last().is_none_or(|last| t_s >= last.t_s + POSE_EVERY_S - 1e-9) {
             self.poses.push(PoseSample { t_s, ..*pose });
@@ -62,15 +88,11 @@ impl Recorder {
 
     /// Everything, at the end of the run. A cycle that was not over is left out.
     #[must_use]
-    pub fn finish(
-        self,
-        scenario: &Scenario,
-        origin: Option<FleetInstant>,
-        decisions: &[Decision],
-    ) -> RunRecord {
-        let zero_s = origin.unwrap_or_default().as_secs_f64();
+    pub fn finish(self, scenario: &Scenario, pilot: &Pilot) -> RunRecord {
+        let zero_s = pilot.origin().unwrap_or_default().as_secs_f64();
         let end_s = self.poses.last().map_or(0.0, |pose| pose.t_s);
-        let cycles = decisions
+        let cycles = pilot
+            .decisions()
             .iter()
             .zip(&self.impulses)
             .filter(|(decision, _)| decision.end().as_secs_f64() - zero_s <= end_s + 2.0 * POSE_EVERY_S)

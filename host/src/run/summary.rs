@@ -1,6 +1,6 @@
 //! The figures of a run: `summary.json`, and what is printed.
 
-use link::dispatcher::ModuleLink;
+use link::dispatcher::{Dispatcher, ModuleLink};
 use link::faults::FaultCount;
 use link::ledger::{Ledger, Quantiles};
 use protocol::Faults;
@@ -8,9 +8,11 @@ use protocol::ledger::{Incoming, Outgoing};
 use quantity::wrap_rad;
 use record::{LegRecord, RunRecord};
 use serde::Serialize;
-use sim::tank::Tank;
+use sim::TailState;
 
-use super::pilot::Pilot;
+use super::boats::BoatRun;
+use super::fleet::Fleet;
+use super::host::Controller;
 use super::scenario::Scenario;
 
 /// Velocity is averaged over the last so many seconds of a leg.
@@ -162,8 +164,14 @@ pub struct LinkFigures {
 }
 
 impl LinkFigures {
+    /// Of every module, in order.
+    pub fn of_all<A: Copy>(controller: &impl Controller, links: &Dispatcher<A>) -> Vec<Self> {
+        let all = links.modules().iter().enumerate();
+        all.map(|(index, link)| Self::new(controller.id(index, links), link)).collect()
+    }
+
     /// Of the module that goes by the number `module`.
-    pub fn new<A: Copy>(module: u16, link: &ModuleLink<A>) -> Self {
+    fn new<A: Copy>(module: u16, link: &ModuleLink<A>) -> Self {
         let health = link.health();
         let faults = Faults::NAMES.iter().filter(|(fault, _)| link.faults().has(*fault));
         Self {
@@ -182,25 +190,30 @@ impl LinkFigures {
     }
 }
 
+/// How often modules were seen to reboot.
+pub fn reboots<A: Copy>(links: &Dispatcher<A>) -> u32 {
+    links.modules().iter().map(|link| link.boots().saturating_sub(1)).sum()
+}
+
 impl Summary {
     /// From what a run left behind.
-    pub fn new<A: Copy>(
+    pub(super) fn new<F: Fleet<Actuation = TailState>>(
         scenario: &Scenario,
         seed: u64,
         record: &RunRecord,
-        pilot: &Pilot<A>,
-        tank: &Tank,
+        run: &BoatRun<'_, F>,
     ) -> Self {
+        let (pilot, links) = (&run.host.controller, run.host.dispatcher());
         let zero_s = pilot.origin().map_or(0.0, |origin| origin.as_secs_f64());
         let duration_s = record.poses.last().map_or(0.0, |pose| pose.t_s);
-        let id = |index: usize| usize::from(pilot.dispatcher().modules()[index].id().0);
-        let contacts = tank.contacts().iter().map(|contact| ContactFigures {
+        let id = |index: usize| usize::from(pilot.id(index, links));
+        let tank = run.world.as_ref();
+        let contacts = tank.into_iter().flat_map(|tank| tank.contacts()).map(|contact| ContactFigures {
             t_s: contact.t_s - zero_s,
             modules: [id(contact.modules.0), id(contact.modules.1)],
             overlap_m: -contact.clearance_m,
         });
-        let link = pilot.dispatcher().modules().iter();
-        let least_clearance_m = tank.least_clearance_m();
+        let least_clearance_m = tank.map(|tank| tank.least_clearance_m());
         Self {
             scenario: scenario.name.clone(),
             modules: scenario.structure.len(),
@@ -211,12 +224,12 @@ impl Summary {
             complete: duration_s >= scenario.duration_s() - 0.1,
             failure: None,
             legs: record.legs.iter().filter_map(|leg| leg_figures(leg, record)).collect(),
-            cycles: cycle_figures(record, pilot.reboots(), pilot.refusals()),
+            cycles: cycle_figures(record, reboots(links), pilot.refusals()),
             contacts: contacts.collect(),
-            least_clearance_m: least_clearance_m.is_finite().then_some(least_clearance_m),
-            link: link.map(|link| LinkFigures::new(link.id().0, link)).collect(),
-            strays: *pilot.dispatcher().strays(),
-            faults: None,
+            least_clearance_m: least_clearance_m.filter(|least_m| least_m.is_finite()),
+            link: LinkFigures::of_all(pilot, links),
+            strays: *links.strays(),
+            faults: run.fleet.faults(),
             clock_error_us: None,
             wall_s: 0.0,
         }

@@ -104,12 +104,12 @@ impl Basin {
     }
 
     /// Lets `dt_s` pass under the thrusts of every body, N; a tool's are none.
-    pub fn step(&mut self, dt_s: f64, thrusts_n: &[&[f64]]) {
+    pub fn step(&mut self, dt_s: f64, thrusts_n: &[impl AsRef<[f64]>]) {
         let mut together = Vec::new();
         for raft in &mut self.rafts {
             together.clear();
             for &member in &raft.members {
-                together.extend(thrusts_n.get(member).copied().unwrap_or_default());
+                together.extend(thrusts_n.get(member).into_iter().flat_map(AsRef::as_ref));
             }
             let tau = Vector6::from(raft.matrix.wrench(&together));
             raft.dynamics.advance(&mut raft.state, &tau, dt_s, STEP_MOST_S);

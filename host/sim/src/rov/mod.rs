@@ -28,13 +28,13 @@ use firmware::rov::thruster::t200::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
 use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, PulseMicros, Volts};
-use protocol::{FleetId, ModuleId, ModuleKey, ModuleState, Radio};
+use protocol::{FleetId, ModuleId, ModuleKey, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
 
 use self::propellers::Propellers;
 use super::clock::ClockParameters;
-use super::node::Node;
+use super::node::{Hardware, Simulated};
 
 /// Counts of the pins' timer in one frame: 25 a microsecond at 400 Hz.
 const MAX_DUTY: u16 = 62_500;
@@ -52,7 +52,7 @@ pub enum RovError {
 
 /// A pin to a speed controller; no pulses at duty zero.
 #[derive(Clone, Debug, Default)]
-struct EscPin(Rc<Cell<u16>>);
+pub struct EscPin(Rc<Cell<u16>>);
 
 impl ErrorType for EscPin {
     type Error = Infallible;
@@ -91,7 +91,34 @@ pub struct RovSetup<'a> {
 }
 
 /// One ROV at one end of a radio.
-pub struct SimRov<R: Radio> {
+pub type SimRov<R> = Simulated<Thrusters, R>;
+
+/// What one ROV does to the water, and what its controllers are told.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RovActuation {
+    /// Thrusts along each thruster's axis as the water feels them, N.
+    pub thrusts_n: Vec<f64>,
+    /// Pulses of the controllers, µs.
+    pub pulses_us: Vec<f64>,
+}
+
+impl RovActuation {
+    fn write(&mut self, propellers: &Propellers, pulses: impl Iterator<Item = PulseMicros>) {
+        self.thrusts_n.clear();
+        self.thrusts_n.extend_from_slice(propellers.thrusts_n());
+        self.pulses_us.clear();
+        self.pulses_us.extend(pulses.map(|pulse| f64::from(pulse.0)));
+    }
+}
+
+impl AsRef<[f64]> for RovActuation {
+    fn as_ref(&self) -> &[f64] {
+        &self.thrusts_n
+    }
+}
+
+/// What an ROV is made of.
+pub struct Thrusters {
     id: ModuleId,
     fleet: FleetId,
     key: ModuleKey,
@@ -100,7 +127,6 @@ pub struct SimRov<R: Radio> {
     battery: Volts,
     pins: Vec<EscPin>,
     propellers: Propellers,
-    node: Node<Rov<EscPin>, R>,
     ticked: Option<FleetInstant>,
 }
 
@@ -116,7 +142,7 @@ impl<R: Radio> SimRov<R> {
             let (key, value) = ("battery_v", setup.battery_v);
             return Err(ParameterError { key, value, unit: "V", reason }.into());
         }
-        let mut rov = Self {
+        let thrusters = Thrusters {
             id: setup.id,
             fleet: setup.fleet,
             key: setup.key.clone(),
@@ -125,15 +151,39 @@ impl<R: Radio> SimRov<R> {
             battery: Volts(setup.battery_v as f32),
             pins: setup.reversed.iter().map(|_| EscPin::default()).collect(),
             propellers: Propellers::new(setup.reversed),
-            node: Node::new(setup.seed, setup.clock, radio, host),
             ticked: None,
         };
-        // An ROV that cannot be built says so now, not when it boots.
-        rov.boot()?;
-        Ok(rov)
+        Self::on(thrusters, (setup.seed, setup.clock), radio, host)
     }
 
-    fn boot(&mut self) -> Result<Rov<EscPin>, BankError> {
+    /// Thrusts along each thruster's axis as the water feels them, N.
+    pub fn thrusts_n(&self) -> &[f64] {
+        self.hardware.propellers.thrusts_n()
+    }
+
+    /// Pulses at the pins, µs. Without power there are none: the controllers stop, as at 1500.
+    pub fn pulses_us(&self) -> Vec<f64> {
+        self.hardware.pulses().map(|pulse| f64::from(pulse.0)).collect()
+    }
+
+    /// Breaks a thruster for good.
+    pub fn set_failed(&mut self, index: usize) {
+        self.hardware.propellers.set_failed(index);
+    }
+}
+
+impl Thrusters {
+    fn pulses(&self) -> impl Iterator<Item = PulseMicros> {
+        self.pins.iter().map(EscPin::pulse)
+    }
+}
+
+impl Hardware for Thrusters {
+    type Firmware = Rov<EscPin>;
+    type Actuation = RovActuation;
+    type Error = RovError;
+
+    fn boot(&self, boot: [u8; 12]) -> Result<Self::Firmware, RovError> {
         let wired = self.reversed.iter().enumerate();
         // A number that does not fit is too many thrusters anyway.
         let mounted =
@@ -145,68 +195,30 @@ impl<R: Radio> SimRov<R> {
             module: self.id,
             fleet: self.fleet,
             key: self.key.clone(),
-            boot: self.node.boot_nonce(),
+            boot,
             report_every: self.report_every,
             sure_within: SURE_WITHIN,
         };
         Ok(Rov::new(Endpoint::new(Some(identity), lease), bank))
     }
 
-    /// One tick at `now`, true time: the propellers until now, what came over the radio, the firmware, what it says. Any
-    /// pace will do; a board's is some hundred times a second.
-    ///
-    /// # Errors
-    /// The radio's own.
-    pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
+    /// The propellers until now, then the firmware.
+    fn tick<T>(&mut self, now: FleetInstant, run: impl FnOnce(&Self, &Supply) -> T) -> T {
         self.propellers.set_pulses(self.pins.iter().map(EscPin::pulse));
         let elapsed = now.since(self.ticked.replace(now).unwrap_or(now));
         self.propellers.step(f64::from(elapsed.0) * 1e-6, self.battery);
-        if self.node.boots(now) {
-            let firmware = self.boot().ok();
-            self.node.power_on(firmware);
-        }
         let current = Amperes(self.propellers.current_a(self.battery) as f32);
-        let supply = Supply { battery: self.battery, current };
-        self.node.tick(now, &supply)
+        run(self, &Supply { battery: self.battery, current })
     }
 
-    /// Thrusts along each thruster's axis as the water feels them, N.
-    pub fn thrusts_n(&self) -> &[f64] {
-        self.propellers.thrusts_n()
-    }
-
-    /// Pulses at the pins, µs. Without power there are none: the controllers stop, as at 1500.
-    pub fn pulses_us(&self) -> Vec<f64> {
-        self.pins.iter().map(|pin| f64::from(pin.pulse().0)).collect()
-    }
-
-    /// What the thrusters draw from the battery, A.
-    pub fn current_a(&self) -> f64 {
-        self.propellers.current_a(self.battery)
-    }
-
-    /// Breaks a thruster for good.
-    pub fn set_failed(&mut self, index: usize) {
-        self.propellers.set_failed(index);
-    }
-
-    /// Takes the power of the electronics at `now` and gives it back `off` later. What the firmware knew is gone; the
-    /// controllers hear nothing and stop.
-    pub fn reboot(&mut self, now: FleetInstant, off: Duration) {
-        self.node.power_off(now, off);
+    fn power_off(&mut self) {
         for pin in &self.pins {
             pin.0.set(0);
         }
     }
 
-    /// What the firmware is doing at `now`, true time; nothing without power.
-    pub fn state(&self, now: FleetInstant) -> Option<ModuleState> {
-        Some(self.node.status(now)?.state)
-    }
-
-    /// Its end of the radio.
-    pub fn radio(&self) -> &R {
-        self.node.radio()
+    fn actuate(&self, actuation: &mut RovActuation) {
+        actuation.write(&self.propellers, self.pulses());
     }
 }
 

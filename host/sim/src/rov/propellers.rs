@@ -67,10 +67,9 @@ impl Propellers {
         &self.thrusts_n
     }
 
-    /// What the controllers read, µs.
-    #[must_use]
-    pub fn pulses_us(&self) -> Vec<f64> {
-        self.propellers.iter().map(|propeller| f64::from(propeller.pulse.0)).collect()
+    /// What the controllers read.
+    pub fn pulses(&self) -> impl Iterator<Item = PulseMicros> {
+        self.propellers.iter().map(|propeller| propeller.pulse)
     }
 
     /// What all of them draw from the battery, A.

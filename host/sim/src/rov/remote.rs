@@ -7,6 +7,7 @@ use protocol::RovTelemetry;
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::Volts;
 
+use super::RovActuation;
 use super::propellers::Propellers;
 
 /// Time without a report after which no propeller turns any more. *Assumed.*
@@ -56,6 +57,11 @@ impl RemoteRov {
     #[must_use]
     pub fn thrusts_n(&self) -> &[f64] {
         self.propellers.thrusts_n()
+    }
+
+    /// Writes what the water feels of it, as of the last [`step`](Self::step), and the pulses that it reported.
+    pub fn actuate(&self, actuation: &mut RovActuation) {
+        actuation.write(&self.propellers, self.propellers.pulses());
     }
 }
 

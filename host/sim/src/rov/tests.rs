@@ -5,7 +5,7 @@ use link::loopback::{Ether, LoopbackRadio, Node as Address};
 use protocol::configuration::EscConstants;
 use protocol::ledger::Class;
 use protocol::units::Newtons;
-use protocol::{Delivery, FleetKey, Motion, RovCycle};
+use protocol::{Delivery, FleetKey, ModuleState, Motion, RovCycle};
 
 use super::*;
 

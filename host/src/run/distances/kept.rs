@@ -27,21 +27,21 @@ pub enum TableError {
 }
 
 /// Called with the values done and the values in all, from any thread.
-pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
+pub type Count<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// Reads the table of these parameters from the first of `folders` that has it, or else generates it and keeps it in the
 /// first that takes it. With the table comes why no folder took it, if none did.
 pub fn load_or_generate(
     folders: &[PathBuf],
     parameters: &Parameters,
-    progress: Progress<'_>,
+    count: Count<'_>,
 ) -> (DistanceTable, Option<TableError>) {
     let name = DistanceTable::file_name(parameters);
     let read = |folder: &PathBuf| DistanceTable::decode(&fs::read(folder.join(&name)).ok()?, parameters);
     if let Some(table) = folders.iter().find_map(read) {
         return (table, None);
     }
-    let table = generate(parameters, progress);
+    let table = generate(parameters, count);
     let bytes = table.encode(parameters);
     let mut error = None;
     for folder in folders {
@@ -54,7 +54,7 @@ pub fn load_or_generate(
 }
 
 /// Generates the table on all available cores.
-fn generate(parameters: &Parameters, progress: Progress<'_>) -> DistanceTable {
+fn generate(parameters: &Parameters, count: Count<'_>) -> DistanceTable {
     DistanceTable::generate_with(parameters, |rows| {
         let total: usize = rows.iter().map(|row| row.len()).sum();
         let rows = Mutex::new(rows.into_iter());
@@ -65,7 +65,7 @@ fn generate(parameters: &Parameters, progress: Progress<'_>) -> DistanceTable {
             while let Some(row) = next() {
                 let length = row.len() as u64;
                 row.compute();
-                progress(done.fetch_add(length, Ordering::Relaxed) + length, total as u64);
+                count(done.fetch_add(length, Ordering::Relaxed) + length, total as u64);
             }
         };
         let workers = thread::available_parallelism().map_or(1, usize::from);

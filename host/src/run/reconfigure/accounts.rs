@@ -58,14 +58,13 @@ impl Accounts {
         thrusts_n.iter().map(|&thrust_n| self.law.power_w(thrust_n)).sum()
     }
 
-    /// `dt_s` of the move under way, with the thrusts of all robots.
-    pub fn spend(&mut self, dt_s: f64, conductor: &Conductor<'_>, thrusts_n: &[&[f64]]) {
-        let (Some(number), Some(mover)) = (conductor.moving(), conductor.mover()) else { return };
+    /// `dt_s` of the move `number`, which is that of the robot `mover`, with the thrusts of all robots.
+    pub fn spend(&mut self, dt_s: f64, number: usize, mover: usize, thrusts_n: &[impl AsRef<[f64]>]) {
         let Some(figures) = self.moves.get_mut(number) else { return };
         for (law, energy) in [(&self.law, &mut figures.executed), (&self.table, &mut figures.by_table)] {
             let (mut navigate_j, mut balance_j) = (energy.navigate_j, energy.balance_j);
             for (robot, thrusts_n) in thrusts_n.iter().enumerate() {
-                let drawn_j = dt_s * thrusts_n.iter().map(|&thrust_n| law.power_w(thrust_n)).sum::<f64>();
+                let drawn_j = dt_s * thrusts_n.as_ref().iter().map(|&thrust_n| law.power_w(thrust_n)).sum::<f64>();
                 *(if robot == mover { &mut navigate_j } else { &mut balance_j }) += drawn_j;
             }
             *energy = Energy::new(navigate_j, balance_j, energy.time_s + dt_s);
@@ -88,7 +87,7 @@ impl Accounts {
         figures.least_gap_m = figures.least_gap_m.into_iter().chain(gap_m).reduce(f64::min);
     }
 
-    /// The move under way ends, drawn in from so far.
+    /// The move `number` has ended, drawn in from so far.
     pub fn end(&mut self, number: usize, misfit: &Misfit) {
         if let Some(figures) = self.moves.get_mut(number) {
             (figures.end_m, figures.end_rad) = (Some(misfit.position_m), Some(misfit.angle_rad));

@@ -1,4 +1,4 @@
-//! The host's closed loop over a plan: which action is under way, where each robot is to be, which thrusts that takes.
+//! What is to be done along a plan: which action is under way, where each robot is to be, which thrusts that takes.
 //!
 //! ```text
 //! states → Conductor → thrusts of every robot, to be sent
@@ -28,6 +28,7 @@ pub use failure::Failure;
 use super::ExecutionError;
 use fit::check;
 use lead::Lead;
+use protocol::time::Duration;
 use reconfiguration::plan::{Action, ActionKind, Plan};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
@@ -39,7 +40,9 @@ use rov::guidance::tracking::TrackingController;
 use rov::power::{self, PowerLaw};
 use sim::rov::propellers::LAG_S;
 
-/// Pause between two thrust packets, s: 20 Hz.
+/// Pause between two thrust packets: 20 Hz.
+pub const PERIOD: Duration = Duration(50_000);
+/// The same, s.
 const PERIOD_S: f64 = 0.050;
 /// Time from sending thrusts to their beginning, s.
 pub const AHEAD_S: f64 = 0.020;
@@ -65,7 +68,7 @@ const LEAD_S: f64 = AHEAD_S + PERIOD_S;
 
 /// A change of which bodies are docked to each other. Bodies are counted robots first, then tools.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Event {
+pub enum Coupling {
     /// The robot lets go of its neighbours now.
     Undock(usize),
     /// The robot is to take hold in its slot; [`Conductor::docked`] says when it has.
@@ -158,6 +161,12 @@ impl<'a> Conductor<'a> {
         Ok(conductor)
     }
 
+    /// Robots, then tools: where they are docked, and what they are.
+    #[must_use]
+    pub fn bodies(&self) -> &[(Pose, &'a Vehicle)] {
+        &self.bodies
+    }
+
     /// Whether the plan has come to its end.
     #[must_use]
     pub fn is_finished(&self) -> bool {
@@ -205,7 +214,7 @@ impl<'a> Conductor<'a> {
         dt_s: f64,
         states: &[State],
         answering: &[bool],
-    ) -> Result<Option<Event>, ExecutionError> {
+    ) -> Result<Option<Coupling>, ExecutionError> {
         let Some((robot, _)) = self.mover else { return Ok(None) };
         if answering != self.answering {
             self.answering.copy_from_slice(answering);
@@ -309,12 +318,12 @@ impl<'a> Conductor<'a> {
     }
 
     /// On to the next action; what became of this one.
-    fn end_action(&mut self, robot: usize, dt_s: f64) -> Option<Event> {
+    fn end_action(&mut self, robot: usize, dt_s: f64) -> Option<Coupling> {
         let kind = self.trajectory.kind();
         if kind == ActionKind::Dock {
             // Until `docked` says that it holds.
             self.waited_s += dt_s;
-            return Some(Event::Dock(robot, self.trajectory.end()));
+            return Some(Coupling::Dock(robot, self.trajectory.end()));
         }
         let next = self.plan.moves.get(self.number).and_then(|of| of.actions.get(self.action + 1))?;
         let over_s = self.t_s - self.trajectory.duration_s();
@@ -322,7 +331,7 @@ impl<'a> Conductor<'a> {
         // What is left of the tick belongs to the next action, what was waited for does not.
         (self.t_s, self.waited_s) = (over_s.min(dt_s), 0.0);
         self.action += 1;
-        (kind == ActionKind::Undock).then_some(Event::Undock(robot))
+        (kind == ActionKind::Undock).then_some(Coupling::Undock(robot))
     }
 
     fn begin_move(&mut self) -> Result<(), ExecutionError> {

@@ -3,51 +3,34 @@
 //! | file | what |
 //! |---|---|
 //! | [`scenario`] | what is run, from a TOML file |
-//! | [`conductor`] | which action, which thrusts: the host's closed loop |
-//! | [`fleet`] | what executes: ROVs in this process, or processes on UDP |
-//! | [`execution`] | conductor, fleet and water against the clock |
-//! | [`accounts`] | what is measured meanwhile |
-//! | [`summary`] | the figures of a run |
+//! | [`conductor`] | which action, which thrusts |
+//! | [`controller`] | the controller of the closed loop: who answers, when the plan begins, what is sent |
+//! | [`water`] | the water and the poses in it |
+//! | [`recorder`], [`accounts`] | what is measured meanwhile |
+//! | [`execution`] | a run |
+//! | [`summary`] | its figures |
 
 use rov::guidance::tracking::TrackingError;
 use rov::power::PowerError;
 use rov::propulsion::PropulsionError;
-use sim::rov::RovError;
 use sim::rov::basin::BasinError;
 use thiserror::Error;
 
 pub mod accounts;
 pub mod conductor;
+pub mod controller;
 pub mod execution;
-pub mod fleet;
+pub mod recorder;
 pub mod scenario;
 pub mod summary;
+pub mod water;
 
 /// Why a plan is not executed, or not to its end.
 #[derive(Debug, Error)]
 pub enum ExecutionError {
-    /// Robots are not there, or not ready.
-    #[error("{} within {waited_s} s", silent(robots))]
-    Silent {
-        /// Ids of the robots that are missing.
-        robots: Vec<u16>,
-        /// How long they were waited for, s.
-        waited_s: f64,
-    },
     /// The plan is not one of this problem.
     #[error("the plan does not fit the problem: {0}")]
     Misfit(String),
-    /// A robot cannot be built.
-    #[error("robot {id}: {source}")]
-    Rov {
-        /// Which one.
-        id: u16,
-        /// Why.
-        source: RovError,
-    },
-    /// The radio itself failed.
-    #[error("radio: {0}")]
-    Radio(#[from] std::io::Error),
     /// The tracking controller refuses the robots or their states.
     #[error(transparent)]
     Tracking(#[from] TrackingError),
@@ -63,12 +46,4 @@ pub enum ExecutionError {
     /// What it takes cannot be told.
     #[error(transparent)]
     Propulsion(#[from] PropulsionError),
-}
-
-fn silent(robots: &[u16]) -> String {
-    let ids: Vec<String> = robots.iter().map(u16::to_string).collect();
-    match ids.as_slice() {
-        [one] => format!("robot {one} did not answer"),
-        many => format!("robots {} did not answer", many.join(", ")),
-    }
 }

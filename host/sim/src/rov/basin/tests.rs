@@ -111,7 +111,7 @@ fn the_tool_pitches_unless_it_is_balanced() {
     let mut balanced = basin.clone();
     for _ in 0..200 {
         basin.step(0.01, &[&[], &[]]);
-        balanced.step(0.01, &[&thrusts_n, &[]]);
+        balanced.step(0.01, &[&thrusts_n[..], &[]]);
     }
     assert!(basin.state(1).eta()[4] < -0.1, "nose down: {:?}", basin.state(1).eta());
     assert!(balanced.state(1).eta()[4].abs() < 1e-4, "{:?}", balanced.state(1).eta());

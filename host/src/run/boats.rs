@@ -1,0 +1,54 @@
+//! What the [closed loop](super::closed_loop) of Modboats is made of: the tank is its water, simulated cameras tell its poses.
+
+use std::convert::Infallible;
+
+use modboat::observer::Fix;
+use protocol::time::FleetInstant;
+use sim::TailState;
+use sim::mocap::Mocap;
+use sim::module::TICK;
+use sim::tank::Tank;
+
+use super::RunError;
+use super::closed_loop::{PoseSource, Run, World};
+use super::pilot::Pilot;
+
+/// A run of Modboats with the fleet `F`.
+pub type BoatRun<'a, F> = Run<'a, Pilot, F, Tank, Cameras>;
+
+impl World for Tank {
+    type Actuation = TailState;
+    type Coupling = Infallible;
+
+    fn step(&mut self, _now: FleetInstant, _begun: bool, tails: &[TailState]) {
+        self.step(f64::from(TICK.as_secs_f32()), tails);
+    }
+
+    fn couple(&mut self, never: Infallible) -> Result<Option<Infallible>, RunError> {
+        match never {}
+    }
+}
+
+/// Simulated motion capture of the tank.
+pub struct Cameras {
+    mocap: Mocap,
+    fix: Option<Fix>,
+}
+
+impl Cameras {
+    /// That have not looked yet.
+    #[must_use]
+    pub fn new(mocap: Mocap) -> Self {
+        Self { mocap, fix: None }
+    }
+}
+
+impl PoseSource<Tank> for Cameras {
+    type Pose = Fix;
+
+    fn poll<'a>(&'a mut self, _now: FleetInstant, tank: Option<&'a Tank>) -> Option<&'a Fix> {
+        let pose = tank?.pose();
+        self.fix = self.mocap.sample(pose.t_s, &pose);
+        self.fix.as_ref()
+    }
+}

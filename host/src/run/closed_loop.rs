@@ -1,0 +1,246 @@
+//! The closed loop of a fleet, the same for Modboats and ROVs: one step a tick.
+//!
+//! ```text
+//! Fleet ──── actuation ────→ World ──── truth ────→ PoseSource
+//!  │ ↑                         ↑                        │ poses
+//!  │ └─────── datagrams ───────┼─────────────────────┐  ↓
+//!  └───────── datagrams ───────┼───────────────────→ Host: Dispatcher, Controller
+//!                              └────── couplings ─────────────────────────┘
+//! ```
+//!
+//! | | Modboats | ROVs |
+//! |---|---|---|
+//! | [`Controller`] | [`Pilot`](super::pilot::Pilot) | [`Execution`](super::reconfigure::controller::Execution) |
+//! | [`Fleet`] | [`InProcess`](super::fleet::InProcess), [`OverUdp`](super::fleet::OverUdp) | the same |
+//! | [`World`] | [`Tank`](sim::tank::Tank) | [`Water`](super::reconfigure::water::Water) |
+//! | [`PoseSource`] | [`Cameras`](super::boats::Cameras) | [`ExactPoses`](super::reconfigure::water::ExactPoses) |
+//! | [`Observer`] | [`Recorder`](super::recorder::Recorder) | [`Recorder`](super::reconfigure::recorder::Recorder) |
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use protocol::time::FleetInstant;
+use protocol::{MAX_DATAGRAM, Radio};
+
+use super::RunError;
+use super::clock::{Clock, Pace};
+use super::fleet::{Address, Fleet};
+use super::host::{Controller, Host, Step};
+use super::progress::Progress;
+use super::reporter::{Reporter, stopped};
+
+/// The water, where it is simulated.
+pub trait World {
+    /// What it feels of one module.
+    type Actuation;
+    /// What connectors can do in it.
+    type Coupling;
+
+    /// The tick that ends at `now`. `begun`: the run's time zero has passed; before that robots may be held in place.
+    fn step(&mut self, now: FleetInstant, begun: bool, actuation: &[Self::Actuation]);
+
+    /// Lets connectors act; what they did, if they could.
+    ///
+    /// # Errors
+    /// [`RunError`] for bodies that cannot be so.
+    fn couple(&mut self, coupling: Self::Coupling) -> Result<Option<Self::Coupling>, RunError>;
+}
+
+/// Where poses come from. `W` is the world that a simulated one looks at.
+pub trait PoseSource<W> {
+    /// What it tells.
+    type Pose: ?Sized;
+
+    /// The newest pose, if one has come by `now` that was not told before; the time in it is fleet time.
+    fn poll<'a>(&'a mut self, now: FleetInstant, world: Option<&'a W>) -> Option<&'a Self::Pose>;
+}
+
+/// What looks at a run after each of its steps: a recorder, a log, a console.
+pub trait Observer<R> {
+    /// After the step at `now`.
+    ///
+    /// # Errors
+    /// [`RunError`], which ends the run.
+    fn observe(&mut self, now: FleetInstant, run: &R) -> Result<(), RunError>;
+}
+
+/// A fault that is planned into a run, for tests: called before each step with its time, the controller and the fleet.
+pub type FaultHook<'a, C, F> = &'a mut dyn FnMut(FleetInstant, &C, &mut F);
+
+/// How a run is driven.
+pub struct Drive<'a, C, F> {
+    /// Whose time it follows.
+    pub pace: Pace,
+    /// Becomes true where the run is to end early: the fleet holds, and what was measured is kept.
+    pub stop: &'a AtomicBool,
+    /// Faults.
+    pub hook: FaultHook<'a, C, F>,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ending {
+    /// Why, if before its time.
+    pub why: Option<String>,
+    /// At which tick.
+    pub at: FleetInstant,
+    /// How long it took by the wall clock, s.
+    pub wall_s: f64,
+}
+
+/// See the module's documentation.
+pub struct Run<'a, C, F: Fleet, W, P> {
+    /// The host: controller and dispatcher.
+    pub host: Host<C, Address<F>>,
+    /// The modules.
+    pub fleet: &'a mut F,
+    /// The water; `None` where it is real.
+    pub world: Option<W>,
+    /// Where poses come from.
+    pub poses: P,
+    /// What the water felt of each module in the last step.
+    pub actuation: Vec<F::Actuation>,
+    /// Since when the fleet has not been under way.
+    idle_since: FleetInstant,
+}
+
+impl<'a, C, F, W, P> Run<'a, C, F, W, P>
+where
+    C: Controller,
+    F: Fleet,
+    W: World<Actuation = F::Actuation, Coupling = C::Coupling>,
+    P: PoseSource<W, Pose = C::Pose>,
+{
+    /// Before its first step.
+    pub fn new(controller: C, fleet: &'a mut F, world: Option<W>, poses: P) -> Self {
+        let host = Host::new(controller, fleet.host(), fleet.roster());
+        Self { host, fleet, world, poses, actuation: Vec::new(), idle_since: FleetInstant(0) }
+    }
+
+    /// The tick at `now`; `clock` is read again for each datagram. `Some` when the run is over, with the reason if that is before its
+    /// time.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub fn step(
+        &mut self,
+        now: FleetInstant,
+        clock: impl Fn() -> FleetInstant,
+    ) -> Result<Option<Option<String>>, RunError> {
+        self.fleet.advance(now)?;
+        let mut buffer = [0; MAX_DATAGRAM];
+        let mut received = clock();
+        while let Some((length, from)) =
+            self.fleet.radio().receive(received, &mut buffer).map_err(Into::into)?
+        {
+            // What does not decode is counted; there is nothing else to do about it.
+            let _ = self.host.handle_datagram(received, from, &buffer[..length]);
+            received = clock();
+        }
+        self.fleet.actuate(now, self.host.dispatcher(), &mut self.actuation);
+        if let Some(world) = &mut self.world {
+            let begun = self.host.controller.origin().is_some_and(|origin| origin < now);
+            world.step(now, begun, &self.actuation);
+        }
+        self.look(now);
+        let end = self.act(now)?;
+        self.transmit(clock)?;
+        if self.host.controller.is_under_way() {
+            self.idle_since = now;
+        }
+        Ok(end)
+    }
+
+    /// How long the fleet has not been under way at `now`, s.
+    pub fn idle_s(&self, now: FleetInstant) -> f64 {
+        now.as_secs_f64() - self.idle_since.as_secs_f64()
+    }
+
+    fn look(&mut self, now: FleetInstant) {
+        if let Some(pose) = self.poses.poll(now, self.world.as_ref()) {
+            self.host.handle_pose(pose);
+        }
+    }
+
+    /// Does what the controller decides.
+    fn act(&mut self, now: FleetInstant) -> Result<Option<Option<String>>, RunError> {
+        loop {
+            match self.host.handle_timer(now)? {
+                Step::Wait | Step::Dispatch(_) => return Ok(None),
+                Step::End(why) => return Ok(Some(why)),
+                Step::Couple(coupling) => {
+                    // Real connectors do what they are told.
+                    let coupled = match &mut self.world {
+                        Some(world) => world.couple(coupling)?,
+                        None => Some(coupling),
+                    };
+                    if let Some(coupled) = coupled {
+                        self.look(now);
+                        self.host.controller.handle_coupled(coupled)?;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sends what the host has to say.
+    fn transmit(&mut self, clock: impl Fn() -> FleetInstant) -> Result<(), RunError> {
+        let mut buffer = [0; MAX_DATAGRAM];
+        while let Some((to, datagram)) = self.host.poll_transmit(clock(), &mut buffer) {
+            self.fleet.radio().send(clock(), to, datagram).map_err(Into::into)?;
+        }
+        Ok(())
+    }
+
+    /// Step after step until the run is over. `observers` look at each, in this order.
+    ///
+    /// # Errors
+    /// [`RunError`], for what cannot begin or go on. What cuts a run short is told in [`Ending::why`].
+    pub fn drive(
+        &mut self,
+        drive: Drive<'_, C, F>,
+        progress: &mut dyn Progress,
+        observers: &mut [&mut dyn Observer<Self>],
+    ) -> Result<Ending, RunError> {
+        let Drive { pace, stop, hook } = drive;
+        let (mut clock, mut reporter) = (Clock::new(pace), Reporter::default());
+        let (at, why) = loop {
+            let now = clock.next_tick();
+            hook(now, &self.host.controller, self.fleet);
+            let end = self.step(now, || clock.now())?;
+            for observer in observers.iter_mut() {
+                observer.observe(now, self)?;
+            }
+            if let Some(why) = end {
+                break (now, why);
+            }
+            if stop.load(Ordering::Relaxed) {
+                progress.note("interrupted: the fleet finishes its cycle and holds");
+                self.host.finish();
+                self.transmit(|| clock.now())?;
+                break (now, Some("interrupted".to_owned()));
+            }
+            let idle_s = self.idle_s(now);
+            reporter.report(now, idle_s, &self.host, progress);
+            if idle_s > self.host.controller.patience().join_s {
+                break (now, Some(self.silence()?));
+            }
+        };
+        Ok(Ending { why, at, wall_s: clock.elapsed_s() })
+    }
+
+    /// Why the run ends for modules that do not answer. What was measured before a module fell silent is kept.
+    fn silence(&self) -> Result<String, RunError> {
+        let (controller, links) = (&self.host.controller, self.host.dispatcher());
+        let modules = controller.missing(links).into_iter().map(|index| controller.id(index, links));
+        let silent = RunError::Silent {
+            kind: C::MODULE,
+            modules: modules.collect(),
+            waited_s: controller.patience().join_s,
+            hint: String::new(),
+        };
+        if controller.origin().is_none() {
+            return Err(silent);
+        }
+        Ok(stopped(&self.host).unwrap_or_else(|| silent.to_string()))
+    }
+}

@@ -1,0 +1,175 @@
+//! The host's end of a fleet: a controller, and the dispatcher that sends what it decides. Sans-IO: datagrams, poses and the time go
+//! in, datagrams come out.
+//!
+//! ```text
+//! poses ─────→ Controller ──── cycles ───→ Dispatcher ──→ datagrams
+//!                  ↑ ──── events, links ───── ↑ ──────── datagrams
+//! ```
+
+use link::dispatcher::{Dispatcher, DispatcherEvent};
+use link::identity::HostIdentity;
+use protocol::ledger::Class;
+use protocol::time::FleetInstant;
+use protocol::{Delivery, ModuleId, Motion};
+
+use super::RunError;
+
+/// What steers a fleet: the pilot of Modboats, the execution of a plan of ROVs.
+pub trait Controller {
+    /// One of its modules, in a word.
+    const MODULE: &'static str;
+    /// What a pose source tells it.
+    type Pose: ?Sized;
+    /// What connectors are to do.
+    type Coupling;
+
+    /// Takes in what a datagram changed.
+    fn handle_event<A: Copy>(&mut self, event: DispatcherEvent, links: &Dispatcher<A>);
+
+    /// Takes in a pose; its time is fleet time.
+    fn handle_pose(&mut self, pose: &Self::Pose);
+
+    /// Connectors have done what was asked.
+    ///
+    /// # Errors
+    /// [`RunError`] where it does not go on.
+    fn handle_coupled(&mut self, coupling: Self::Coupling) -> Result<(), RunError>;
+
+    /// Decides what is due at `now`. After [`Step::Couple`] it is asked again within the same tick, and says so once.
+    ///
+    /// # Errors
+    /// [`RunError`] where it does not go on.
+    fn step<A: Copy>(
+        &mut self,
+        now: FleetInstant,
+        links: &Dispatcher<A>,
+    ) -> Result<Step<Self::Coupling>, RunError>;
+
+    /// The run is over: it decides nothing more.
+    fn finish(&mut self);
+
+    /// Time zero of the run, fleet time; `None` before it is known.
+    fn origin(&self) -> Option<FleetInstant>;
+
+    /// How long the run takes from there, s.
+    fn duration_s(&self) -> f64;
+
+    /// Whether the fleet does what it was told. While it does not, it is waited for.
+    fn is_under_way(&self) -> bool;
+
+    /// What the fleet does, for a person.
+    fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String;
+
+    /// Modules (by index) that it waits for.
+    fn missing<A: Copy>(&self, links: &Dispatcher<A>) -> Vec<usize>;
+
+    /// The number that a person knows a module (by index) by.
+    fn id<A: Copy>(&self, index: usize, links: &Dispatcher<A>) -> u16;
+
+    /// How long a fleet may keep it waiting.
+    fn patience(&self) -> Patience;
+}
+
+/// How long a fleet that is not under way is waited for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patience {
+    /// Until missing modules are named, s.
+    pub missing_after_s: f64,
+    /// Until the run ends, s.
+    pub join_s: f64,
+}
+
+/// What a controller decided.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step<C> {
+    /// Nothing is due.
+    Wait,
+    /// Connectors are to do this at once.
+    Couple(C),
+    /// Modules are sent this.
+    Dispatch(Dispatch),
+    /// The run is over; why, if it is before its time.
+    End(Option<String>),
+}
+
+/// One cycle of every module.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dispatch {
+    /// Its number.
+    pub number: u32,
+    /// When it starts, fleet time.
+    pub start: FleetInstant,
+    /// What each module does, in the order of the roster; `None` for one that gets nothing.
+    pub motions: Vec<Option<Motion>>,
+    /// To each module, or to all or none.
+    pub delivery: Delivery,
+}
+
+/// See the module's documentation. `A` is the radio's address.
+pub struct Host<C, A> {
+    /// What decides.
+    pub controller: C,
+    dispatcher: Dispatcher<A>,
+}
+
+impl<C: Controller, A: Copy> Host<C, A> {
+    /// For the modules of `roster`, by this identity.
+    pub fn new(controller: C, identity: &HostIdentity, roster: &[ModuleId]) -> Self {
+        Self { controller, dispatcher: Dispatcher::new(roster, &identity.key, identity.boot) }
+    }
+
+    /// The link.
+    pub fn dispatcher(&self) -> &Dispatcher<A> {
+        &self.dispatcher
+    }
+
+    /// The link, for orders that no controller decides.
+    pub fn dispatcher_mut(&mut self) -> &mut Dispatcher<A> {
+        &mut self.dispatcher
+    }
+
+    /// Takes in one datagram.
+    ///
+    /// # Errors
+    /// What it is, if it is not to be followed; it is counted and nothing happens.
+    pub fn handle_datagram(&mut self, now: FleetInstant, from: A, datagram: &[u8]) -> Result<(), Class> {
+        if let Some(event) = self.dispatcher.handle_datagram(now, from, datagram)? {
+            self.controller.handle_event(event, &self.dispatcher);
+        }
+        Ok(())
+    }
+
+    /// Takes in a pose; its time is fleet time.
+    pub fn handle_pose(&mut self, pose: &C::Pose) {
+        self.controller.handle_pose(pose);
+    }
+
+    /// Does what is due at `now`: what is to be sent waits for [`poll_transmit`](Self::poll_transmit). After [`Step::Couple`] to be
+    /// called again.
+    ///
+    /// # Errors
+    /// The controller's.
+    pub fn handle_timer(&mut self, now: FleetInstant) -> Result<Step<C::Coupling>, RunError> {
+        self.dispatcher.handle_timer(now);
+        let step = self.controller.step(now, &self.dispatcher)?;
+        match &step {
+            Step::Dispatch(Dispatch { number, start, motions, delivery }) => {
+                self.dispatcher.dispatch(now, *number, *start, motions, *delivery);
+            }
+            Step::End(_) => self.dispatcher.hold(),
+            Step::Wait | Step::Couple(_) => {}
+        }
+        Ok(step)
+    }
+
+    /// Ends the run: the modules finish what runs and hold.
+    pub fn finish(&mut self) {
+        self.controller.finish();
+        self.dispatcher.hold();
+    }
+
+    /// Writes the next datagram to send, if any, to the start of `buffer`, and says where to.
+    pub fn poll_transmit<'a>(&mut self, now: FleetInstant, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+        self.dispatcher.poll_transmit(now, buffer)
+    }
+}
