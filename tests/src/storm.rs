@@ -24,6 +24,7 @@
 use std::collections::{HashMap, HashSet};
 
 use host::run::fleet::{Fleet, InProcess};
+use host::run::host::Host;
 use host::run::pilot::Pilot;
 use host::run::scenario::Scenario;
 use link::faults::FaultCount;
@@ -87,7 +88,7 @@ struct World<'a> {
     storm: &'a Storm,
     scenario: Scenario,
     fleet: InProcess,
-    pilot: Option<Pilot<Node>>,
+    host: Option<Host<Pilot, Node>>,
     host_runs: Vec<HostRun>,
     tank: Tank,
     mocap: Mocap,
@@ -132,7 +133,7 @@ fn add(sum: &mut [u64; 7], more: [u64; 7]) {
 impl<'a> World<'a> {
     fn new(storm: &'a Storm) -> Self {
         let scenario = storm.scenario();
-        let fleet = InProcess::new(&scenario, storm.seed).expect("a fleet");
+        let fleet = InProcess::boats(&scenario, storm.seed).expect("a fleet");
         let start = PoseSample { heading_rad: scenario.start_heading_rad(), ..PoseSample::default() };
         let tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, storm.seed);
         let mocap = Mocap::new(&scenario.mocap, storm.seed).expect("cameras");
@@ -152,7 +153,7 @@ impl<'a> World<'a> {
             storm,
             scenario,
             fleet,
-            pilot: None,
+            host: None,
             host_runs,
             tank,
             mocap,
@@ -185,7 +186,7 @@ impl<'a> World<'a> {
                 self.stop_host();
                 restart_us = restart_us.max((now_us + off_us).min(healed_us));
             }
-            if self.pilot.is_none() && now_us >= restart_us {
+            if self.host.is_none() && now_us >= restart_us {
                 self.start_host(now_us);
             }
             self.tick(now_us);
@@ -206,24 +207,24 @@ impl<'a> World<'a> {
         let host = HostIdentity::simulated(self.storm.seed, self.host_runs.len() as u64);
         // Time of the first run is the true one; that of later runs begins when they do.
         let epoch_us = if self.host_runs.is_empty() { 0 } else { now_us - TICK_US };
-        let pilot = Pilot::new(&self.scenario, &host, self.fleet.roster(), None, || FleetInstant(0));
-        self.pilot = Some(pilot.expect("a pilot"));
+        let pilot = Pilot::new(&self.scenario, None, || FleetInstant(0)).expect("a pilot");
+        self.host = Some(Host::new(pilot, &host, self.fleet.roster()));
         self.host_runs.push(HostRun { boot: host.boot, epoch_us, cycles: HashMap::new(), seen: 0 });
     }
 
     /// The host crashes.
     fn stop_host(&mut self) {
-        let Some(pilot) = self.pilot.take() else { return };
-        add(&mut self.watch.host_received, classes(pilot.dispatcher().strays()));
-        for (index, link) in pilot.dispatcher().modules().iter().enumerate() {
+        let Some(host) = self.host.take() else { return };
+        add(&mut self.watch.host_received, classes(host.dispatcher().strays()));
+        for (index, link) in host.dispatcher().modules().iter().enumerate() {
             add(&mut self.watch.host_received, classes(link.incoming()));
             self.watch.host_sent[index] += link.outgoing().sent;
-            self.check_sums(index, &pilot);
+            self.check_sums(index, &host);
         }
     }
 
-    fn check_sums(&mut self, index: usize, pilot: &Pilot<Node>) {
-        let link = &pilot.dispatcher().modules()[index];
+    fn check_sums(&mut self, index: usize, host: &Host<Pilot, Node>) {
+        let link = &host.dispatcher().modules()[index];
         let (out, cycles) = (link.outgoing(), link.ledger());
         if out.acknowledged + out.late + out.lost + out.under_way() != out.sent || !link.incoming().is_exact()
         {
@@ -266,9 +267,9 @@ impl<'a> World<'a> {
             .last()
             .map_or(FleetInstant(0), |host_run| FleetInstant(now_us - host_run.epoch_us));
         while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
-            match &mut self.pilot {
-                Some(pilot) => {
-                    let _ = pilot.handle_datagram(host_now, from, &buffer[..length]);
+            match &mut self.host {
+                Some(host) => {
+                    let _ = host.handle_datagram(host_now, from, &buffer[..length]);
                 }
                 None => self.watch.discarded += 1,
             }
@@ -277,14 +278,14 @@ impl<'a> World<'a> {
         self.tank.step(TICK_US as f64 * 1e-6, &tails);
         let pose = self.tank.pose();
         if let Some(mut fix) = self.mocap.sample(pose.t_s, &pose)
-            && let Some(pilot) = &mut self.pilot
+            && let Some(host) = &mut self.host
         {
             fix.t_s -= now.as_secs_f64() - host_now.as_secs_f64();
-            pilot.handle_fix(&fix);
+            host.handle_pose(&fix);
         }
-        if let Some(pilot) = &mut self.pilot {
-            pilot.handle_timer(host_now);
-            while let Some((to, datagram)) = pilot.poll_transmit(host_now, &mut buffer) {
+        if let Some(host) = &mut self.host {
+            host.handle_timer(host_now).expect("a pilot does not fail");
+            while let Some((to, datagram)) = host.poll_transmit(host_now, &mut buffer) {
                 self.fleet.radio().send(now, to, datagram).expect("the loopback does not fail");
             }
         }
@@ -294,7 +295,8 @@ impl<'a> World<'a> {
     }
 
     fn note_decisions(&mut self) {
-        let (Some(pilot), Some(host_run)) = (&self.pilot, self.host_runs.last_mut()) else { return };
+        let (Some(host), Some(host_run)) = (&self.host, self.host_runs.last_mut()) else { return };
+        let pilot = &host.controller;
         for decision in &pilot.decisions()[host_run.seen..] {
             self.outcome.decisions += 1;
             let (outcome, tolerant) = (decision.plan.outcome.name(), decision.plan.loss_tolerant);
@@ -387,7 +389,7 @@ impl<'a> World<'a> {
     fn all_swim(&self) -> bool {
         let host_run = self.host_runs.len().wrapping_sub(1);
         let first = self.watch.running[0];
-        let decisions = self.pilot.as_ref().map_or(&[][..], |pilot| pilot.decisions());
+        let decisions = self.host.as_ref().map_or(&[][..], |host| host.controller.decisions());
         // A module with a cycle of no amplitude does not swim.
         let swims = decisions.iter().rev().take(2).any(|decision| {
             let moves = decision.plan.cycle.iter().any(|swing| swing.amplitude_rad != 0.0);
@@ -405,10 +407,10 @@ impl<'a> World<'a> {
         self.fleet.advance(now).expect("the loopback does not fail");
         let mut buffer = [0; MAX_DATAGRAM];
         while let Ok(Some((length, from))) = self.fleet.radio().receive(now, &mut buffer) {
-            if let Some(pilot) = &mut self.pilot {
+            if let Some(host) = &mut self.host {
                 let host_now =
                     FleetInstant(now.0 - self.host_runs.last().map_or(0, |host_run| host_run.epoch_us));
-                let _ = pilot.handle_datagram(host_now, from, &buffer[..length]);
+                let _ = host.handle_datagram(host_now, from, &buffer[..length]);
             }
         }
         self.stop_host();

@@ -3,8 +3,11 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
 
+use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::{Fleet, InProcess};
+use host::run::host::Controller;
+use host::run::pilot::Pilot;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use host::run::summary::Summary;
@@ -23,18 +26,18 @@ fn scenario() -> Scenario {
     Scenario::open("holonomic-1").expect("built in")
 }
 
-/// A drill: at every tick, with time since the start of the first cycle, s, and the modules.
-type Drill<'a> = &'a mut dyn FnMut(FleetInstant, f64, &mut InProcess);
+/// A fault hook: at every tick, with time since the start of the first cycle, s, and the modules.
+type Hook<'a> = &'a mut dyn FnMut(FleetInstant, f64, &mut InProcess);
 
-/// Runs with a drill; also what is left of the fleet.
-fn run_with(scenario: &Scenario, seed: u64, drill: Drill<'_>) -> (RunResult, InProcess) {
-    let mut fleet = InProcess::new(scenario, seed).expect("a fleet");
-    let stop = AtomicBool::new(false);
-    let mut at = |now: FleetInstant, origin: Option<FleetInstant>, fleet: &mut InProcess| {
-        let t_s = origin.map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
-        drill(now, t_s, fleet);
+/// Runs with a fault hook; also what is left of the fleet.
+fn run_with(scenario: &Scenario, seed: u64, hook: Hook<'_>) -> (RunResult, InProcess) {
+    let mut fleet = InProcess::boats(scenario, seed).expect("a fleet");
+    let mut at = |now: FleetInstant, pilot: &Pilot, fleet: &mut InProcess| {
+        let t_s = pilot.origin().map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
+        hook(now, t_s, fleet);
     };
-    let result = run(scenario, seed, &mut fleet, Pace::Simulated, &mut Quiet, &stop, &mut at);
+    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut at };
+    let result = run(scenario, seed, &mut fleet, drive, &mut Quiet);
     (result.unwrap_or_else(|error| panic!("seed {seed}: {error}")), fleet)
 }
 

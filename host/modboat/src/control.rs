@@ -204,12 +204,6 @@ impl Controller {
         }
     }
 
-    /// Forgets the sum and the last error, as before the first decision.
-    pub const fn reset(&mut self) {
-        self.sum_m_s2 = [0.0; 2];
-        self.last_error_m_s = None;
-    }
-
     /// The wrench to demand of the next cycle. `interval_s` is the time between decisions, `horizon_s` the time
     /// from the observation to the end of what this decision governs.
     pub fn demand(

@@ -192,12 +192,15 @@ impl Observer {
         })
     }
 
-    /// The mean wrench in S that the tails give from now on: of swim cycle *and* the transition before it, so planned
+    /// The mean wrench in S that the tails give from `t_s` on: of swim cycle *and* the transition before it, so planned
     /// wrench · T/(t_trans + T), set once at the start of the transition; zero while the tails rest. In two steps
     /// (zero, then the planned wrench) it would follow the saw of the velocity, whose teeth are where the
-    /// decisions fall. Bring the observer up to now first, by [`Observer::predict`] or a fix.
-    pub fn set_wrench(&mut self, wrench: Wrench) {
-        self.wrench = wrench;
+    /// decisions fall. Where it is another one than so far, the observer goes on to `t_s` by the former.
+    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench) {
+        if wrench != self.wrench {
+            self.predict(t_s);
+            self.wrench = wrench;
+        }
     }
 
     /// Goes on to `t_s` by the model alone. Nothing happens before the first fix or back in time.
@@ -359,7 +362,7 @@ mod tests {
         let mut observer = observer();
         // Surge axis at 60° from world x.
         observer.update(&fix(0.0, [0.0; 2], PI / 3.0));
-        observer.set_wrench(Wrench { fx_n: 0.0, fy_n: 0.0216, tau_nm: 0.0 });
+        observer.set_wrench(0.0, Wrench { fx_n: 0.0, fy_n: 0.0216, tau_nm: 0.0 });
         for t_s in [1.0_f64, 5.0, 100.0] {
             observer.predict(t_s);
             let [v_x, v_y] = observer.estimate().expect("has a fix").velocity_m_s;
@@ -374,7 +377,7 @@ mod tests {
     fn sway_pushes_to_the_right_of_surge() {
         let mut observer = observer();
         observer.update(&fix(0.0, [0.0; 2], 0.0));
-        observer.set_wrench(Wrench { fx_n: 0.045, fy_n: 0.0, tau_nm: 0.0 });
+        observer.set_wrench(0.0, Wrench { fx_n: 0.045, fy_n: 0.0, tau_nm: 0.0 });
         observer.predict(0.1);
         // Heading along world x: right is −y; 0.045 N / 4.5 kg · 0.1 s.
         let [v_x, v_y] = observer.estimate().expect("has a fix").velocity_m_s;

@@ -3,6 +3,7 @@
 //! The examination uses the exact tail geometry ([`Tail`](super::tail::Tail)), which shares nothing with the collision
 //! regions that planners search by: a plan in which two tails touch is no plan.
 
+use std::ops::Deref;
 use std::sync::Arc;
 
 use super::buffers::Buffers;
@@ -11,7 +12,7 @@ use super::motion::{StepTime, Swing, Turn, Wrench};
 use super::pairs::{Pair, Pairs};
 use super::parameters::Parameters;
 use super::plan::{Outcome, Plan};
-use super::planner_config::{LawOfTime, PlannerConfig};
+use super::planner_config::{LawOfTime, LossTolerance, PlannerConfig};
 use super::region::DEPTH_RAD;
 use super::structure::Structure;
 use super::transition::STILL_RAD;
@@ -69,8 +70,26 @@ pub struct Setting {
     pub reaches: Vec<Reach>,
     /// Each module's participation.
     pub participation: Vec<Participation>,
-    /// By module, from where to where its tail swings in the cycle that still runs, rad; empty where that does not constrain the plan.
-    pub before_rad: Vec<[f64; 2]>,
+}
+
+/// A setting, and what is asked of one plan in it.
+#[derive(Clone, Copy, Debug)]
+pub struct Case<'a> {
+    /// The setting.
+    pub setting: &'a Setting,
+    /// Loss tolerance asked of the plan.
+    pub tolerance: LossTolerance,
+    /// The cycle that still runs: a module may stop anywhere in it, and its neighbours begin the plan before the host knows. `None`
+    /// where that does not constrain the plan.
+    pub before: Option<&'a [Swing]>,
+}
+
+impl Deref for Case<'_> {
+    type Target = Setting;
+
+    fn deref(&self) -> &Setting {
+        self.setting
+    }
 }
 
 impl Setting {
@@ -97,7 +116,6 @@ impl Setting {
             reaches: distance.offsets().iter().map(|&offset| Reach::new(&distance, offset)).collect(),
             distance,
             participation: vec![Participation::Active; structure.len()],
-            before_rad: Vec::new(),
         }
     }
 
@@ -107,6 +125,12 @@ impl Setting {
         debug_assert_eq!(participation.len(), self.cells.len(), "one for each module");
         self.participation = participation;
         self
+    }
+
+    /// A plan in it as the configuration asks, whatever runs before.
+    #[must_use]
+    pub fn as_configured(&self) -> Case<'_> {
+        Case { setting: self, tolerance: self.config.loss_tolerant, before: None }
     }
 
     /// The greatest |rotation| within `transition_s`, rad.
@@ -202,7 +226,9 @@ impl Setting {
         let norm_n = demand.weighted_norm(self.config.weights);
         if norm_n == 0.0 { error_n } else { error_n / norm_n }
     }
+}
 
+impl Case<'_> {
     /// The plan, if no two tails touch in it by the exact test. `tails` are the present angles, `approach` the way from
     /// there, both `None` where they are not known.
     #[must_use]

@@ -89,12 +89,11 @@ fn watch(swings: impl Fn(usize) -> [Swing; 3], cycles: usize, tank: &TankParamet
     let mut watched = Watched { velocity_m_s: Vec::new(), yaw_rate_rad_s: Vec::new() };
     for cycle in 0..cycles {
         let swings = swings(cycle);
-        observer.predict(tank.pose().t_s);
         let wrench = swings
             .iter()
             .zip(&positions_m)
             .fold(Wrench::default(), |sum, (swing, &at)| sum + swing.wrench(&parameters, at));
-        observer.set_wrench(wrench);
+        observer.set_wrench(tank.pose().t_s, wrench);
         for step in 1..=PERIOD_MS {
             let tails = swings.map(|swing| waveform(swing, step as f64 * DT_S));
             tank.step(DT_S, &tails);
@@ -187,8 +186,7 @@ fn transitions_do_not_bias_what_the_decisions_see() {
             .iter()
             .fold(Wrench::default(), |sum, &at| sum + target.wrench(&parameters, at));
         let before = tank.pose();
-        observer.predict(before.t_s);
-        observer.set_wrench(Wrench::from_array(planned.to_array().map(|f| f * 1.5 / 2.0)));
+        observer.set_wrench(before.t_s, Wrench::from_array(planned.to_array().map(|f| f * 1.5 / 2.0)));
         let rate_rad_s = (target.start_rad() - from_rad) / 0.5;
         for step in 1..=500 + PERIOD_MS {
             let tail = if step <= 500 {

@@ -14,8 +14,8 @@ use record::RunRecord;
 use serde::Serialize;
 
 use super::RunError;
-use super::distances;
 use super::closed_loop::Drive;
+use super::distances;
 use super::experiment::{Pace, RunResult, run};
 use super::fleet::InProcess;
 use super::progress::Progress;

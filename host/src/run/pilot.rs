@@ -70,8 +70,6 @@ pub struct Pilot {
     partial: Option<(Vec<Participation>, Planner)>,
     stopwatch: fn() -> FleetInstant,
     lead: Duration,
-    /// What the observer takes to act now.
-    wrench: Wrench,
     /// All decisions so far; the last one may still run.
     decisions: Vec<Decision>,
     phase: Phase,
@@ -116,7 +114,6 @@ impl Pilot {
             partial: None,
             stopwatch,
             lead: span(scenario.timing.lead_s),
-            wrench: Wrench::default(),
             decisions: Vec::new(),
             phase: Phase::Waiting,
             resumes: FleetInstant(0),
@@ -167,7 +164,12 @@ impl Pilot {
     }
 
     /// Whether a report that would tell which modules run the cycle that ends at `end` may still come in time.
-    fn waits_for_reports<A: Copy>(&self, now: FleetInstant, end: FleetInstant, links: &Dispatcher<A>) -> bool {
+    fn waits_for_reports<A: Copy>(
+        &self,
+        now: FleetInstant,
+        end: FleetInstant,
+        links: &Dispatcher<A>,
+    ) -> bool {
         let Some(decision) = self.decisions.last() else { return false };
         let number = decision.last_number();
         let unknown = |(link, &missing): (&ModuleLink<A>, &bool)| {
@@ -270,9 +272,8 @@ impl Pilot {
         let Timing { require, missing_after_s, .. } = self.scenario.timing;
         let count = self.known.iter().flatten().count();
         let modules = || links.modules().iter().zip(&self.known);
-        let silent = |link: &ModuleLink<A>| {
-            f64::from(now.since(link.heard()).as_secs_f32()) >= missing_after_s
-        };
+        let silent =
+            |link: &ModuleLink<A>| f64::from(now.since(link.heard()).as_secs_f32()) >= missing_after_s;
         let all_silent = || modules().filter(|(_, pose)| pose.is_none()).all(|(link, _)| silent(link));
         let sure = modules().filter(|(_, pose)| pose.is_some()).all(|(link, _)| self.is_sure(link));
         sure && (count == self.known.len() || require > 0 && count >= require as usize && all_silent())
@@ -382,13 +383,13 @@ impl Controller for Pilot {
         match never {}
     }
 
-    fn step<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) -> Result<Step<Infallible>, RunError> {
+    fn step<A: Copy>(
+        &mut self,
+        now: FleetInstant,
+        links: &Dispatcher<A>,
+    ) -> Result<Step<Infallible>, RunError> {
         let wrench = self.wrench_at(now);
-        if wrench != self.wrench {
-            self.observer.predict(now.as_secs_f64());
-            self.observer.set_wrench(wrench);
-            self.wrench = wrench;
-        }
+        self.observer.set_wrench(now.as_secs_f64(), wrench);
         if self.phase == Phase::Finished {
             return Ok(Step::Wait);
         }

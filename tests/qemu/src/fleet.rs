@@ -40,7 +40,7 @@ impl Emulated {
         let roster: Vec<ModuleId> = (1..=scenario.structure.len() as u16).map(ModuleId).collect();
         let modules = Modules::start(&host, port, roster.len(), seed);
         let seen = roster.iter().map(|_| Vec::new()).collect();
-        Self { inner: OverUdp::new(scenario, radio, host, roster, seed), modules, seen }
+        Self { inner: OverUdp::boats(scenario, radio, host, roster, seed), modules, seen }
     }
 }
 
@@ -63,6 +63,7 @@ impl Radio for Emulated {
 
 impl Fleet for Emulated {
     type Radio = Self;
+    type Actuation = TailState;
 
     fn host(&self) -> &HostIdentity {
         self.inner.host()
@@ -81,7 +82,12 @@ impl Fleet for Emulated {
         self.inner.advance(now)
     }
 
-    fn tails(&mut self, now: FleetInstant, dispatcher: &Dispatcher<SocketAddr>, tails: &mut Vec<TailState>) {
+    fn actuate(
+        &mut self,
+        now: FleetInstant,
+        dispatcher: &Dispatcher<SocketAddr>,
+        tails: &mut Vec<TailState>,
+    ) {
         for (seen, link) in self.seen.iter_mut().zip(dispatcher.modules()) {
             let Some(&telemetry) = link.telemetry() else { continue };
             if telemetry.state == ModuleState::Unsynchronised {
@@ -91,7 +97,7 @@ impl Fleet for Emulated {
                 seen.push(Seen { arrival: link.heard(), telemetry });
             }
         }
-        self.inner.tails(now, dispatcher, tails);
+        self.inner.actuate(now, dispatcher, tails);
     }
 
     fn faults(&self) -> Option<FaultCount> {

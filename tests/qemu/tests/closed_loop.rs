@@ -3,8 +3,11 @@
 
 use std::sync::atomic::AtomicBool;
 
+use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::Fleet;
+use host::run::host::Controller;
+use host::run::pilot::Pilot;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use protocol::ModuleId;
@@ -28,15 +31,15 @@ fn scenario(size: &str, duration_s: u32) -> Scenario {
     Scenario::parse("emulated.toml", &text).expect("a scenario")
 }
 
-/// Runs it; `drill` gets the seconds since the first cycle began.
-fn swim(scenario: &Scenario, fleet: &mut Emulated, mut drill: impl FnMut(f64, &mut Emulated)) -> RunResult {
-    let stop = AtomicBool::new(false);
-    let mut with_time = |now: FleetInstant, origin: Option<FleetInstant>, fleet: &mut Emulated| {
-        if let Some(origin) = origin.filter(|origin| *origin <= now) {
-            drill((now.0 - origin.0) as f64 * 1e-6, fleet);
+/// Runs it; `hook` gets the seconds since the first cycle began.
+fn swim(scenario: &Scenario, fleet: &mut Emulated, mut hook: impl FnMut(f64, &mut Emulated)) -> RunResult {
+    let mut with_time = |now: FleetInstant, pilot: &Pilot, fleet: &mut Emulated| {
+        if let Some(origin) = pilot.origin().filter(|origin| *origin <= now) {
+            hook((now.0 - origin.0) as f64 * 1e-6, fleet);
         }
     };
-    run(scenario, SEED, fleet, Pace::Simulated, &mut Quiet, &stop, &mut with_time).expect("a run")
+    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut with_time };
+    run(scenario, SEED, fleet, drive, &mut Quiet).expect("a run")
 }
 
 /// What every run here must come to.

@@ -6,9 +6,11 @@
 
 use std::sync::atomic::AtomicBool;
 
+use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::InProcess;
-use host::run::pilot::Order;
+use host::run::host::Controller;
+use host::run::pilot::{Order, Pilot};
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use protocol::time::{Duration, FleetInstant};
@@ -35,15 +37,15 @@ fn scenario() -> Scenario {
 
 /// The run in this process, and every tail at every millisecond since its first cycle began.
 fn in_process(scenario: &Scenario) -> (RunResult, Vec<Vec<f64>>) {
-    let mut fleet = InProcess::new(scenario, SEED).expect("a fleet");
+    let mut fleet = InProcess::boats(scenario, SEED).expect("a fleet");
     let mut courses: Vec<Vec<f64>> = Vec::new();
-    let stop = AtomicBool::new(false);
-    let result =
-        run(scenario, SEED, &mut fleet, Pace::Simulated, &mut Quiet, &stop, &mut |now, origin, fleet| {
-            if origin.is_some_and(|origin| origin <= now) {
-                courses.push(fleet.modules().iter().map(|module| module.tail().angle_rad).collect());
-            }
-        });
+    let mut watch = |now: FleetInstant, pilot: &Pilot, fleet: &mut InProcess| {
+        if pilot.origin().is_some_and(|origin| origin <= now) {
+            courses.push(fleet.modules().iter().map(|module| module.tail().angle_rad).collect());
+        }
+    };
+    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut watch };
+    let result = run(scenario, SEED, &mut fleet, drive, &mut Quiet);
     (result.expect("a run"), courses)
 }
 

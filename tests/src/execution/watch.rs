@@ -3,9 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use host::run::RunError;
-use host::run::experiment::{Pace, RunResult, run_watched};
+use host::run::closed_loop::Drive;
+use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::InProcess;
-use host::run::pilot::Decision;
+use host::run::host::Controller;
+use host::run::pilot::{Decision, Pilot};
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use modboat::parameters::Parameters;
@@ -43,45 +45,39 @@ fn mark(decision: &Decision) -> Mark {
 /// # Errors
 /// That of the run.
 pub fn judged(scenario: &Scenario, seed: u64, reboots: &[Reboot]) -> Result<(RunResult, Report), RunError> {
-    let mut fleet = InProcess::new(scenario, seed)?;
+    let mut fleet = InProcess::boats(scenario, seed)?;
     let mut judge = Judge::new(&of_parameters(&scenario.modboat), scenario.structure.cells());
     let mut marks: Vec<Mark> = Vec::new();
     let mut seen: Vec<Seen> = Vec::new();
     let mut reboots = reboots.to_vec();
     let stop = AtomicBool::new(false);
-    let run = run_watched(
-        scenario,
-        seed,
-        &mut fleet,
-        Pace::Simulated,
-        &mut Quiet,
-        &stop,
-        &mut |now, pilot, fleet| {
-            let decisions = pilot.decisions();
-            // The last one may have been given up in the same tick in which another one was made.
-            for (index, decision) in decisions.iter().enumerate().skip(marks.len().saturating_sub(1)) {
-                if marks.get(index) != Some(&mark(decision)) {
-                    marks.truncate(index);
-                    marks.push(mark(decision));
-                    judge.decided(index, of_decision(decision));
-                }
+    let mut watch = |now: FleetInstant, pilot: &Pilot, fleet: &mut InProcess| {
+        let decisions = pilot.decisions();
+        // The last one may have been given up in the same tick in which another one was made.
+        for (index, decision) in decisions.iter().enumerate().skip(marks.len().saturating_sub(1)) {
+            if marks.get(index) != Some(&mark(decision)) {
+                marks.truncate(index);
+                marks.push(mark(decision));
+                judge.decided(index, of_decision(decision));
             }
-            seen.clear();
-            seen.extend(fleet.modules().iter().map(|module| Seen {
-                angle_rad: module.tail().angle_rad,
-                powered: module.has_power(),
-                runs: module.running(now),
-                clock_error_s: module.clock_error_us(now).unwrap_or(0) as f64 * 1e-6,
-            }));
-            judge.observe(now.as_secs_f64(), &seen);
-            let due = |reboot: &Reboot| {
-                let at_us = (reboot.at_s * 1e6) as u64;
-                pilot.origin().is_some_and(|origin| now >= FleetInstant(origin.0 + at_us))
-            };
-            for reboot in reboots.extract_if(.., |reboot| due(reboot)) {
-                fleet.modules_mut()[reboot.module].reboot(now, reboot.off);
-            }
-        },
-    )?;
+        }
+        seen.clear();
+        seen.extend(fleet.modules().iter().map(|module| Seen {
+            angle_rad: module.tail().angle_rad,
+            powered: module.has_power(),
+            runs: module.running(now),
+            clock_error_s: module.clock_error_us(now).unwrap_or(0) as f64 * 1e-6,
+        }));
+        judge.observe(now.as_secs_f64(), &seen);
+        let due = |reboot: &Reboot| {
+            let at_us = (reboot.at_s * 1e6) as u64;
+            pilot.origin().is_some_and(|origin| now >= FleetInstant(origin.0 + at_us))
+        };
+        for reboot in reboots.extract_if(.., |reboot| due(reboot)) {
+            fleet.modules_mut()[reboot.module].reboot(now, reboot.off);
+        }
+    };
+    let drive = Drive { pace: Pace::Simulated, stop: &stop, hook: &mut watch };
+    let run = run(scenario, seed, &mut fleet, drive, &mut Quiet)?;
     Ok((run, judge.report()))
 }

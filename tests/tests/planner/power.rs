@@ -150,7 +150,8 @@ fn table_h_no_tail_comes_within_reach_of_one_with_unknown_angle() {
             .map(|module| (!missing.contains(&module)).then(|| diagonal[rng.random_range(0..4)]))
             .collect();
         let mut tails: Vec<f64> = known.iter().map(|pose| pose.unwrap_or(0.0)).collect();
-        let participation = Planner::participation(&structure, &distance, &known);
+        let mut participation = Vec::new();
+        Planner::participation(&structure, &distance, &known, &mut participation);
         let config = settings(PlannerKind::Exact);
         let among = Planner::among(
             &structure,

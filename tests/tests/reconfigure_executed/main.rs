@@ -1,10 +1,14 @@
 //! Plans of reconfigurations, executed: planner, link, firmware and water together, with faults in them.
 
+use host::run::RunError;
+use host::run::closed_loop::Drive;
 use host::run::experiment::Pace;
+use host::run::fleet::InProcess;
+use host::run::host::Controller;
 use host::run::progress::Quiet;
 use host::run::reconfigure::ExecutionError;
+use host::run::reconfigure::controller::Execution;
 use host::run::reconfigure::execution::{Executed, Options, execute, run};
-use host::run::reconfigure::fleet::InProcess;
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use link::faults::FaultParameters;
 use protocol::time::{Duration, FleetInstant};
@@ -17,6 +21,7 @@ use reconfiguration::vehicle::Vehicle;
 use rov::planner::{OrderRule, Request, plan};
 use rov::power::PowerLaw;
 use rov::propulsion::{Propulsion, Steady};
+use sim::rov::Thrusters;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::atomic::AtomicBool;
 use tests::reconfigure::{self as random, Kind};
@@ -40,20 +45,22 @@ fn planned(problem: &Problem, manner: Manner) -> Plan {
     plan(problem, &request).unwrap_or_else(|error| panic!("{}: {error}", problem.name)).plan
 }
 
-/// Runs in this process; `drill` is called with the time since the beginning of the plan, s.
-fn with_drill(
+type Rovs = InProcess<Thrusters>;
+
+/// Runs in this process; `hook` is called with the time since the beginning of the plan, s.
+fn with_faults(
     problem: &Problem,
     plan: &Plan,
     options: &Options,
-    drill: &mut dyn FnMut(FleetInstant, f64, &mut InProcess),
+    hook: &mut dyn FnMut(FleetInstant, f64, &mut Rovs),
 ) -> Executed {
-    let mut fleet = InProcess::new(problem, options.radio, options.seed).expect("a fleet");
-    let stop = AtomicBool::new(false);
-    let mut at = |now: FleetInstant, origin: Option<FleetInstant>, fleet: &mut InProcess| {
-        drill(now, origin.map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64()), fleet);
+    let mut fleet = InProcess::rovs(problem, options.radio, options.seed).expect("a fleet");
+    let mut at = |now: FleetInstant, controller: &Execution<'_>, fleet: &mut Rovs| {
+        let origin = controller.origin();
+        hook(now, origin.map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64()), fleet);
     };
-    let pace = Pace::Simulated;
-    run(problem, plan, options, &mut fleet, pace, &mut Quiet, &stop, &mut at)
+    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut at };
+    run(problem, plan, options, &mut fleet, drive, &mut Quiet)
         .unwrap_or_else(|error| panic!("seed {}: {error}", options.seed))
 }
 
@@ -350,9 +357,9 @@ fn a_plan_made_by_hand_is_followed_and_a_seed_reproduces_it() {
 fn a_mover_that_loses_its_power_comes_back_and_finishes() {
     let (problem, plan) = pair(&ROUND);
     let mut cut = false;
-    let executed = with_drill(&problem, &plan, &options(4), &mut |now, t_s, fleet| {
+    let executed = with_faults(&problem, &plan, &options(4), &mut |now, t_s, fleet| {
         if t_s > 7.0 && !std::mem::replace(&mut cut, true) {
-            fleet.rovs_mut()[1].reboot(now, Duration(500_000));
+            fleet.modules_mut()[1].reboot(now, Duration(500_000));
         }
     });
     show("power lost for half a second", &executed);
@@ -371,9 +378,9 @@ fn a_mover_that_loses_its_power_comes_back_and_finishes() {
 fn a_mover_that_stays_away_ends_the_run_by_name() {
     let (problem, plan) = pair(&ROUND);
     let mut cut = false;
-    let executed = with_drill(&problem, &plan, &options(5), &mut |now, t_s, fleet| {
+    let executed = with_faults(&problem, &plan, &options(5), &mut |now, t_s, fleet| {
         if t_s > 3.0 && !std::mem::replace(&mut cut, true) {
-            fleet.rovs_mut()[1].reboot(now, Duration(600_000_000));
+            fleet.modules_mut()[1].reboot(now, Duration(600_000_000));
         }
     });
     show("power lost for good", &executed);
@@ -390,9 +397,9 @@ fn the_others_balance_for_one_that_is_silent() {
     let plan = planned(&problem, Manner::Best);
     let waits = (problem.robots.iter()).position(|robot| robot.id == plan.moves[3].robot).expect("known");
     let mut cut = false;
-    let executed = with_drill(&problem, &plan, &options(6), &mut |now, t_s, fleet| {
+    let executed = with_faults(&problem, &plan, &options(6), &mut |now, t_s, fleet| {
         if t_s > 4.0 && !std::mem::replace(&mut cut, true) {
-            fleet.rovs_mut()[waits].reboot(now, Duration(2_000_000));
+            fleet.modules_mut()[waits].reboot(now, Duration(2_000_000));
         }
     });
     show("one silent", &executed);
@@ -407,7 +414,7 @@ fn plans_of_something_else_are_refused() {
         let mut other = plan.clone();
         change(&mut other);
         match execute(&problem, &other, &options(1), &mut Quiet) {
-            Err(ExecutionError::Misfit(what)) => what,
+            Err(RunError::Execution(ExecutionError::Misfit(what))) => what,
             other => panic!("{:?}", other.map(|_| ())),
         }
     };

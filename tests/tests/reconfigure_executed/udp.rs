@@ -1,10 +1,11 @@
 //! A plan executed by ROVs with sockets of their own.
 
+use host::run::RunError;
+use host::run::closed_loop::Drive;
 use host::run::experiment::Pace;
+use host::run::fleet::{Fleet, OverUdp};
 use host::run::progress::Quiet;
-use host::run::reconfigure::ExecutionError;
 use host::run::reconfigure::execution::run;
-use host::run::reconfigure::fleet::{Fleet, OverUdp};
 use link::dispatcher::Dispatcher;
 use link::faults::{FaultCount, FaultParameters};
 use link::identity::HostIdentity;
@@ -13,7 +14,8 @@ use protocol::ModuleId;
 use protocol::time::{Duration, FleetInstant};
 use reconfiguration::plan::ActionKind;
 use sim::clock::ClockParameters;
-use sim::rov::{RovSetup, SimRov};
+use sim::rov::remote::RemoteRov;
+use sim::rov::{RovActuation, RovSetup, SimRov};
 use std::net::SocketAddr;
 use std::sync::atomic::AtomicBool;
 
@@ -21,12 +23,13 @@ use super::{all_arrived, options, pair, show};
 
 /// ROVs with sockets of their own in lock step with their host: they take their turn at each of its ticks.
 struct OnSockets {
-    host: OverUdp,
+    host: OverUdp<RemoteRov>,
     rovs: Vec<SimRov<UdpRadio>>,
 }
 
 impl Fleet for OnSockets {
-    type Radio = <OverUdp as Fleet>::Radio;
+    type Radio = <OverUdp<RemoteRov> as Fleet>::Radio;
+    type Actuation = RovActuation;
 
     fn radio(&mut self) -> &mut Self::Radio {
         self.host.radio()
@@ -36,27 +39,32 @@ impl Fleet for OnSockets {
         self.host.host()
     }
 
-    fn advance(
-        &mut self,
-        now: FleetInstant,
-        dispatcher: &Dispatcher<SocketAddr>,
-    ) -> Result<(), ExecutionError> {
+    fn roster(&self) -> &[ModuleId] {
+        self.host.roster()
+    }
+
+    fn advance(&mut self, now: FleetInstant) -> Result<(), RunError> {
         for rov in &mut self.rovs {
             rov.tick(now)?;
         }
-        self.host.advance(now, dispatcher)
+        self.host.advance(now)
     }
 
-    fn thrusts_n(&self) -> Vec<&[f64]> {
-        self.host.thrusts_n()
-    }
-
-    fn pulses_us(&self, robot: usize, dispatcher: &Dispatcher<SocketAddr>) -> Vec<f64> {
-        self.host.pulses_us(robot, dispatcher)
+    fn actuate(
+        &mut self,
+        now: FleetInstant,
+        links: &Dispatcher<SocketAddr>,
+        actuation: &mut Vec<RovActuation>,
+    ) {
+        self.host.actuate(now, links, actuation);
     }
 
     fn faults(&self) -> Option<FaultCount> {
         self.host.faults()
+    }
+
+    fn clock_error_us(&self, now: FleetInstant) -> Option<u64> {
+        self.host.clock_error_us(now)
     }
 }
 
@@ -86,20 +94,10 @@ fn robots_on_udp_follow_the_plan() {
         SimRov::new(&setup, radio, address).expect("an ROV")
     });
     let rovs = rovs.collect();
-    let host = OverUdp::new(&problem, radio, identity.clone(), FaultParameters::default(), 1);
+    let host = OverUdp::rovs(&problem, radio, identity.clone(), FaultParameters::default(), 1);
     let mut fleet = OnSockets { host, rovs };
-    let stop = AtomicBool::new(false);
-    let executed = run(
-        &problem,
-        &plan,
-        &options(1),
-        &mut fleet,
-        Pace::Simulated,
-        &mut Quiet,
-        &stop,
-        &mut |_, _, _: &mut OnSockets| {},
-    )
-    .expect("begun");
+    let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut |_, _, _| {} };
+    let executed = run(&problem, &plan, &options(1), &mut fleet, drive, &mut Quiet).expect("begun");
     show("over UDP", &executed);
     all_arrived(&executed, 0.04);
 }

@@ -173,7 +173,7 @@ impl Allocation {
         };
         self.cycles.iter().all(in_range)
             && rules
-                .setting
+                .case
                 .pairs
                 .all()
                 .iter()
@@ -451,13 +451,13 @@ impl Allocation {
     }
 
     fn trial_allowed(&self, rules: &Rules<'_>) -> bool {
-        let pairs = &rules.setting.pairs;
+        let pairs = &rules.case.pairs;
         pairs.all().iter().all(|pair| rules.allow(pair, self.trial[pair.i], self.trial[pair.j]))
     }
 
     /// Where the trial breaks the rules, both modules go back to what they did; they stay so from now on.
     fn take_back(&mut self, rules: &Rules<'_>) -> bool {
-        let pairs = &rules.setting.pairs;
+        let pairs = &rules.case.pairs;
         let mut any = false;
         loop {
             let mut again = false;

@@ -4,7 +4,7 @@ use crate::buffers::Buffers;
 use crate::motion::Swing;
 use crate::pairs::Pair;
 use crate::setting::ends;
-use crate::setting::{Approach, Setting};
+use crate::setting::{Approach, Case};
 use crate::transition::solver::{Clearance, Least, Problem, Signs, Solver};
 
 use super::asked::Asked;
@@ -12,34 +12,34 @@ use super::rest::RestPoses;
 
 /// What two neighbours may do in a transition.
 pub(super) struct Turning<'a> {
-    pub(super) setting: &'a Setting,
+    pub(super) case: Case<'a>,
     pub(super) slow: bool,
 }
 
 impl Clearance for Turning<'_> {
     fn turn(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        let &Self { setting, slow } = self;
+        let &Self { case, slow } = self;
         let offset = pair.offset;
-        if setting.is_unknown(pair) {
-            return setting.keeps_out(pair, from_rad, to_rad);
+        if case.is_unknown(pair) {
+            return case.keeps_out(pair, from_rad, to_rad);
         }
         // Beside a tail that rests out of reach, anything goes.
         let still = |k: usize| from_rad[k].to_bits() == to_rad[k].to_bits();
-        let reach = &setting.reaches[offset];
+        let reach = &case.reaches[offset];
         still(0) && reach.clears_i(from_rad[0])
             || still(1) && reach.clears_j(from_rad[1])
-            || (setting.may_turn(offset, from_rad, to_rad)
-                || slow && setting.may_turn_slowly(offset, from_rad, to_rad))
-                && setting.may_stop(pair, from_rad, to_rad)
+            || (case.may_turn(offset, from_rad, to_rad)
+                || slow && case.may_turn_slowly(offset, from_rad, to_rad))
+                && case.may_stop(pair, from_rad, to_rad)
     }
 
     fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool {
         let [from, to] = ends(i, j);
-        if self.setting.is_unknown(pair) {
-            return self.setting.keeps_out(pair, from, to);
+        if self.case.is_unknown(pair) {
+            return self.case.keeps_out(pair, from, to);
         }
         let moves = [i, j].map(|swing| swing.amplitude_rad != 0.0);
-        self.setting.may_swim(pair.offset, moves, [from, to])
+        self.case.may_swim(pair.offset, moves, [from, to])
     }
 }
 
@@ -60,7 +60,7 @@ pub(super) fn find(
     cycle: &mut [Swing],
 ) -> Option<Approach> {
     [false, true].into_iter().find_map(|slow| {
-        let clear = Turning { setting: asked.setting, slow };
+        let clear = Turning { case: asked.case, slow };
         find_by(solver, buffers, &clear, rest, asked, tails, cycle)
     })
 }
@@ -74,18 +74,13 @@ fn find_by(
     tails: &[f64],
     cycle: &mut [Swing],
 ) -> Option<Approach> {
-    let &Turning { setting, slow } = clear;
+    let &Turning { case, slow } = clear;
     let &Asked { signs, loss_tolerant, .. } = asked;
     let free = |module: usize| rest.is_free(module, tails[module]);
     // A module in a free pose may always stay.
     let stranded = loss_tolerant && !(0..tails.len()).all(free);
-    let problem = Problem {
-        pairs: &setting.pairs,
-        from_rad: tails,
-        cycle,
-        limit_rad: setting.rotation_max_rad(),
-        stranded,
-    };
+    let problem =
+        Problem { pairs: &case.pairs, from_rad: tails, cycle, limit_rad: case.rotation_max_rad(), stranded };
     let longest = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
         pairs.map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
     };
@@ -94,7 +89,7 @@ fn find_by(
         let approach = Approach {
             turns: buffers.turns(turns.iter().copied()),
             via_rad: None,
-            times: [setting.step_time(longest_rad, slow); 2],
+            times: [case.step_time(longest_rad, slow); 2],
             slow,
         };
         for (swing, _) in cycle.iter_mut().zip(negated).filter(|(_, negated)| **negated) {
@@ -110,7 +105,7 @@ fn find_by(
     Some(Approach {
         turns: buffers.turns(least.turns.iter().copied()),
         via_rad: Some(buffers.poses_rad(via_rad.iter().copied())),
-        times: [first, second].map(|longest_rad| setting.step_time(longest_rad, slow)),
+        times: [first, second].map(|longest_rad| case.step_time(longest_rad, slow)),
         slow,
     })
 }

@@ -5,7 +5,7 @@ use quantity::wrap_rad;
 use super::choice::SMALL;
 use super::neighbours::Rules;
 use crate::motion::Wrench;
-use crate::setting::Setting;
+use crate::setting::Case;
 use crate::transition::solver::Signs;
 
 /// What turning the tails by a radian each costs against the share of demands about one that are met, 1/rad. Three modules
@@ -18,7 +18,7 @@ const TRAVEL_AT_FIRST_1_RAD: f64 = 2.0;
 /// What cycles are looked for.
 #[derive(Clone, Copy)]
 pub(super) struct Asked<'a> {
-    pub(super) setting: &'a Setting,
+    pub(super) case: Case<'a>,
     pub(super) demand: Wrench,
     pub(super) tails: Option<&'a [f64]>,
     pub(super) loss_tolerant: bool,
@@ -30,7 +30,7 @@ pub(super) struct Asked<'a> {
 
 impl<'a> Asked<'a> {
     pub(super) fn rules(&self) -> Rules<'a> {
-        Rules { setting: self.setting, loss_tolerant: self.loss_tolerant }
+        Rules { case: self.case, loss_tolerant: self.loss_tolerant }
     }
 
     /// What is taken off a score for the tails' travel by the shortest way.

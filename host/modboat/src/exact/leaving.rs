@@ -13,7 +13,7 @@
 
 use crate::buffers::Buffers;
 use crate::motion::{Swing, Turn};
-use crate::setting::{Approach, Setting};
+use crate::setting::{Approach, Case, Setting};
 use crate::transition::choice::{Answer, Chooser, OPTIONS_MAX};
 use crate::transition::solver::{Clearance, rotations};
 
@@ -47,7 +47,7 @@ impl Leaving {
     /// Turns out of reach from `tails`, if need be slowly, and the rest that follows. `None` where no tail has to leave, or none can.
     pub fn find(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         rest: &RestPoses,
         tails: &[f64],
         slow: bool,
@@ -62,7 +62,7 @@ impl Leaving {
             let start = to_rad.len();
             if !rest.may_stay(module, tail_rad) {
                 for &pose_rad in rest.stations_rad(module) {
-                    let ways = rotations(tail_rad, pose_rad, setting.rotation_max_rad());
+                    let ways = rotations(tail_rad, pose_rad, case.rotation_max_rad());
                     to_rad.extend(ways.map(|rotation_rad| tail_rad + rotation_rad));
                 }
                 let travel_rad = |to_rad: &f64| (to_rad - tail_rad).abs();
@@ -74,7 +74,7 @@ impl Leaving {
             to_rad.push(tail_rad);
             first.push(to_rad.len());
         }
-        let (pairs, clear) = (&setting.pairs, Turning { setting, slow });
+        let (pairs, clear) = (&case.pairs, Turning { case, slow });
         let answer = chooser.choose(pairs, |index, option_i, option_j| {
             let pair = &pairs.all()[index];
             let from = [tails[pair.i], tails[pair.j]];
@@ -98,7 +98,7 @@ impl Leaving {
         let longest_rad = turns.iter().map(|turn| turn.rotation_rad().abs()).fold(0.0, f64::max);
         let rests = |turn: &Turn| Swing { centerline_rad: turn.to_rad, amplitude_rad: 0.0 };
         let cycle = buffers.cycle(turns.iter().map(rests));
-        let times = [setting.step_time(longest_rad, slow); 2];
+        let times = [case.step_time(longest_rad, slow); 2];
         let approach = Approach { turns, via_rad: None, times, slow };
         if longest_rad > 0.0 {
             return Some((cycle, approach));

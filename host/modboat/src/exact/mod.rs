@@ -52,7 +52,7 @@ use crate::envelope::{Envelope, ON_BORDER};
 use crate::motion::{Swing, Turn, Wrench};
 use crate::plan::{Outcome, Plan};
 use crate::planner_config::LossTolerance;
-use crate::setting::{Approach, Participation, Setting};
+use crate::setting::{Approach, Case, Participation, Setting};
 use leaving::Leaving;
 use search::{CycleCandidate, Search};
 
@@ -64,6 +64,24 @@ const GOOD_ERROR: f64 = 0.05;
 
 /// Beyond so many modules Algorithm 1 is not asked for the farthest wrench of a direction, which takes it several times.
 const FIELD_MODULES: usize = 100;
+
+/// One request for a plan.
+#[derive(Clone, Copy)]
+struct Request<'a> {
+    demand: Wrench,
+    tails: Option<&'a [f64]>,
+    /// The cycle before.
+    previous: Option<&'a [Swing]>,
+    tolerance: LossTolerance,
+    /// See [`Case::before`].
+    before: Option<&'a [Swing]>,
+}
+
+impl<'a> Request<'a> {
+    fn case(&self, setting: &'a Setting) -> Case<'a> {
+        Case { setting, tolerance: self.tolerance, before: self.before }
+    }
+}
 
 /// The exact planner of one structure.
 #[derive(Clone, Debug)]
@@ -98,11 +116,12 @@ impl ExactPlanner {
         plan: &mut Plan,
     ) {
         self.discard(std::mem::take(plan));
-        self.setting.set_previous_cycle(previous);
-        *plan = self.plan_as_asked(demand, tails, previous);
-        let power = self.setting.config.loss_tolerant == LossTolerance::Power;
+        let tolerance = self.setting.config.loss_tolerant;
+        let request = Request { demand, tails, previous, tolerance, before: previous };
+        *plan = self.plan_as_asked(request);
+        let power = tolerance == LossTolerance::Power;
         if power && !(is_tolerant(plan) && (is_good(plan) || is_leaving(plan))) {
-            self.make_power_tolerant(plan, demand, tails, previous);
+            self.make_power_tolerant(plan, request);
         }
     }
 
@@ -111,29 +130,22 @@ impl ExactPlanner {
     /// A side changes hands only over a cycle in which one of the two does not use it. Where that keeps most of a demand from being
     /// met, nothing moves for a cycle. Only where a tail rests in a neighbour's reach and there is no way out that any module may
     /// stop in, one is taken that any may miss, or none.
-    fn make_power_tolerant(
-        &mut self,
-        plan: &mut Plan,
-        demand: Wrench,
-        tails: Option<&[f64]>,
-        previous: Option<&[Swing]>,
-    ) {
-        let in_reach = tails.is_some_and(|tails| !self.search.may_stay(tails));
-        let share = self.farthest(demand, 1.0, tails, previous);
-        if let Some(part) = share.and_then(|found| self.examine(found, tails, demand)) {
+    fn make_power_tolerant(&mut self, plan: &mut Plan, request: Request<'_>) {
+        let in_reach = request.tails.is_some_and(|tails| !self.search.may_stay(tails));
+        let share = self.farthest(request, 1.0);
+        if let Some(part) = share.and_then(|found| self.examine(found, request)) {
             let better = !is_tolerant(plan) || part.error < plan.error;
             self.discard(if better { std::mem::replace(plan, part) } else { part });
         }
-        let moved = previous.is_some_and(|cycle| cycle.iter().any(|swing| swing.amplitude_rad != 0.0));
+        let moved =
+            request.previous.is_some_and(|cycle| cycle.iter().any(|swing| swing.amplitude_rad != 0.0));
         if moved && (!is_tolerant(plan) || plan.error > GOOD_ERROR) {
-            self.setting.set_previous_cycle(None);
-            let free = self.plan_as_asked(demand, tails, previous);
-            self.setting.set_previous_cycle(previous);
+            let free = self.plan_as_asked(Request { before: None, ..request });
             let pauses = !is_tolerant(plan) || is_tolerant(&free) && free.error < 0.5 * plan.error;
             self.discard(free);
             if pauses {
                 self.discard(std::mem::take(plan));
-                *plan = self.pause(demand, tails).unwrap_or_else(|| self.hold(demand, tails, previous));
+                *plan = self.pause(request).unwrap_or_else(|| self.hold(request));
                 return;
             }
         }
@@ -142,9 +154,7 @@ impl ExactPlanner {
         }
         for tolerance in [LossTolerance::Require, LossTolerance::Prefer] {
             self.discard(std::mem::take(plan));
-            self.setting.config.loss_tolerant = tolerance;
-            *plan = self.plan_as_asked(demand, tails, previous);
-            self.setting.config.loss_tolerant = LossTolerance::Power;
+            *plan = self.plan_as_asked(Request { tolerance, ..request });
             if plan.outcome == Outcome::Planned {
                 break;
             }
@@ -152,71 +162,72 @@ impl ExactPlanner {
     }
 
     /// A cycle in which nothing moves.
-    fn pause(&mut self, demand: Wrench, tails: Option<&[f64]>) -> Option<Plan> {
+    fn pause(&mut self, request: Request<'_>) -> Option<Plan> {
+        let tails = request.tails?;
         let rest = |&tail_rad: &f64| Swing { centerline_rad: tail_rad, amplitude_rad: 0.0 };
         let stay = |&tail_rad: &f64| Turn { from_rad: tail_rad, to_rad: tail_rad };
         let buffers = &mut self.search.buffers;
-        let approach = self.setting.one_step(buffers.turns(tails?.iter().map(stay)));
-        let cycle = buffers.cycle(tails?.iter().map(rest));
-        self.examine(
-            CycleCandidate { cycle, approach: Some(approach), error: 1.0, met: false },
-            tails,
-            demand,
-        )
+        let approach = self.setting.one_step(buffers.turns(tails.iter().map(stay)));
+        let cycle = buffers.cycle(tails.iter().map(rest));
+        self.examine(CycleCandidate { cycle, approach: Some(approach), error: 1.0, met: false }, request)
     }
 
-    fn hold(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
-        self.setting.hold(demand, tails, previous, &mut self.search.buffers)
+    fn hold(&mut self, request: Request<'_>) -> Plan {
+        let Request { demand, tails, previous, .. } = request;
+        request.case(&self.setting).hold(demand, tails, previous, &mut self.search.buffers)
     }
 
-    fn repeat(&mut self, demand: Wrench, tails: &[f64], previous: &[Swing]) -> Option<Plan> {
-        self.setting.repeat(demand, tails, previous, &mut self.search.buffers)
+    fn repeat(&mut self, request: Request<'_>) -> Option<Plan> {
+        let Request { demand, tails, previous, .. } = request;
+        request.case(&self.setting).repeat(demand, tails?, previous?, &mut self.search.buffers)
     }
 
     fn discard(&mut self, plan: Plan) {
         self.search.buffers.keep_plan(plan);
     }
 
-    fn plan_as_asked(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
+    fn plan_as_asked(&mut self, request: Request<'_>) -> Plan {
+        let Request { demand, tails, .. } = request;
         let known = tails.is_none_or(|tails| tails.iter().all(|tail| tail.is_finite()));
         // Neither what is no number nor what has no square is a demand.
         if !(known && demand.weighted_norm(self.setting.config.weights).is_finite()) {
-            return self.hold(demand, tails, previous);
+            return self.hold(request);
         }
         // No way leads out of a contact: nothing is looked for.
         if tails.is_some_and(|tails| !self.search.may_stay(tails)) {
-            let held = self.hold(demand, tails, previous);
+            let held = self.hold(request);
             if held.clearance_m <= 0.0 {
                 return held;
             }
             self.discard(held);
         }
-        let mut found = self.solve(demand, tails, previous, usize::MAX);
+        let mut found = self.solve(request, usize::MAX);
         let mut outside_envelope = false;
         if !found.as_ref().is_some_and(|found| found.met) {
             let gauge = self.envelope.gauge(demand);
             outside_envelope = gauge > 1.0;
             if outside_envelope
                 && gauge.is_finite()
-                && let Some(farthest) = self.farthest(demand, 1.0 / gauge, tails, previous)
+                && let Some(farthest) = self.farthest(request, 1.0 / gauge)
             {
                 farthest.replace(&mut found, &mut self.search.buffers);
             }
         }
         let plan = found
-            .and_then(|found| self.examine(found, tails, demand))
-            .or_else(|| self.leave(tails?, demand))
-            .or_else(|| self.repeat(demand, tails?, previous?))
-            .unwrap_or_else(|| self.hold(demand, tails, previous));
+            .and_then(|found| self.examine(found, request))
+            .or_else(|| self.leave(request))
+            .or_else(|| self.repeat(request))
+            .unwrap_or_else(|| self.hold(request));
         Plan { outside_envelope, ..plan }
     }
 
     /// The plan that comes of what was found, if no two tails touch in it and it is as tolerant as it must be.
-    fn examine(&mut self, found: CycleCandidate, tails: Option<&[f64]>, demand: Wrench) -> Option<Plan> {
+    fn examine(&mut self, found: CycleCandidate, request: Request<'_>) -> Option<Plan> {
         let Self { setting, search, .. } = self;
+        let (case, Request { demand, tails, .. }) = (request.case(setting), request);
         let CycleCandidate { cycle, approach, .. } = found;
-        let plan = setting.examine(Outcome::Planned, cycle, approach, tails, demand, &mut search.buffers)?;
-        if is_kept(setting, plan.loss_tolerant, plan.power_tolerant, tails) {
+        let plan = case.examine(Outcome::Planned, cycle, approach, tails, demand, &mut search.buffers)?;
+        if is_kept(case.tolerance, plan.loss_tolerant, plan.power_tolerant, tails) {
             return Some(plan);
         }
         self.discard(plan);
@@ -224,77 +235,67 @@ impl ExactPlanner {
     }
 
     /// Where a plan that any module may miss is required and a tail rests in a neighbour's reach: out of it first.
-    fn leave(&mut self, tails: &[f64], demand: Wrench) -> Option<Plan> {
-        if !self.setting.config.loss_tolerant.is_required() {
-            return None;
-        }
+    fn leave(&mut self, request: Request<'_>) -> Option<Plan> {
+        let tails = request.tails.filter(|_| request.tolerance.is_required())?;
         [false, true].into_iter().find_map(|slow| {
             let Self { setting, search, leaving, .. } = &mut *self;
-            let (cycle, approach) = leaving.find(setting, &search.rest, tails, slow, &mut search.buffers)?;
+            let case = request.case(setting);
+            let (cycle, approach) = leaving.find(case, &search.rest, tails, slow, &mut search.buffers)?;
             let found = CycleCandidate { cycle, approach: Some(approach), error: 1.0, met: false };
-            self.examine(found, Some(tails), demand)
+            self.examine(found, request)
         })
     }
 
     /// The best found for one demand: met if it can be, else the nearest. Of more than `field_modules` modules Algorithm 1 is
     /// not asked.
-    fn solve(
-        &mut self,
-        demand: Wrench,
-        tails: Option<&[f64]>,
-        previous: Option<&[Swing]>,
-        field_modules: usize,
-    ) -> Option<CycleCandidate> {
+    fn solve(&mut self, request: Request<'_>, field_modules: usize) -> Option<CycleCandidate> {
+        let Request { demand, tails, previous, .. } = request;
         // Between free poses whatever is clear is loss tolerant.
         let free = self.all_free && tails.is_none_or(|tails| self.search.may_stay(tails));
-        let tolerances: &[bool] = match self.setting.config.loss_tolerant {
+        let tolerances: &[bool] = match request.tolerance {
             LossTolerance::Off => &[false],
             LossTolerance::Require | LossTolerance::Power => &[true],
             LossTolerance::Prefer if free => &[true],
             LossTolerance::Prefer => &[true, false],
         };
         let Self { setting, search, envelope, .. } = self;
-        let mut best = Cheapest { setting, tails, found: None, price: f64::INFINITY };
+        let case = request.case(setting);
+        let mut best = Cheapest { case, tails, found: None, price: f64::INFINITY };
         let mut done = false;
         for &loss_tolerant in tolerances {
             if done {
                 break;
             }
             done = tails.is_some_and(|tails| {
-                let found = search.stay(setting, demand, tails, previous, loss_tolerant);
+                let found = search.stay(case, demand, tails, previous, loss_tolerant);
                 best.offer(found, &mut search.buffers)
             });
             done = done || {
-                let found = search.turn(setting, demand, tails, loss_tolerant);
+                let found = search.turn(case, demand, tails, loss_tolerant);
                 best.offer(found, &mut search.buffers)
             };
         }
         let met = best.found.as_ref().is_some_and(|found| found.met);
-        let required = setting.config.loss_tolerant.is_required();
+        let required = request.tolerance.is_required();
         // What the envelope does not hold cannot be met: see `farthest`.
-        if !(done || met || required) && setting.all_active() && envelope.gauge(demand) <= ON_BORDER {
-            let found = search.turn_together(setting, envelope, demand, tails);
-            if !best.offer(found, &mut search.buffers) && setting.cells.len() <= field_modules {
-                let found = search.turn_by_field(setting, demand, tails, previous);
+        if !(done || met || required) && case.all_active() && envelope.gauge(demand) <= ON_BORDER {
+            let found = search.turn_together(case, envelope, demand, tails);
+            if !best.offer(found, &mut search.buffers) && case.cells.len() <= field_modules {
+                let found = search.turn_by_field(case, demand, tails, previous);
                 best.offer(found, &mut search.buffers);
             }
         }
         best.found
     }
 
-    /// The farthest wrench in the direction of `demand`, up to `share` of it, that is met.
-    fn farthest(
-        &mut self,
-        demand: Wrench,
-        share: f64,
-        tails: Option<&[f64]>,
-        previous: Option<&[Swing]>,
-    ) -> Option<CycleCandidate> {
+    /// The farthest wrench in the direction of the demand, up to `share` of it, that is met.
+    fn farthest(&mut self, request: Request<'_>, share: f64) -> Option<CycleCandidate> {
         let (mut low, mut high, mut best) = (0.0, share, None);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            let wanted = Wrench::from_array(demand.to_array().map(|component| middle * component));
-            match self.solve(wanted, tails, previous, FIELD_MODULES) {
+            let components = request.demand.to_array().map(|component| middle * component);
+            let wanted = Request { demand: Wrench::from_array(components), ..request };
+            match self.solve(wanted, FIELD_MODULES) {
                 Some(found) if found.met => {
                     low = middle;
                     found.replace(&mut best, &mut self.search.buffers);
@@ -310,9 +311,8 @@ impl ExactPlanner {
 }
 
 /// Whether a plan is as tolerant as it must be.
-fn is_kept(setting: &Setting, loss_tolerant: bool, power_tolerant: bool, tails: Option<&[f64]>) -> bool {
+fn is_kept(asked: LossTolerance, loss_tolerant: bool, power_tolerant: bool, tails: Option<&[f64]>) -> bool {
     // With unknown angles no module could have stayed anywhere.
-    let asked = setting.config.loss_tolerant;
     let required = asked.is_required() && tails.is_some();
     loss_tolerant && (power_tolerant || asked != LossTolerance::Power) || !required
 }
@@ -335,7 +335,7 @@ fn is_leaving(plan: &Plan) -> bool {
 
 /// The cheapest of what is offered: relative error, and the time of the transition by `travel_weight`.
 struct Cheapest<'a> {
-    setting: &'a Setting,
+    case: Case<'a>,
     tails: Option<&'a [f64]>,
     found: Option<CycleCandidate>,
     price: f64,
@@ -345,11 +345,11 @@ impl Cheapest<'_> {
     /// What the search asks of each motion holds of each: a tail that stops in the transition stands there in the swim too. So where
     /// any module may lose its power, the whole is judged.
     fn is_kept(&self, found: &CycleCandidate) -> bool {
-        let Self { setting, tails, .. } = *self;
-        setting.config.loss_tolerant != LossTolerance::Power
-            || setting
-                .judge(&found.cycle, found.approach.as_ref(), tails)
-                .is_some_and(|judged| is_kept(setting, judged.loss_tolerant, judged.power_tolerant, tails))
+        let Self { case, tails, .. } = *self;
+        case.tolerance != LossTolerance::Power
+            || case.judge(&found.cycle, found.approach.as_ref(), tails).is_some_and(|judged| {
+                is_kept(case.tolerance, judged.loss_tolerant, judged.power_tolerant, tails)
+            })
     }
 
     /// True if nothing much better can come.
@@ -359,10 +359,10 @@ impl Cheapest<'_> {
             found.discard(buffers);
             return false;
         }
-        let weight = self.setting.config.travel_weight;
+        let weight = self.case.config.travel_weight;
         let transition_s = found.approach.as_ref().map_or(0.0, Approach::transition_s);
         let error = if found.met { 0.0 } else { found.error };
-        let price = error + weight * transition_s / self.setting.parameters.period_s;
+        let price = error + weight * transition_s / self.case.parameters.period_s;
         if price < self.price {
             self.price = price;
             found.replace(&mut self.found, buffers);

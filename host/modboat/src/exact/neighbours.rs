@@ -2,7 +2,7 @@
 
 use crate::motion::Swing;
 use crate::pairs::Pair;
-use crate::setting::{Participation, Setting, ends};
+use crate::setting::{Case, Participation, ends};
 
 /// One module's cycle as the search sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,8 +28,8 @@ impl Cycle {
 /// Constraints between the cycles of neighbours.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules<'a> {
-    /// The structure.
-    pub setting: &'a Setting,
+    /// The structure, and what is asked of the plan.
+    pub case: Case<'a>,
     /// Whether any module may miss the cycle and stay where it rests.
     pub loss_tolerant: bool,
 }
@@ -40,16 +40,16 @@ impl Rules<'_> {
     pub fn allow(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {
         let stays_i = Cycle { amplitude_rad: 0.0, ..i };
         let stays_j = Cycle { amplitude_rad: 0.0, ..j };
-        let active = |module: usize| self.setting.participation[module] == Participation::Active;
+        let active = |module: usize| self.case.participation[module] == Participation::Active;
         if (!active(pair.i) && i.amplitude_rad != 0.0) || (!active(pair.j) && j.amplitude_rad != 0.0) {
             return false;
         }
-        if self.setting.is_unknown(pair) {
+        if self.case.is_unknown(pair) {
             let [from, to] = ends(i.swing(), j.swing());
-            return self.setting.keeps_out(pair, from, to);
+            return self.case.keeps_out(pair, from, to);
         }
         let [from, to] = ends(i.swing(), j.swing());
-        if !self.setting.may_stop(pair, from, to) {
+        if !self.case.may_stop(pair, from, to) {
             return false;
         }
         // A module at rest in a free pose is in no other's way.
@@ -68,12 +68,12 @@ impl Rules<'_> {
 
     fn clear(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {
         let moves = [i, j].map(|cycle| cycle.amplitude_rad != 0.0);
-        self.setting.may_swim(pair.offset, moves, ends(i.swing(), j.swing()))
+        self.case.may_swim(pair.offset, moves, ends(i.swing(), j.swing()))
     }
 
     /// Whether `module` may do `cycle` beside what its neighbours do by `others`.
     pub fn allow_among(&self, module: usize, cycle: Cycle, others: impl Fn(usize) -> Cycle) -> bool {
-        let pairs = &self.setting.pairs;
+        let pairs = &self.case.pairs;
         pairs.of(module).iter().all(|&index| {
             let pair = &pairs.all()[index];
             if pair.i == module {

@@ -22,7 +22,7 @@ use super::rest::RestPoses;
 use crate::buffers::Buffers;
 use crate::motion::{Swing, Turn, Wrench};
 use crate::potential_field::PotentialField;
-use crate::setting::{Approach, Setting};
+use crate::setting::{Approach, Case, Setting};
 use crate::transition::solver::Solver;
 use quantity::wrap_rad;
 
@@ -158,7 +158,7 @@ impl Search {
     /// where it is.
     pub fn stay(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         demand: Wrench,
         tails: &[f64],
         previous: Option<&[Swing]>,
@@ -167,10 +167,10 @@ impl Search {
         if !self.may_stay(tails) {
             return None;
         }
-        let aim = self.aim(setting, demand);
+        let aim = self.aim(&case, demand);
         self.best.clear();
         let continued =
-            previous.and_then(|cycle| self.continue_cycle(setting, &aim, tails, cycle, loss_tolerant));
+            previous.and_then(|cycle| self.continue_cycle(case, &aim, tails, cycle, loss_tolerant));
         if continued.is_none() {
             let at_rest = |(module, &tail_rad): (usize, &f64)| self.rest.cycle(module, tail_rad, 0.0);
             self.allocation.begin(tails.iter().enumerate().map(at_rest));
@@ -185,15 +185,15 @@ impl Search {
             && margin >= 0.0
         {
             met = if tails.len() <= SMALL {
-                self.all_signs(setting, &aim, demand, tails, loss_tolerant)
+                self.all_signs(case, &aim, demand, tails, loss_tolerant)
             } else {
-                self.descend(setting, &aim, tails, loss_tolerant, continued.is_some(), margin)
+                self.descend(case, &aim, tails, loss_tolerant, continued.is_some(), margin)
             };
         }
         let turns = self.buffers.turns(tails.iter().map(|&tail| Turn { from_rad: tail, to_rad: tail }));
         let cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
         Some(CycleCandidate {
-            error: setting.error(demand, setting.wrench(&cycle)),
+            error: case.error(demand, case.wrench(&cycle)),
             cycle,
             approach: Some(Approach { turns, ..Approach::default() }),
             met: met == Met::Yes,
@@ -203,14 +203,14 @@ impl Search {
     /// From the amplitudes of the cycle before, where they start at the tails; `None` if they are not allowed there.
     fn continue_cycle(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         aim: &Aim,
         tails: &[f64],
         previous: &[Swing],
         loss_tolerant: bool,
     ) -> Option<Met> {
         let Self { rest, law, allocation, .. } = self;
-        let rules = Rules { setting, loss_tolerant };
+        let rules = Rules { case, loss_tolerant };
         allocation.begin(tails.iter().zip(previous).enumerate().map(|(module, (&rest_rad, swing))| {
             let same = wrap_rad(swing.start_rad() - rest_rad).abs() < SAME_RAD;
             rest.cycle(module, rest_rad, if same { swing.amplitude_rad } else { 0.0 })
@@ -225,7 +225,7 @@ impl Search {
     /// By coordinate descent: from where the allocation is, if that is `near`, and from rest.
     fn descend(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         aim: &Aim,
         tails: &[f64],
         loss_tolerant: bool,
@@ -233,7 +233,7 @@ impl Search {
         margin: f64,
     ) -> Met {
         let Self { rest, law, allocation, order, .. } = self;
-        let rules = Rules { setting, loss_tolerant };
+        let rules = Rules { case, loss_tolerant };
         let starts = match tails.len() {
             _ if margin < SMALL_MARGIN => 1,
             ..=FEW => STARTS_FEW,
@@ -258,14 +258,14 @@ impl Search {
     /// aim the one with most room about it.
     fn all_signs(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         aim: &Aim,
         demand: Wrench,
         tails: &[f64],
         loss_tolerant: bool,
     ) -> Met {
         let Self { rest, law, allocation, orientation, best, merit, patterns, .. } = self;
-        let rules = Rules { setting, loss_tolerant };
+        let rules = Rules { case, loss_tolerant };
         let sign = |pattern: u32, module: usize| f64::from(pattern / 3_u32.pow(module as u32) % 3) - 1.0;
         patterns.clear();
         for pattern in 0..3_u32.pow(tails.len() as u32) {

@@ -163,7 +163,7 @@ fn an_allocation_meets_the_demand_by_law_seven_within_its_limits() {
                 tau_nm: rng.random_range(-0.001..0.001),
             };
             let aim = search.aim(&setting, wanted);
-            let rules = Rules { setting: &setting, loss_tolerant: true };
+            let rules = Rules { case: setting.as_configured(), loss_tolerant: true };
             let Search { rest, law, allocation, order, .. } = &mut search;
             allocation
                 .begin((0..order.len()).map(|module| rest.cycle(module, rest.stations_rad(module)[0], 0.0)));
@@ -226,7 +226,7 @@ fn between_free_poses_there_is_always_a_way() {
             let rests = |&centerline_rad: &f64| Swing { centerline_rad, amplitude_rad: 0.0 };
             let mut cycle: Vec<Swing> = ends.iter().map(rests).collect();
             let asked = Asked {
-                setting: &setting,
+                case: setting.as_configured(),
                 demand: Wrench::default(),
                 tails: Some(&tails),
                 loss_tolerant: true,
@@ -237,6 +237,7 @@ fn between_free_poses_there_is_always_a_way() {
                 .unwrap_or_else(|| panic!("{word}, seed {seed}: no way"));
             assert!(way.transition_s() > 0.0 || way.is_still());
             let plan = setting
+                .as_configured()
                 .examine(Outcome::Planned, cycle, Some(way), Some(&tails), Wrench::default(), &mut buffers)
                 .unwrap_or_else(|| panic!("{word}, seed {seed}: tails touch"));
             assert!(plan.loss_tolerant, "{word}, seed {seed}");

@@ -18,7 +18,7 @@ use super::search::{CycleCandidate, Search};
 use super::turning::Best;
 use crate::envelope::Envelope;
 use crate::motion::Wrench;
-use crate::setting::Setting;
+use crate::setting::Case;
 use crate::transition::solver::Signs;
 
 /// Patterns of signs over the lattice: one for all, then by cell, by column, by row.
@@ -41,18 +41,17 @@ impl Search {
     /// Cycles in step, polished. The nearest found, if none meets the demand; `None` if no way was found.
     pub fn turn_together(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         envelope: &Envelope,
         demand: Wrench,
         tails: Option<&[f64]>,
     ) -> Option<CycleCandidate> {
         let mut thrusts_n = std::mem::take(&mut self.thrusts_n);
         envelope.thrusts(demand, &mut thrusts_n);
-        let asked =
-            Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
+        let asked = Asked { case, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
         let mut best = Best::default();
         for pattern in 0..if thrusts_n.is_empty() { 0 } else { PATTERNS } {
-            let met = self.swing_in_step(setting, demand, pattern, &thrusts_n);
+            let met = self.swing_in_step(case, demand, pattern, &thrusts_n);
             self.consider(&asked, met, 0.0, &mut best);
             if best.met() {
                 break;
@@ -65,14 +64,14 @@ impl Search {
     /// Puts such cycles in the allocation; whether they meet the demand.
     fn swing_in_step(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         demand: Wrench,
         pattern: usize,
         thrusts_n: &[[f64; 2]],
     ) -> bool {
-        let aim = Aim { recentre: 0.0, roams: true, ..self.aim(setting, demand) };
+        let aim = Aim { recentre: 0.0, roams: true, ..self.aim(&case, demand) };
         let Self { rest, law, allocation, .. } = self;
-        let rules = Rules { setting, loss_tolerant: false };
+        let rules = Rules { case, loss_tolerant: false };
         // All rest out of reach; one module after another swings instead.
         allocation.begin(
             (0..thrusts_n.len())
@@ -82,7 +81,7 @@ impl Search {
             let amplitude_rad = law.amplitude_rad(x_n.hypot(y_n));
             // A tail pushes away from where it points (7).
             let centerline_rad = y_n.atan2(x_n) + PI;
-            let given = sign(pattern, setting.cells[module]);
+            let given = sign(pattern, case.cells[module]);
             let offered = OFF_RAD.iter().flat_map(|&off_rad| [(off_rad, given), (off_rad, -given)]);
             let cycle = offered
                 .map(|(off_rad, sign)| Cycle {

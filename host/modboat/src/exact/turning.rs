@@ -21,7 +21,7 @@ use super::neighbours::Cycle;
 use super::orientation::may_hold;
 use super::search::{CycleCandidate, Search};
 use crate::motion::{Swing, Wrench};
-use crate::setting::{Setting, ends};
+use crate::setting::{Case, ends};
 use crate::transition::solver::Signs;
 
 /// How long few modules are looked for.
@@ -90,22 +90,16 @@ impl Search {
     /// found. Where the tails are known and may stay, the allocation must hold cycles that start there.
     pub fn turn(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         demand: Wrench,
         tails: Option<&[f64]>,
         loss_tolerant: bool,
     ) -> Option<CycleCandidate> {
         let modules = self.order.len();
         let once = !tails.is_some_and(|tails| self.may_stay(tails));
-        let asked = Asked {
-            setting,
-            demand,
-            tails,
-            loss_tolerant,
-            signs: approach::signs(&self.rest, modules),
-            once,
-        };
-        let mut rng = ChaCha8Rng::seed_from_u64(setting.config.seed);
+        let asked =
+            Asked { case, demand, tails, loss_tolerant, signs: approach::signs(&self.rest, modules), once };
+        let mut rng = ChaCha8Rng::seed_from_u64(case.config.seed);
         let mut best = Best::default();
         let starts = (STARTS_MODULES / modules).clamp(STARTS_LEAST, STARTS_MOST);
         if modules > FEW {
@@ -162,7 +156,7 @@ impl Search {
     /// From where the tails are, turned within their free arcs: all, or one after another.
     fn turn_a_little(&mut self, asked: &Asked<'_>, best: &mut Best) {
         self.best.clone_from(&self.allocation.cycles);
-        let aim = self.aim(asked.setting, asked.demand);
+        let aim = self.aim(&asked.case, asked.demand);
         let rules = asked.rules();
         for turning in 0..=self.order.len() {
             let Self { allocation, rest, law, best: cycles, .. } = &mut *self;
@@ -200,7 +194,7 @@ impl Search {
     /// Amplitudes for the choice of rest poses at hand, or for others from there, if there are any. The module at the place
     /// `first` is the first to choose.
     fn try_choice(&mut self, asked: &Asked<'_>, number: usize, first: usize, poses: Poses, best: &mut Best) {
-        let plain = self.aim(asked.setting, asked.demand);
+        let plain = self.aim(&asked.case, asked.demand);
         let rules = asked.rules();
         let Self { allocation, rest, law, order, poses_rad, .. } = &mut *self;
         let turns = number % 2 == 1 || poses == Poses::Offered;
@@ -228,7 +222,7 @@ impl Search {
                 return;
             }
             best.compared += 1;
-            let aim = self.aim(asked.setting, asked.demand);
+            let aim = self.aim(&asked.case, asked.demand);
             let Self { allocation, orientation, rest, law, merit, .. } = &mut *self;
             let about = (&aim, asked.demand.to_array());
             let Some(own) = merit.of(allocation, orientation, &asked.rules(), rest, law, about, least) else {
@@ -242,21 +236,20 @@ impl Search {
     /// Cycles of Algorithm 1, polished, wherever they start.
     pub fn turn_by_field(
         &mut self,
-        setting: &Setting,
+        case: Case<'_>,
         demand: Wrench,
         tails: Option<&[f64]>,
         previous: Option<&[Swing]>,
     ) -> Option<CycleCandidate> {
         let mut field = self.field.take()?;
-        let distance = &setting.distance;
+        let distance = &case.distance;
         let swim = |offset: usize, i: Swing, j: Swing, margin_rad: f64| {
             let [from, to] = ends(i, j);
             distance.along_bounded(offset, from, to, margin_rad)
         };
-        let aim = self.aim(setting, demand);
+        let aim = self.aim(&case, demand);
         let aim = Aim { recentre: 0.0, ..aim };
-        let asked =
-            Asked { setting, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
+        let asked = Asked { case, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
         let rules = asked.rules();
         let mut best = Best::default();
         for candidate in field.solve(demand, previous, &swim) {
@@ -315,9 +308,9 @@ impl Search {
 
     /// Keeps the cycles of the allocation if they are better than the best so far and there is a way to them.
     pub(super) fn consider(&mut self, asked: &Asked<'_>, met: bool, score: f64, best: &mut Best) {
-        let Asked { setting, demand, tails, .. } = *asked;
+        let Asked { case, demand, tails, .. } = *asked;
         let mut cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
-        let error = setting.error(demand, setting.wrench(&cycle));
+        let error = case.error(demand, case.wrench(&cycle));
         let better = best.found.as_ref().is_none_or(|found| match (met, found.met) {
             (true, true) => score > best.score,
             (met, other) => met && !other || met == other && error < found.error,

@@ -5,7 +5,7 @@
 //!    [`transition`]). Among the cycles that meet the goal the least tail travel decides, beyond
 //!    it the error.
 //! 3. Whatever is about to be returned is examined with the exact tail geometry (see
-//!    [`Setting::examine`]); what fails is discarded.
+//!    [`Case::examine`](crate::setting::Case::examine)); what fails is discarded.
 
 use std::sync::Arc;
 
@@ -69,14 +69,15 @@ impl FieldPlanner {
         self.buffers.keep_plan(std::mem::take(plan));
         let found = self.search(demand, tails, previous);
         let Self { setting, buffers, .. } = self;
+        let case = setting.as_configured();
         *plan = found
-            .or_else(|| setting.repeat(demand, tails?, previous?, buffers))
-            .unwrap_or_else(|| setting.hold(demand, tails, previous, buffers));
+            .or_else(|| case.repeat(demand, tails?, previous?, buffers))
+            .unwrap_or_else(|| case.hold(demand, tails, previous, buffers));
     }
 
     fn search(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Option<Plan> {
         let Self { setting, table, field, solver, buffers, within } = self;
-        let setting = &*setting;
+        let (setting, case) = (&*setting, setting.as_configured());
         let goal_n = field.goal_n(demand);
         let candidates = solve(setting, table.as_deref(), field, demand, previous);
         // What was looked up is made sure of.
@@ -94,7 +95,7 @@ impl FieldPlanner {
         let mut plan = None;
         for Reached { cycle, approach, .. } in within.drain(..) {
             if plan.is_none() {
-                plan = setting.examine(Outcome::Planned, cycle, approach, tails, demand, buffers);
+                plan = case.examine(Outcome::Planned, cycle, approach, tails, demand, buffers);
             } else {
                 buffers.keep(cycle, approach);
             }
@@ -102,7 +103,7 @@ impl FieldPlanner {
         plan.or_else(|| {
             beyond.iter().filter(is_sure).find_map(|candidate| {
                 let Reached { cycle, approach, .. } = reach(setting, solver, buffers, candidate, tails)?;
-                setting.examine(Outcome::Planned, cycle, approach, tails, demand, buffers)
+                case.examine(Outcome::Planned, cycle, approach, tails, demand, buffers)
             })
         })
     }

@@ -1,11 +1,11 @@
 //! The reason why a plan is held.
 
-use super::{Participation, Setting};
+use super::{Case, Participation, Setting};
 use crate::motion::Wrench;
 use crate::pairs::Pair;
 use crate::reason::Reason;
 
-impl Setting {
+impl Case<'_> {
     /// Why nothing moves, with the tails at these angles; `guarantee_m` is what modules keep between them there.
     #[must_use]
     pub fn why_held(&self, demand: Wrench, tails: Option<&[f64]>, guarantee_m: Option<f64>) -> Reason {
@@ -27,11 +27,13 @@ impl Setting {
                 Reason::Near { modules, clearance_m }
             }
             _ if missing > 0 => Reason::Missing { modules: missing },
-            _ if self.config.loss_tolerant.is_required() => Reason::NotTolerant,
+            _ if self.tolerance.is_required() => Reason::NotTolerant,
             _ => Reason::NoWay,
         }
     }
+}
 
+impl Setting {
     /// The pair of tails with the least clearance at these angles, and that, m.
     fn nearest(&self, tails: &[f64]) -> Option<([usize; 2], f64)> {
         let (tail, offsets) = (self.distance.tail(), self.distance.offsets());

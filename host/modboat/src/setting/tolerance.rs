@@ -13,7 +13,7 @@
 //! A module that stops is braked, and does not leave what it was to sweep: the firmware's board shorts the motor in reset.
 //! Of the cycle before, the swing is taken into account, the transition is not.
 
-use super::{Setting, swim_ends, turn_ends};
+use super::{Case, Setting, swim_ends, turn_ends};
 use crate::motion::Swing;
 use crate::pairs::Pair;
 use crate::planner_config::LossTolerance;
@@ -58,20 +58,6 @@ impl Setting {
                 || reach.clears_j_along(from_rad[1], to_rad[1]))
     }
 
-    /// Whether a pair may move from → to, as far as power is concerned: always, unless plans are to be tolerant of that.
-    #[must_use]
-    pub fn may_stop(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        self.config.loss_tolerant != LossTolerance::Power || self.stops_clear(pair, from_rad, to_rad)
-    }
-
-    /// Constrains plans from now on by the cycle before: a module may stop anywhere in it, and its neighbours begin the next
-    /// one before the host knows. `None` lifts the constraint.
-    pub fn set_previous_cycle(&mut self, cycle: Option<&[Swing]>) {
-        self.before_rad.clear();
-        let span = |swing: &Swing| [swing.start_rad(), swing.start_rad() - 2.0 * swing.amplitude_rad];
-        self.before_rad.extend(cycle.into_iter().flatten().map(span));
-    }
-
     /// Whether of a pair that moves from → to one keeps out of the other's reach; of two of which one rests nothing is asked.
     fn one_keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
         let reach = &self.reaches[pair.offset];
@@ -81,10 +67,35 @@ impl Setting {
             || reach.clears_j_along(from_rad[1], to_rad[1])
     }
 
+    /// Whether modules that are not active rest, and the active ones keep out of reach of tails with unknown angle.
+    pub(super) fn respects_participation(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
+        let idle = |module: usize| {
+            self.participation[module] == Participation::Active
+                || cycle[module].amplitude_rad == 0.0
+                    && steps.iter().all(|step| step.turn(module).rotation_rad().abs() < STILL_RAD)
+        };
+        (0..cycle.len()).all(idle)
+            && self.pairs.all().iter().filter(|pair| self.is_unknown(pair)).all(|pair| {
+                let mut motions =
+                    steps.iter().map(|step| turn_ends(step, pair)).chain([swim_ends(cycle, pair)]);
+                motions.all(|[from, to]| self.keeps_out(pair, from, to))
+            })
+    }
+}
+
+impl Case<'_> {
+    /// Whether a pair may move from → to, as far as power is concerned: always, unless plans are to be tolerant of that.
+    #[must_use]
+    pub fn may_stop(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        self.tolerance != LossTolerance::Power || self.stops_clear(pair, from_rad, to_rad)
+    }
+
     /// Whether of a pair that moves from → to one may stop anywhere while the other goes on: in this motion, or in the cycle before
     /// while the other one is in this motion already.
     fn stops_clear(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        let before = self.before_rad.get(pair.i).zip(self.before_rad.get(pair.j));
+        // From where to where a tail swings in the cycle before, rad.
+        let span = |swing: &Swing| [swing.start_rad(), swing.start_rad() - 2.0 * swing.amplitude_rad];
+        let before = self.before.and_then(|cycle| Some((span(cycle.get(pair.i)?), span(cycle.get(pair.j)?))));
         self.one_keeps_out(pair, from_rad, to_rad)
             && before.is_none_or(|(i, j)| {
                 self.one_keeps_out(pair, [from_rad[0], j[0]], [to_rad[0], j[1]])
@@ -112,21 +123,6 @@ impl Setting {
             let (i, j) = (passed(pair.i), passed(pair.j));
             self.is_unknown(pair) || self.stops_clear(pair, [i[0], j[0]], [i[1], j[1]])
         })
-    }
-
-    /// Whether modules that are not active rest, and the active ones keep out of reach of tails with unknown angle.
-    pub(super) fn respects_participation(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
-        let idle = |module: usize| {
-            self.participation[module] == Participation::Active
-                || cycle[module].amplitude_rad == 0.0
-                    && steps.iter().all(|step| step.turn(module).rotation_rad().abs() < STILL_RAD)
-        };
-        (0..cycle.len()).all(idle)
-            && self.pairs.all().iter().filter(|pair| self.is_unknown(pair)).all(|pair| {
-                let mut motions =
-                    steps.iter().map(|step| turn_ends(step, pair)).chain([swim_ends(cycle, pair)]);
-                motions.all(|[from, to]| self.keeps_out(pair, from, to))
-            })
     }
 }
 

@@ -64,7 +64,8 @@ impl Accounts {
         for (law, energy) in [(&self.law, &mut figures.executed), (&self.table, &mut figures.by_table)] {
             let (mut navigate_j, mut balance_j) = (energy.navigate_j, energy.balance_j);
             for (robot, thrusts_n) in thrusts_n.iter().enumerate() {
-                let drawn_j = dt_s * thrusts_n.as_ref().iter().map(|&thrust_n| law.power_w(thrust_n)).sum::<f64>();
+                let drawn_j =
+                    dt_s * thrusts_n.as_ref().iter().map(|&thrust_n| law.power_w(thrust_n)).sum::<f64>();
                 *(if robot == mover { &mut navigate_j } else { &mut balance_j }) += drawn_j;
             }
             *energy = Energy::new(navigate_j, balance_j, energy.time_s + dt_s);

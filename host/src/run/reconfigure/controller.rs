@@ -75,9 +75,11 @@ impl<'a> Execution<'a> {
 
     /// Which robots would obey at `now`; all have joined when all do.
     fn look<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) {
-        let obeys = |state| matches!(state, ModuleState::Ready | ModuleState::Executing | ModuleState::Holding);
+        let obeys =
+            |state| matches!(state, ModuleState::Ready | ModuleState::Executing | ModuleState::Holding);
         let answers = |link: &ModuleLink<A>| {
-            now.since(link.heard()) <= SILENCE && link.rov_telemetry().is_some_and(|report| obeys(report.state))
+            now.since(link.heard()) <= SILENCE
+                && link.rov_telemetry().is_some_and(|report| obeys(report.state))
         };
         self.answering.clear();
         self.answering.extend(links.modules().iter().map(answers));
@@ -85,9 +87,8 @@ impl<'a> Execution<'a> {
             self.joined = Some(now);
         }
         // Held in place until, by the end of the next step, the propellers give what balances.
-        let up_to_speed = |joined: FleetInstant| {
-            now.after(STEP).as_secs_f64() - joined.as_secs_f64() >= 2.0 * HAND_OVER_S
-        };
+        let up_to_speed =
+            |joined: FleetInstant| now.after(STEP).as_secs_f64() - joined.as_secs_f64() >= 2.0 * HAND_OVER_S;
         if self.origin.is_none() && self.joined.is_some_and(up_to_speed) {
             self.origin = Some(now);
         }

@@ -28,6 +28,8 @@ pub struct Recorder<'a> {
     /// Of robots, about their own origins.
     matrices: Vec<ConfigurationMatrix>,
     samples: Vec<Sample>,
+    /// The last sample is of the beginning of the next step, whose thrusts are not known yet.
+    open: bool,
     /// The move that was under way when the step began, with its robot.
     moving: Option<(usize, usize)>,
 }
@@ -45,7 +47,7 @@ impl<'a> Recorder<'a> {
         let vehicles: Vec<&Vehicle> = bodies.iter().map(|(_, vehicle)| *vehicle).collect();
         let matrices = vehicles.iter().take(robots).map(|vehicle| ConfigurationMatrix::of_vehicle(vehicle));
         let matrices = matrices.collect::<Result<_, _>>()?;
-        Ok(Self { accounts, vehicles, matrices, samples: Vec::new(), moving: None })
+        Ok(Self { accounts, vehicles, matrices, samples: Vec::new(), open: false, moving: None })
     }
 
     /// The samples, and the moves that were begun. The last sample is of the end, whenever that was.
@@ -66,24 +68,33 @@ impl<'a> Recorder<'a> {
         let (conductor, states) = (run.host.controller.conductor(), water.states());
         self.accounts.look(conductor, states, &self.vehicles);
         let reference = conductor.reference();
-        let robots = self.matrices.iter().zip(&run.actuation).enumerate();
-        let robots = robots.map(|(robot, (matrix, RovActuation { thrusts_n, pulses_us }))| {
-            let reference = reference.filter(|(mover, _)| *mover == robot);
-            RobotSample {
-                eta: states[robot].eta(),
-                nu: states[robot].nu.into(),
-                tau: matrix.wrench(thrusts_n),
-                thrusts_n: thrusts_n.clone(),
-                pulses_us: pulses_us.clone(),
-                power_w: self.accounts.power_w(thrusts_n),
-                reference: reference.map(|(_, reference)| reference.pose),
-                arrived: conductor.arrived()[robot],
-            }
+        let robots = (0..self.matrices.len()).map(|robot| RobotSample {
+            eta: states[robot].eta(),
+            nu: states[robot].nu.into(),
+            tau: [0.0; 6],
+            thrusts_n: Vec::new(),
+            pulses_us: Vec::new(),
+            power_w: 0.0,
+            reference: reference.filter(|(mover, _)| *mover == robot).map(|(_, reference)| reference.pose),
+            arrived: conductor.arrived()[robot],
         });
         let robots: Vec<RobotSample> = robots.collect();
         let tool = (robots.len() < states.len()).then_some(robots.len());
         let restoring_nm = tool.map_or([0.0; 2], |tool| water.restoring_nm(tool));
         self.samples.push(Sample { t_s, moving: conductor.moving(), restoring_nm, robots });
+        self.note_thrusts(&run.actuation);
+    }
+
+    /// What robots do, in the last sample.
+    fn note_thrusts(&mut self, actuation: &[RovActuation]) {
+        let Some(Sample { robots, .. }) = self.samples.last_mut() else { return };
+        for ((sample, matrix), RovActuation { thrusts_n, pulses_us }) in
+            robots.iter_mut().zip(&self.matrices).zip(actuation)
+        {
+            (sample.tau, sample.power_w) = (matrix.wrench(thrusts_n), self.accounts.power_w(thrusts_n));
+            sample.thrusts_n.clone_from(thrusts_n);
+            sample.pulses_us.clone_from(pulses_us);
+        }
     }
 }
 
@@ -98,6 +109,9 @@ impl<F: Fleet<Actuation = RovActuation>> Observer<RovRun<'_, '_, F>> for Recorde
         let controller = &run.host.controller;
         let Some(origin) = controller.origin().filter(|_| is_step(now)) else { return Ok(()) };
         let conductor = controller.conductor();
+        if std::mem::take(&mut self.open) {
+            self.note_thrusts(&run.actuation);
+        }
         if let Some((number, mover)) = self.moving.filter(|_| now > origin) {
             self.accounts.spend(STEP_S, number, mover, &run.actuation);
             let ended = conductor.moving() != Some(number);
@@ -108,6 +122,7 @@ impl<F: Fleet<Actuation = RovActuation>> Observer<RovRun<'_, '_, F>> for Recorde
         self.moving = conductor.moving().zip(conductor.mover());
         if now >= origin && (now.0 - origin.0).is_multiple_of(u64::from(PERIOD.0)) {
             self.sample(plan_time_s(now, run), run);
+            self.open = true;
         }
         Ok(())
     }
