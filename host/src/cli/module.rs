@@ -1,14 +1,13 @@
 //! `flotilla module`: one module as a process on UDP. The firmware crate, compiled for the PC, drives a simulated
 //! motor, or the simulated thrusters of an ROV; everything between host and firmware is real.
 
-use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use link::key_file::ModuleCredentials;
-use link::udp::UdpRadio;
+use link::udp::{BrokenRadio, UdpRadio};
 use protocol::ModuleState;
 use protocol::time::{Duration, FleetInstant};
 use sim::clock::ClockParameters;
@@ -126,10 +125,10 @@ fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
     live(arguments, |now| rov.tick(now).map(|()| rov.state(now)))
 }
 
-/// The radio, and where it listens.
+/// The radio, and where it listens. A network that is away for a while does not end a module.
 fn listen(arguments: &Arguments, host: SocketAddr) -> Result<(UdpRadio, SocketAddr), Failure> {
     let listen = arguments.listen.clone().unwrap_or_else(|| any_port(host));
-    let radio = UdpRadio::bind(listen.as_str()).map_err(|error| Failure::Bad(error.to_string()))?;
+    let radio = UdpRadio::bind(listen.as_str()).map_err(|error| Failure::Bad(error.to_string()))?.patient();
     let address = radio.local_address().map_err(|error| Failure::Could(error.to_string()))?;
     Ok((radio, address))
 }
@@ -137,7 +136,7 @@ fn listen(arguments: &Arguments, host: SocketAddr) -> Result<(UdpRadio, SocketAd
 /// Ticks in real time until told to end, and tells every change of state.
 fn live(
     arguments: &Arguments,
-    mut tick: impl FnMut(FleetInstant) -> io::Result<Option<ModuleState>>,
+    mut tick: impl FnMut(FleetInstant) -> Result<Option<ModuleState>, BrokenRadio>,
 ) -> Result<(), Failure> {
     signal::watch();
     let began = Instant::now();
@@ -154,7 +153,7 @@ fn live(
             break;
         }
         let now = FleetInstant(began.elapsed().as_micros() as u64);
-        let present = tick(now).map_err(|error| Failure::Could(format!("radio: {error}")))?;
+        let present = tick(now).map_err(|error| Failure::Could(error.to_string()))?;
         if present != state {
             state = present;
             if let Some(present) = present {

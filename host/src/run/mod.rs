@@ -55,8 +55,8 @@ pub enum RunError {
         hint: String,
     },
     /// The radio itself failed.
-    #[error("radio: {0}")]
-    Radio(#[from] std::io::Error),
+    #[error(transparent)]
+    Radio(#[from] link::udp::BrokenRadio),
     /// A module cannot be built.
     #[error("module {id}: {source}")]
     Module {

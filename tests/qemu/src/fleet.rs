@@ -10,7 +10,7 @@ use host::run::scenario::Scenario;
 use link::dispatcher::Dispatcher;
 use link::faults::FaultCount;
 use link::identity::HostIdentity;
-use link::udp::UdpRadio;
+use link::udp::{BrokenRadio, UdpRadio};
 use protocol::time::FleetInstant;
 use protocol::{ModuleId, ModuleState, Radio};
 use sim::TailState;
@@ -46,9 +46,9 @@ impl Emulated {
 
 impl Radio for Emulated {
     type Address = SocketAddr;
-    type Error = std::io::Error;
+    type Error = BrokenRadio;
 
-    fn send(&mut self, now: FleetInstant, to: SocketAddr, datagram: &[u8]) -> std::io::Result<()> {
+    fn send(&mut self, now: FleetInstant, to: SocketAddr, datagram: &[u8]) -> Result<(), BrokenRadio> {
         self.modules.send(self.inner.radio(), now, to, datagram)
     }
 
@@ -56,7 +56,7 @@ impl Radio for Emulated {
         &mut self,
         now: FleetInstant,
         buffer: &mut [u8],
-    ) -> std::io::Result<Option<(usize, SocketAddr)>> {
+    ) -> Result<Option<(usize, SocketAddr)>, BrokenRadio> {
         self.modules.receive(self.inner.radio(), now, buffer)
     }
 }

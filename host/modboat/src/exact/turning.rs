@@ -137,7 +137,7 @@ impl Search {
     fn try_best(&mut self, asked: &Asked<'_>, effort: Effort, rng: &mut ChaCha8Rng, best: &mut Best) {
         let modules = self.order.len();
         if !asked.once {
-            self.turn_a_little(asked, best);
+            self.turn_a_little(asked, effort.compared, best);
         }
         self.collect(asked, effort.choices, rng);
         for place in 0..self.choices.len() {
@@ -153,12 +153,16 @@ impl Search {
         }
     }
 
-    /// From where the tails are, turned within their free arcs: all, or one after another.
-    fn turn_a_little(&mut self, asked: &Asked<'_>, best: &mut Best) {
+    /// From where the tails are, turned within their free arcs: all, or one after another, until so many that meet the demand are
+    /// compared.
+    fn turn_a_little(&mut self, asked: &Asked<'_>, compared: usize, best: &mut Best) {
         self.best.clone_from(&self.allocation.cycles);
         let aim = self.aim(&asked.case, asked.demand);
         let rules = asked.rules();
         for turning in 0..=self.order.len() {
+            if best.compared >= compared {
+                break;
+            }
             let Self { allocation, rest, law, best: cycles, .. } = &mut *self;
             let turns = |module: usize| turning == 0 || module + 1 == turning;
             allocation.begin(cycles.iter().enumerate().map(|(m, &cycle)| Cycle { turns: turns(m), ..cycle }));
