@@ -116,8 +116,7 @@ where
         Self { host, fleet, world, poses, actuation: Vec::new(), idle_since: FleetInstant(0) }
     }
 
-    /// The tick at `now`; `clock` is read again for each datagram. `Some` when the run is over, with the reason if that is before its
-    /// time.
+    /// The tick at `now`; `clock` is read again for each datagram. What the controller decided in it.
     ///
     /// # Errors
     /// [`RunError`].
@@ -125,7 +124,7 @@ where
         &mut self,
         now: FleetInstant,
         clock: impl Fn() -> FleetInstant,
-    ) -> Result<Option<Option<String>>, RunError> {
+    ) -> Result<Step<C::Coupling>, RunError> {
         self.fleet.advance(now)?;
         let mut buffer = [0; MAX_DATAGRAM];
         let mut received = clock();
@@ -142,12 +141,12 @@ where
             world.step(now, begun, &self.actuation);
         }
         self.look(now);
-        let end = self.act(now)?;
+        let step = self.act(now)?;
         self.transmit(clock)?;
         if self.host.controller.is_under_way() {
             self.idle_since = now;
         }
-        Ok(end)
+        Ok(step)
     }
 
     /// How long the fleet has not been under way at `now`, s.
@@ -161,23 +160,21 @@ where
         }
     }
 
-    /// Does what the controller decides.
-    fn act(&mut self, now: FleetInstant) -> Result<Option<Option<String>>, RunError> {
+    /// Does what the controller decides, connectors first.
+    fn act(&mut self, now: FleetInstant) -> Result<Step<C::Coupling>, RunError> {
         loop {
-            match self.host.handle_timer(now)? {
-                Step::Wait | Step::Dispatch(_) => return Ok(None),
-                Step::End(why) => return Ok(Some(why)),
-                Step::Couple(coupling) => {
-                    // Real connectors do what they are told.
-                    let coupled = match &mut self.world {
-                        Some(world) => world.couple(coupling)?,
-                        None => Some(coupling),
-                    };
-                    if let Some(coupled) = coupled {
-                        self.look(now);
-                        self.host.controller.handle_coupled(coupled)?;
-                    }
-                }
+            let coupling = match self.host.handle_timer(now)? {
+                Step::Couple(coupling) => coupling,
+                step => return Ok(step),
+            };
+            // Real connectors do what they are told.
+            let coupled = match &mut self.world {
+                Some(world) => world.couple(coupling)?,
+                None => Some(coupling),
+            };
+            if let Some(coupled) = coupled {
+                self.look(now);
+                self.host.controller.handle_coupled(coupled)?;
             }
         }
     }
@@ -206,11 +203,11 @@ where
         let (at, why) = loop {
             let now = clock.next_tick();
             hook(now, &self.host.controller, self.fleet);
-            let end = self.step(now, || clock.now())?;
+            let step = self.step(now, || clock.now())?;
             for observer in observers.iter_mut() {
                 observer.observe(now, self)?;
             }
-            if let Some(why) = end {
+            if let Step::End(why) = step {
                 break (now, why);
             }
             if stop.load(Ordering::Relaxed) {
