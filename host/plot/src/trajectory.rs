@@ -165,7 +165,10 @@ fn map(
         chart.ring(station, 9.0, style::DEMAND)?;
     }
     let path: Vec<Point> = poses.iter().map(|p| (p.position_m[0], p.position_m[1])).collect();
-    chart.line(lines::thin_path(&path, 0.6 * m_per_px), style::line(style::ORANGE, 1.0, 2.5))?;
+    for piece in record.pieces(poses, |pose| pose.t_s) {
+        let path: Vec<Point> = piece.iter().map(|p| (p.position_m[0], p.position_m[1])).collect();
+        chart.line(lines::thin_path(&path, 0.6 * m_per_px), style::line(style::ORANGE, 1.0, 2.5))?;
+    }
     for pose in &ghosts {
         draw_surge_arrow(&chart, record, pose, m_per_px)?;
     }
@@ -332,12 +335,14 @@ fn history(
         }
         leg_marks(&chart, record)?;
         let columns = width_px as usize;
-        if is_heading {
-            chart.line(lines::thin_series(&raw, columns), style::line(colour, 1.0, 1.75))?;
-        } else {
-            chart.line(lines::thin_series(&raw, columns), style::line(colour, 0.35, 1.0))?;
-            let mean = lines::moving_mean(&raw, cycle_s);
-            chart.line(lines::thin_series(&mean, columns), style::line(colour, 1.0, 2.0))?;
+        for raw in record.pieces(&raw, |point| point.0) {
+            if is_heading {
+                chart.line(lines::thin_series(raw, columns), style::line(colour, 1.0, 1.75))?;
+            } else {
+                chart.line(lines::thin_series(raw, columns), style::line(colour, 0.35, 1.0))?;
+                let mean = lines::moving_mean(raw, cycle_s);
+                chart.line(lines::thin_series(&mean, columns), style::line(colour, 1.0, 2.0))?;
+            }
         }
         for [from, to, demand, _] in &demands {
             chart.dashed(&[(*from, *demand), (*to, *demand)], style::line(style::DEMAND, 1.0, 1.5))?;

@@ -28,7 +28,7 @@ use super::node::{Hardware, Simulated};
 pub const TICK: Duration = Duration(1_000);
 
 /// What a full battery of two lithium cells shows. *Assumed*, and constant.
-const SUPPLY: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
+const FULL: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
 
 /// Why there is no module.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -71,6 +71,7 @@ pub struct Boat {
     servo: ServoConstants,
     mounting: EncoderMounting,
     motor: SimMotor,
+    supply: Supply,
 }
 
 /// How a module is set up.
@@ -113,6 +114,7 @@ impl<R: Radio> SimModule<R> {
             servo: servo_for(setup.motor),
             mounting: EncoderMounting { zero_counts, reversed: false },
             motor,
+            supply: FULL,
         };
         Self::on(boat, (setup.seed, setup.clock), radio, host)
     }
@@ -120,6 +122,11 @@ impl<R: Radio> SimModule<R> {
     /// The tail as it is.
     pub fn tail(&self) -> TailState {
         self.hardware.motor.state()
+    }
+
+    /// What its battery shows from now on.
+    pub fn set_battery(&mut self, battery: Volts) {
+        self.hardware.supply.battery = battery;
     }
 
     /// The motor, for faults in it.
@@ -145,7 +152,7 @@ impl Hardware for Boat {
 
     /// The firmware, then its motor for one [`TICK`].
     fn tick<T>(&mut self, _now: FleetInstant, run: impl FnOnce(&Self, &Supply) -> T) -> T {
-        let done = run(self, &SUPPLY);
+        let done = run(self, &self.supply);
         self.motor.step(f64::from(TICK.as_secs_f32()));
         done
     }

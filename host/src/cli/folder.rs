@@ -1,5 +1,6 @@
-//! The folder that a run leaves behind.
+//! The folder that a run leaves behind, and the files in it.
 
+use std::fmt::Display;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -47,11 +48,47 @@ impl Folder {
         Ok(self)
     }
 
+    /// None written yet. The folder is made again if it has gone: what keeps it from being is told of each file.
+    pub(super) fn files(&self) -> Files {
+        let _ = std::fs::create_dir_all(&self.path);
+        Files::default()
+    }
+
     /// A run that was not to be leaves no empty folder.
     pub(super) fn discard(&self) {
         if !self.old {
             let _ = std::fs::remove_dir(&self.path);
         }
+    }
+}
+
+/// Files that were written, and what is to be said of those that were not: a full disk loses a file, not the others.
+#[derive(Default)]
+pub(super) struct Files {
+    /// Their paths, in order.
+    pub(super) paths: Vec<PathBuf>,
+    /// Of each that could not be written, its name and why.
+    pub(super) complaints: Vec<String>,
+}
+
+impl Files {
+    /// Takes down what became of one.
+    pub(super) fn add(&mut self, outcome: Result<PathBuf, impl Display>) {
+        match outcome {
+            Ok(path) => self.paths.push(path),
+            Err(error) => self.complaints.push(error.to_string()),
+        }
+    }
+
+    /// Writes a line, or lines, of JSON.
+    pub(super) fn json(&mut self, path: PathBuf, text: serde_json::Result<String>) {
+        let outcome = text
+            .map_err(|error| error.to_string())
+            .and_then(|text| std::fs::write(&path, text + "\n").map_err(|error| error.to_string()));
+        self.add(match outcome {
+            Ok(()) => Ok(path),
+            Err(error) => Err(format!("{}: cannot write: {error}", path.display())),
+        });
     }
 }
 

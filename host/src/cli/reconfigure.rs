@@ -15,10 +15,10 @@ use record::reconfigure::Record;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::PowerLaw;
 
-use super::folder::Folder;
+use super::folder::{Files, Folder};
 use super::progress::Bar;
-use super::run::RadioKind;
-use super::{Failure, keygen, signal, tell, written};
+use super::run::{RadioKind, list};
+use super::{Failure, all_said, keygen, signal, tell, untold, written};
 use crate::run::RunError;
 use crate::run::closed_loop::Drive;
 use crate::run::experiment::Pace;
@@ -192,16 +192,19 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     drop(bar);
-    let paths = save(&scenario.problem, &columns, &folder.path)?;
+    let mut complaints: Vec<String> = Vec::new();
+    for Column { title, executed, .. } in &columns {
+        let said = executed.as_ref().map_or_else(Vec::new, |executed| executed.summary.complaints());
+        complaints.extend(said.iter().map(|why| format!("{title}: {why}")));
+    }
+    // What was measured is told before anything is written, and written whether or not it could be told.
     let mut out = std::io::stdout().lock();
-    let printed = table::print(&mut out, &scenario.problem, &columns)
-        .and_then(|()| paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display())));
-    written(printed.and_then(|()| out.flush()))?;
-    let failed = columns.iter().find_map(|Column { title, executed, .. }| {
-        let why = executed.as_ref()?.summary.failure.as_ref()?;
-        Some(format!("{title}: {why}"))
-    });
-    failed.map_or(Ok(()), |why| Err(Failure::Could(why)))
+    let told = table::print(&mut out, &scenario.problem, &columns).and_then(|()| out.flush());
+    let files = save(&scenario.problem, &columns, &folder);
+    let listed = told.and_then(|()| list(&mut out, &files));
+    complaints.extend(files.complaints);
+    complaints.extend(untold(listed));
+    all_said(complaints)
 }
 
 fn print_json(columns: &[Column]) -> Result<(), Failure> {
@@ -245,19 +248,11 @@ fn execute(
 }
 
 /// Plans, figures and pictures.
-fn save(problem: &Problem, columns: &[Column], folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let mut paths = Vec::new();
-    let mut write = |name: String, text: serde_json::Result<String>| {
-        let path = folder.join(name);
-        let text = text.map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
-        std::fs::write(&path, text + "\n")
-            .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
-        paths.push(path);
-        Ok(())
-    };
+fn save(problem: &Problem, columns: &[Column], folder: &Folder) -> Files {
+    let mut files = folder.files();
     for column in columns {
-        let name = format!("plan-{}.json", column.title);
-        write(name, serde_json::to_string_pretty(&column.planned.plan))?;
+        let path = folder.path.join(format!("plan-{}.json", column.title));
+        files.json(path, serde_json::to_string_pretty(&column.planned.plan));
     }
     let summaries: serde_json::Map<_, _> = columns
         .iter()
@@ -267,7 +262,7 @@ fn save(problem: &Problem, columns: &[Column], folder: &Path) -> Result<Vec<Path
         })
         .collect();
     if !summaries.is_empty() {
-        write("summary.json".to_owned(), serde_json::to_string_pretty(&summaries))?;
+        files.json(folder.path.join("summary.json"), serde_json::to_string_pretty(&summaries));
     }
     let record = |column: &Column| match &column.executed {
         Some(executed) => executed.record.clone(),
@@ -275,9 +270,9 @@ fn save(problem: &Problem, columns: &[Column], folder: &Path) -> Result<Vec<Path
         None => Record { problem: problem.clone(), plan: column.planned.plan.clone(), samples: Vec::new() },
     };
     let records: Vec<Record> = columns.iter().map(record).collect();
-    let pictures = plot::reconfigure::write_all(&records, folder);
-    paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
-    Ok(paths)
+    let pictures = plot::reconfigure::write_all(&records, &folder.path);
+    pictures.into_iter().for_each(|picture| files.add(picture));
+    files
 }
 
 /// Which plans are asked for.

@@ -9,10 +9,10 @@ use link::identity::HostIdentity;
 use link::udp::UdpRadio;
 use protocol::ModuleId;
 
-use super::folder::Folder;
+use super::folder::{Files, Folder};
 use super::planner::PlannerArguments;
 use super::progress::Bar;
-use super::{Failure, keygen, report, signal, tell, written};
+use super::{Failure, all_said, keygen, report, signal, tell, untold};
 use crate::run::RunError;
 use crate::run::closed_loop::Drive;
 use crate::run::experiment::{Pace, RunResult, run};
@@ -20,7 +20,6 @@ use crate::run::fleet::{InProcess, OverUdp};
 use crate::run::progress::Progress;
 use crate::run::roster::Roster;
 use crate::run::scenario::Scenario;
-use crate::run::summary::Summary;
 
 /// The scenario that runs when none is named.
 pub(super) const DEFAULT: &str = "holonomic-1";
@@ -107,19 +106,28 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
     };
     signal::watch();
     let result = swim(&arguments, &scenario, seed, radio).inspect_err(|_| folder.discard())?;
-    let paths = write(&result, &folder.path)?;
-    let json = if arguments.json { Some(to_json(&result.summary)?) } else { None };
+    let mut complaints = result.summary.complaints();
+    // What was measured is told before anything is written, and written whether or not it could be told.
+    let json = || serde_json::to_string_pretty(&result.summary);
     let mut out = std::io::stdout().lock();
-    let outcome = match json {
-        Some(json) => writeln!(out, "{json}"),
-        None => report::print(&mut out, &result.summary)
-            .and_then(|()| paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display()))),
+    let told = if arguments.json {
+        json().map_err(std::io::Error::other).and_then(|json| writeln!(out, "{json}"))
+    } else {
+        report::print(&mut out, &result.summary)
     };
-    written(outcome.and_then(|()| out.flush()))?;
-    match result.summary.failure {
-        None => Ok(()),
-        Some(why) => Err(Failure::Could(why)),
-    }
+    let told = told.and_then(|()| out.flush());
+    let mut files = folder.files();
+    files.json(folder.path.join("summary.json"), json());
+    plot::write_all(&result.record, &folder.path).into_iter().for_each(|picture| files.add(picture));
+    let listed = told.and_then(|()| if arguments.json { Ok(()) } else { list(&mut out, &files) });
+    complaints.extend(files.complaints);
+    complaints.extend(untold(listed));
+    all_said(complaints)
+}
+
+/// The files that were written.
+pub(super) fn list(out: &mut impl Write, files: &Files) -> std::io::Result<()> {
+    files.paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display())).and_then(|()| out.flush())
 }
 
 /// `all` is zero.
@@ -215,18 +223,4 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
             Failure::Could(error.to_string())
         }
     }
-}
-
-fn to_json(summary: &Summary) -> Result<String, Failure> {
-    serde_json::to_string_pretty(summary).map_err(|error| Failure::Could(format!("summary: {error}")))
-}
-
-fn write(result: &RunResult, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let path = folder.join("summary.json");
-    std::fs::write(&path, to_json(&result.summary)? + "\n")
-        .map_err(|error| Failure::Could(format!("{}: {error}", path.display())))?;
-    let mut paths = vec![path];
-    let pictures = plot::write_all(&result.record, folder);
-    paths.extend(pictures.map_err(|error| Failure::Could(error.to_string()))?);
-    Ok(paths)
 }

@@ -246,6 +246,22 @@ impl<'a> Conductor<'a> {
         if self.waited_s > PATIENCE_S { Err(self.late(robot).into()) } else { Ok(None) }
     }
 
+    /// Whether the mover is waited for.
+    #[must_use]
+    pub fn waits(&self) -> bool {
+        self.astray || self.waited_s > 0.0
+    }
+
+    /// No robot was told anything for a while: the reference rests until the mover is there. One that has not let go yet hands over
+    /// its balance again.
+    pub fn pause(&mut self) {
+        if self.trajectory.kind() == ActionKind::Undock {
+            self.t_s = 0.0;
+        } else {
+            self.astray = self.mover.is_some();
+        }
+    }
+
     /// The mover has taken hold in its slot.
     ///
     /// # Errors
