@@ -246,10 +246,10 @@ impl<'a> Conductor<'a> {
         if self.waited_s > PATIENCE_S { Err(self.late(robot).into()) } else { Ok(None) }
     }
 
-    /// Whether the mover is waited for.
+    /// Whether the mover is waited for: it is astray, or does not answer.
     #[must_use]
     pub fn waits(&self) -> bool {
-        self.astray || self.waited_s > 0.0
+        self.astray || self.mover().is_some_and(|robot| !self.answering[robot])
     }
 
     /// No robot was told anything for a while: the reference rests until the mover is there. One that has not let go yet hands over
