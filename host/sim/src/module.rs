@@ -12,22 +12,21 @@ use firmware::modboat::servo::{CurrentSense, ServoError};
 use firmware::modboat::tail::Tail;
 use firmware::module::Supply;
 use modboat::parameters::Parameters;
+use protocol::Radio;
 use protocol::configuration::{EncoderMounting, ServoConstants, TailLimits};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
-use protocol::{FleetId, ModuleId, ModuleKey, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
 
 use super::TailState;
-use super::clock::ClockParameters;
 use super::motor::{DirectionPin, ENCODER_COUNTS, MotorParameters, PwmPin, Sensors, SimMotor};
 use super::node::{Hardware, Simulated};
 
 /// Servo period of a module: 1 kHz.
 pub const TICK: Duration = Duration(1_000);
 
-/// What a full battery of two lithium cells shows. *Assumed*, and constant.
+/// What a full battery of two lithium cells shows. *Assumed*.
 const FULL: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
 
 /// Why there is no module.
@@ -63,10 +62,6 @@ pub type SimModule<R> = Simulated<Boat, R>;
 
 /// What a Modboat is made of.
 pub struct Boat {
-    id: ModuleId,
-    fleet: FleetId,
-    key: ModuleKey,
-    report_every: Duration,
     limits: TailLimits,
     servo: ServoConstants,
     mounting: EncoderMounting,
@@ -74,51 +69,25 @@ pub struct Boat {
     supply: Supply,
 }
 
-/// How a module is set up.
-#[derive(Clone, Debug)]
-pub struct Setup<'a> {
-    /// Its number.
-    pub id: ModuleId,
-    /// Its fleet.
-    pub fleet: FleetId,
-    /// Its key.
-    pub key: ModuleKey,
-    /// What kind of Modboat it is.
-    pub modboat: &'a Parameters,
-    /// Its motor.
-    pub motor: &'a MotorParameters,
-    /// How wrong its clock is.
-    pub clock: &'a ClockParameters,
-    /// Where its tail points, rad.
-    pub tail_rad: f64,
-    /// Pause between two reports.
-    pub report_every: Duration,
-    /// Decides its clock, its boot time and its boot nonces.
-    pub seed: u64,
+impl Boat {
+    /// A Modboat of this kind with this motor, as drawn by `seed`, its tail at `tail_rad`.
+    ///
+    /// # Errors
+    /// [`ModuleError`] for a motor that cannot be.
+    pub fn new(
+        modboat: &Parameters,
+        motor: &MotorParameters,
+        tail_rad: f64,
+        seed: u64,
+    ) -> Result<Self, ModuleError> {
+        let mounting = EncoderMounting { zero_counts: motor.encoder_offset_counts(), reversed: false };
+        let (limits, servo) = (limits_of(modboat), servo_for(motor));
+        let (motor, _) = SimMotor::new(&motor.drawn(seed), tail_rad)?;
+        Ok(Self { limits, servo, mounting, motor, supply: FULL })
+    }
 }
 
 impl<R: Radio> SimModule<R> {
-    /// A module that boots within the first 50 ms and talks to `host` over `radio`.
-    ///
-    /// # Errors
-    /// [`ModuleError`] for a motor or servo that cannot be.
-    pub fn new(setup: &Setup<'_>, radio: R, host: R::Address) -> Result<Self, ModuleError> {
-        let (motor, _) = SimMotor::new(&setup.motor.drawn(setup.seed), setup.tail_rad)?;
-        let zero_counts = setup.motor.encoder_offset_counts();
-        let boat = Boat {
-            id: setup.id,
-            fleet: setup.fleet,
-            key: setup.key.clone(),
-            report_every: setup.report_every,
-            limits: limits_of(setup.modboat),
-            servo: servo_for(setup.motor),
-            mounting: EncoderMounting { zero_counts, reversed: false },
-            motor,
-            supply: FULL,
-        };
-        Self::on(boat, (setup.seed, setup.clock), radio, host)
-    }
-
     /// The tail as it is.
     pub fn tail(&self) -> TailState {
         self.hardware.motor.state()
@@ -139,12 +108,11 @@ impl Hardware for Boat {
     type Firmware = Modboat<Sensors, Sensors, PwmPin, DirectionPin, DirectionPin>;
     type Actuation = TailState;
     type Error = ModuleError;
+    const SURE_WITHIN: Duration = SURE_WITHIN;
 
-    fn boot(&self, boot: [u8; 12]) -> Result<Self::Firmware, ModuleError> {
-        let &Self { id: module, fleet, ref key, report_every, limits, ref servo, mounting, .. } = self;
-        let pins = self.motor.pins();
-        let key = key.clone();
-        let identity = Identity { module, fleet, key, boot, report_every, sure_within: SURE_WITHIN };
+    fn boot(&self, identity: Identity) -> Result<Self::Firmware, ModuleError> {
+        let &Self { limits, ref servo, mounting, ref motor, .. } = self;
+        let pins = motor.pins();
         let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
         let tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, servo)?;
         Ok(Modboat::new(Endpoint::new(Some(identity), ModboatRobot::new(limits)), tail))

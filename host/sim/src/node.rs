@@ -6,10 +6,10 @@
 //! Times are true time, which is the fleet's: the simulated host reads a clock without error. In `flotilla module` the clock of the
 //! process stands for it.
 
-use firmware::link::session::Link;
+use firmware::link::session::{Identity, Link};
 use firmware::module::{Module, Status, Supply};
 use protocol::time::{Duration, FleetInstant, LocalInstant};
-use protocol::{MAX_DATAGRAM, ModuleState, Radio};
+use protocol::{FleetId, MAX_DATAGRAM, ModuleId, ModuleKey, ModuleState, Radio};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -28,6 +28,23 @@ impl LocalClock {
     }
 }
 
+/// How a module of any kind is set up.
+#[derive(Clone, Debug)]
+pub struct Setup<'a> {
+    /// Its number.
+    pub id: ModuleId,
+    /// Its fleet.
+    pub fleet: FleetId,
+    /// Its key.
+    pub key: ModuleKey,
+    /// Pause between two reports.
+    pub report_every: Duration,
+    /// How wrong its clock is.
+    pub clock: &'a ClockParameters,
+    /// Decides its clock, its boot time and its boot nonces.
+    pub seed: u64,
+}
+
 /// What the firmware of one kind of module runs on.
 pub trait Hardware {
     /// The firmware crate's module on these pins.
@@ -36,12 +53,14 @@ pub trait Hardware {
     type Actuation: Default;
     /// Why no firmware runs on it.
     type Error;
+    /// How sure of the fleet time it must be to take a cycle.
+    const SURE_WITHIN: Duration;
 
-    /// The firmware as it starts, with random bytes for its boot nonce.
+    /// The firmware as it starts.
     ///
     /// # Errors
     /// Why it does not.
-    fn boot(&self, nonce: [u8; 12]) -> Result<Self::Firmware, Self::Error>;
+    fn boot(&self, identity: Identity) -> Result<Self::Firmware, Self::Error>;
 
     /// One tick at `now`: what is before the firmware's turn, that turn by `run`, what comes after it.
     fn tick<T>(&mut self, now: FleetInstant, run: impl FnOnce(&Self, &Supply) -> T) -> T;
@@ -56,6 +75,8 @@ pub trait Hardware {
 /// One module at one end of a radio.
 pub struct Simulated<H: Hardware, R: Radio> {
     pub(super) hardware: H,
+    /// Its identity at its next boot.
+    identity: Identity,
     firmware: Option<H::Firmware>,
     clock: LocalClock,
     radio: R,
@@ -66,22 +87,24 @@ pub struct Simulated<H: Hardware, R: Radio> {
 }
 
 impl<H: Hardware, R: Radio> Simulated<H, R> {
-    /// Without power; it is given within the first 50 ms. `seed` decides its clock, its boot time and its boot nonces.
-    pub(super) fn on(
-        hardware: H,
-        (seed, clock): (u64, &ClockParameters),
-        radio: R,
-        host: R::Address,
-    ) -> Result<Self, H::Error> {
+    /// A module that boots within the first 50 ms and talks to `host` over `radio`.
+    ///
+    /// # Errors
+    /// Why the firmware does not run on this hardware.
+    pub fn new(setup: &Setup<'_>, hardware: H, radio: R, host: R::Address) -> Result<Self, H::Error> {
+        let &Setup { id: module, fleet, ref key, report_every, clock, seed } = setup;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let clock = LocalClock {
             offset_s: clock.offset_s * rng.random::<f64>(),
             rate: 1.0 + clock.drift_ppm * 1e-6 * (2.0 * rng.random::<f64>() - 1.0),
         };
         let boots_at = FleetInstant(rng.random_range(0..50_000));
+        let (key, boot, sure_within) = (key.clone(), rng.random(), H::SURE_WITHIN);
+        let mut identity = Identity { module, fleet, key, boot, report_every, sure_within };
         // A module that cannot be built says so now, not when it boots.
-        hardware.boot(rng.random())?;
-        Ok(Self { hardware, firmware: None, clock, radio, host, rng, boots_at, unheard: 0 })
+        hardware.boot(identity.clone())?;
+        identity.boot = rng.random();
+        Ok(Self { hardware, identity, firmware: None, clock, radio, host, rng, boots_at, unheard: 0 })
     }
 
     /// One tick at `now`, true time: what came over the radio, the firmware, what it says, and the hardware. A Modboat's
@@ -90,11 +113,12 @@ impl<H: Hardware, R: Radio> Simulated<H, R> {
     /// # Errors
     /// The radio's own.
     pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
-        let Self { hardware, firmware, clock, radio, host, rng, boots_at, unheard } = self;
+        let Self { hardware, identity, firmware, clock, radio, host, rng, boots_at, unheard } = self;
         let local = clock.read(now);
         hardware.tick(now, |hardware, supply| {
             if firmware.is_none() && now >= *boots_at {
-                *firmware = hardware.boot(rng.random()).ok();
+                *firmware = hardware.boot(identity.clone()).ok();
+                identity.boot = rng.random();
             }
             let mut buffer = [0; MAX_DATAGRAM];
             while let Some((length, _)) = radio.receive(now, &mut buffer)? {

@@ -11,12 +11,13 @@ use link::udp::{BrokenRadio, UdpRadio};
 use protocol::ModuleState;
 use protocol::time::{Duration, FleetInstant};
 use sim::clock::ClockParameters;
-use sim::module::{Setup, SimModule, TICK};
-use sim::rov::{RovSetup, SimRov};
+use sim::module::{Boat, ModuleError, SimModule, TICK};
+use sim::node::Setup;
+use sim::rov::{RovError, SimRov, Thrusters};
 
 use super::keygen::module_credentials;
 use super::{Failure, signal, tell};
-use crate::run::scenario::{Scenario, Start};
+use crate::run::scenario::Scenario;
 
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  flotilla module --id 1 --host 127.0.0.1:4870 &\n  \
@@ -85,19 +86,11 @@ fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
     }
     let ModuleCredentials { id, fleet, key } = module_credentials(arguments.key.as_deref(), arguments.id)?;
     let (radio, address) = listen(arguments, host)?;
-    let Start { tail_rad, .. } = scenario.start;
-    let setup = Setup {
-        id,
-        fleet,
-        key,
-        modboat: &scenario.modboat,
-        motor: &scenario.motor,
-        clock: &CLOCK,
-        tail_rad,
-        report_every: Duration(10_000),
-        seed: seed(),
-    };
-    let mut module = SimModule::new(&setup, radio, host).map_err(|error| Failure::Bad(error.to_string()))?;
+    let (report_every, clock, seed) = (Duration(10_000), &CLOCK, seed());
+    let setup = Setup { id, fleet, key, report_every, clock, seed };
+    let bad = |error: ModuleError| Failure::Bad(error.to_string());
+    let boat = Boat::new(&scenario.modboat, &scenario.motor, scenario.start.tail_rad, seed).map_err(bad)?;
+    let mut module = SimModule::new(&setup, boat, radio, host).map_err(bad)?;
     tell(&format!("module {} on {address}, host at {host}", arguments.id));
     live(arguments, |now| module.tick(now).map(|()| module.state(now)))
 }
@@ -110,17 +103,11 @@ fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
     let reversed: Vec<bool> = (1..=thrusters).map(|number| arguments.reversed.contains(&number)).collect();
     let ModuleCredentials { id, fleet, key } = module_credentials(arguments.key.as_deref(), arguments.id)?;
     let (radio, address) = listen(arguments, host)?;
-    let setup = RovSetup {
-        id,
-        fleet,
-        key,
-        reversed: &reversed,
-        battery_v: arguments.battery,
-        report_every: Duration(20_000),
-        clock: &CLOCK,
-        seed: seed(),
-    };
-    let mut rov = SimRov::new(&setup, radio, host).map_err(|error| Failure::Bad(error.to_string()))?;
+    let (report_every, clock, seed) = (Duration(20_000), &CLOCK, seed());
+    let setup = Setup { id, fleet, key, report_every, clock, seed };
+    let bad = |error: RovError| Failure::Bad(error.to_string());
+    let thrusters = Thrusters::new(&reversed, arguments.battery).map_err(bad)?;
+    let mut rov = SimRov::new(&setup, thrusters, radio, host).map_err(bad)?;
     tell(&format!("ROV {} on {address}, host at {host}", arguments.id));
     live(arguments, |now| rov.tick(now).map(|()| rov.state(now)))
 }

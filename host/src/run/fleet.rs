@@ -12,11 +12,11 @@ use protocol::{ModuleId, Radio};
 use reconfiguration::problem::Problem;
 use sim::TailState;
 use sim::clock::ClockParameters;
-use sim::module::{Boat, Setup, SimModule};
-use sim::node::{Hardware, Simulated};
+use sim::module::{Boat, SimModule};
+use sim::node::{Hardware, Setup, Simulated};
 use sim::remote::RemoteTail;
 use sim::rov::remote::RemoteRov;
-use sim::rov::{RovActuation, RovSetup, SimRov, Thrusters};
+use sim::rov::{RovActuation, SimRov, Thrusters};
 
 use super::RunError;
 use super::scenario::Scenario;
@@ -92,19 +92,11 @@ impl InProcess {
     /// # Errors
     /// [`RunError::Module`].
     pub fn boats(scenario: &Scenario, seed: u64) -> Result<Self, RunError> {
-        Self::build(scenario.structure.len(), scenario.radio, seed, |id, host, seed, radio| {
-            let setup = Setup {
-                id,
-                fleet: host.key.fleet(),
-                key: host.key.module(id),
-                modboat: &scenario.modboat,
-                motor: &scenario.motor,
-                clock: &scenario.clock,
-                tail_rad: scenario.start.tail_rad,
-                report_every: REPORT_EVERY,
-                seed,
-            };
-            SimModule::new(&setup, radio, HOST).map_err(|source| RunError::Module { id: id.0, source })
+        let Scenario { structure, radio, clock, modboat, motor, start, .. } = scenario;
+        Self::build(structure.len(), clock, *radio, seed, |setup, radio| {
+            let boat = Boat::new(modboat, motor, start.tail_rad, setup.seed);
+            boat.and_then(|boat| SimModule::new(setup, boat, radio, HOST))
+                .map_err(|source| RunError::Module { id: setup.id.0, source })
         })
     }
 }
@@ -115,21 +107,12 @@ impl InProcess<Thrusters> {
     /// # Errors
     /// [`RunError::Rov`].
     pub fn rovs(problem: &Problem, faults: FaultParameters, seed: u64) -> Result<Self, RunError> {
-        let clock = ClockParameters::default();
-        Self::build(problem.robots.len(), faults, seed, |id, host, seed, radio| {
-            let robot = usize::from(id.0) - 1;
-            let setup = RovSetup {
-                id,
-                fleet: host.key.fleet(),
-                key: host.key.module(id),
-                reversed: &reversed(problem, robot),
-                battery_v: problem.rules.battery_v,
-                report_every: REPORT_EVERY,
-                clock: &clock,
-                seed,
-            };
-            let id = problem.robots[robot].id;
-            SimRov::new(&setup, radio, HOST).map_err(|source| RunError::Rov { id, source })
+        Self::build(problem.robots.len(), &ClockParameters::default(), faults, seed, |setup, radio| {
+            let robot = usize::from(setup.id.0) - 1;
+            let thrusters = Thrusters::new(&reversed(problem, robot), problem.rules.battery_v);
+            thrusters
+                .and_then(|thrusters| SimRov::new(setup, thrusters, radio, HOST))
+                .map_err(|source| RunError::Rov { id: problem.robots[robot].id, source })
         })
     }
 }
@@ -147,9 +130,10 @@ fn numbered(modules: usize) -> Vec<ModuleId> {
 impl<H: Hardware> InProcess<H> {
     fn build(
         modules: usize,
+        clock: &ClockParameters,
         faults: FaultParameters,
         seed: u64,
-        module: impl Fn(ModuleId, &HostIdentity, u64, Medium) -> Result<Simulated<H, Medium>, RunError>,
+        module: impl Fn(&Setup<'_>, Medium) -> Result<Simulated<H, Medium>, RunError>,
     ) -> Result<Self, RunError> {
         let ether = Ether::default();
         // Far apart, so that no two generators of one run start alike.
@@ -159,8 +143,10 @@ impl<H: Hardware> InProcess<H> {
         let host = HostIdentity::simulated(seed, 0);
         let roster = numbered(modules);
         let modules = roster.iter().enumerate().map(|(index, &id)| {
-            let radio = Faulty::new(ether.radio(Node(id.0)), faults, seeds(3, index));
-            module(id, &host, seeds(2, index), radio)
+            let (fleet, key) = (host.key.fleet(), host.key.module(id));
+            let seed = seeds(2, index);
+            let setup = Setup { id, fleet, key, report_every: REPORT_EVERY, clock, seed };
+            module(&setup, Faulty::new(ether.radio(Node(id.0)), faults, seeds(3, index)))
         });
         let modules = modules.collect::<Result<_, _>>()?;
         Ok(Self { radio: Faulty::new(ether.radio(HOST), faults, seeds(1, 0)), host, roster, modules })

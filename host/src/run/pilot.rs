@@ -25,8 +25,8 @@
 //! How far a decision has come is the pilot's [`Phase`]; [`phase`] has the table of what leads from one to another.
 
 use firmware::link::session::SURE_WITHIN;
+use protocol::ModuleState;
 use protocol::time::{Duration, FleetInstant};
-use protocol::{Delivery, ModuleState, Motion};
 use std::convert::Infallible;
 use std::sync::Arc;
 
@@ -48,7 +48,7 @@ use super::host::{Controller, Dispatch, Patience, Step};
 use super::scenario::{Demand, Leg, Scenario, Timing};
 
 pub use decision::{Decision, Order, Via};
-use decision::{cycles, first_cycles, give_up, give_up_second, steps};
+use decision::{all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps};
 use phase::{Phase, PhaseEvent};
 
 mod decision;
@@ -470,38 +470,6 @@ impl Controller for Pilot {
         let Timing { missing_after_s, join_s, .. } = self.scenario.timing;
         Patience { missing_after_s, join_s }
     }
-}
-
-/// Where a module will rest when what it has is over, if that is known.
-fn pose_of<A: Copy>(
-    phase: Phase,
-    last: Option<&Decision>,
-    index: usize,
-    link: &ModuleLink<A>,
-) -> Option<f64> {
-    let report = link.telemetry()?;
-    match last.filter(|_| phase.is_under_way()) {
-        Some(Decision { number, via: Some(via), .. }) if phase == Phase::Turning && link.has(*number) => {
-            Some(via.rad[index])
-        }
-        Some(decision) if link.has(decision.last_number()) => Some(decision.turns[index].to_rad),
-        // It rests where it says, if it says so after the start of all that it may have taken.
-        _ => (matches!(report.state, ModuleState::Ready | ModuleState::Holding) && link.is_up_to_date())
-            .then(|| f64::from(report.tail.0)),
-    }
-}
-
-/// A step of a decision for the modules that are not missing. A plan that is not loss tolerant goes to all of them or to none.
-fn dispatch(decision: &Decision, number: u32, start: FleetInstant, motions: Vec<Motion>) -> Dispatch {
-    let present = motions.into_iter().zip(&decision.missing);
-    let motions = present.map(|(motion, missing)| (!missing).then_some(motion)).collect();
-    let delivery = if decision.plan.loss_tolerant { Delivery::Direct } else { Delivery::Prepare };
-    Dispatch { number, start, motions, delivery }
-}
-
-/// Whether every module that is not missing certainly has cycle `number` of this decision.
-fn all_have<A: Copy>(links: &Dispatcher<A>, decision: &Decision, number: u32) -> bool {
-    links.modules().iter().zip(&decision.missing).all(|(link, &missing)| missing || link.has(number))
 }
 
 /// The planner for the modules that take part; made again when they change. `None` where no module takes part.

@@ -14,8 +14,9 @@ use protocol::ModuleId;
 use protocol::time::{Duration, FleetInstant};
 use reconfiguration::plan::ActionKind;
 use sim::clock::ClockParameters;
+use sim::node::Setup;
 use sim::rov::remote::RemoteRov;
-use sim::rov::{RovActuation, RovSetup, SimRov};
+use sim::rov::{RovActuation, SimRov, Thrusters};
 use std::net::SocketAddr;
 use std::sync::atomic::AtomicBool;
 
@@ -80,18 +81,17 @@ fn robots_on_udp_follow_the_plan() {
     let identity = HostIdentity::simulated(1, 0);
     let clock = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
     let rovs = (1..=problem.robots.len() as u16).map(|id| {
-        let setup = RovSetup {
+        let setup = Setup {
             id: ModuleId(id),
             fleet: identity.key.fleet(),
             key: identity.key.module(ModuleId(id)),
-            reversed: &[false; 6],
-            battery_v: 16.0,
             report_every: Duration(20_000),
             clock: &clock,
             seed: u64::from(id),
         };
         let radio = UdpRadio::bind("127.0.0.1:0").expect("a socket");
-        SimRov::new(&setup, radio, address).expect("an ROV")
+        SimRov::new(&setup, Thrusters::new(&[false; 6], 16.0).expect("in the table"), radio, address)
+            .expect("an ROV")
     });
     let rovs = rovs.collect();
     let host = OverUdp::rovs(&problem, radio, identity.clone(), FaultParameters::default(), 1);

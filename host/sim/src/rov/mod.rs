@@ -25,15 +25,14 @@ use firmware::rov::Rov;
 use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
 use firmware::rov::thruster::bank::{Bank, BankError};
 use firmware::rov::thruster::t200::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
+use protocol::Radio;
 use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, PulseMicros, Volts};
-use protocol::{FleetId, ModuleId, ModuleKey, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
 
 use self::propellers::Propellers;
-use super::clock::ClockParameters;
 use super::node::{Hardware, Simulated};
 
 /// Counts of the pins' timer in one frame: 25 a microsecond at 400 Hz.
@@ -69,27 +68,6 @@ impl SetDutyCycle for EscPin {
     }
 }
 
-/// How an ROV is set up.
-#[derive(Clone, Debug)]
-pub struct RovSetup<'a> {
-    /// Its number.
-    pub id: ModuleId,
-    /// Its fleet.
-    pub fleet: FleetId,
-    /// Its key.
-    pub key: ModuleKey,
-    /// One flag a thruster: whether its pulse is mirrored at neutral.
-    pub reversed: &'a [bool],
-    /// Battery voltage, V, within the measured table.
-    pub battery_v: f64,
-    /// Pause between two reports.
-    pub report_every: Duration,
-    /// How wrong its clock is.
-    pub clock: &'a ClockParameters,
-    /// Decides its clock, its boot time and its boot nonces.
-    pub seed: u64,
-}
-
 /// One ROV at one end of a radio.
 pub type SimRov<R> = Simulated<Thrusters, R>;
 
@@ -119,10 +97,6 @@ impl AsRef<[f64]> for RovActuation {
 
 /// What an ROV is made of.
 pub struct Thrusters {
-    id: ModuleId,
-    fleet: FleetId,
-    key: ModuleKey,
-    report_every: Duration,
     reversed: Vec<bool>,
     battery: Volts,
     pins: Vec<EscPin>,
@@ -131,31 +105,6 @@ pub struct Thrusters {
 }
 
 impl<R: Radio> SimRov<R> {
-    /// An ROV that boots within the first 50 ms and talks to `host` over `radio`.
-    ///
-    /// # Errors
-    /// [`RovError`] for a number of thrusters that no firmware drives, or a battery outside the table.
-    pub fn new(setup: &RovSetup<'_>, radio: R, host: R::Address) -> Result<Self, RovError> {
-        let (least_v, greatest_v) = (f64::from(VOLTAGE_MIN_V), f64::from(VOLTAGE_MAX_V));
-        if !(least_v..=greatest_v).contains(&setup.battery_v) {
-            let reason = "must lie between 10 and 20, where thrusters were measured";
-            let (key, value) = ("battery_v", setup.battery_v);
-            return Err(ParameterError { key, value, unit: "V", reason }.into());
-        }
-        let thrusters = Thrusters {
-            id: setup.id,
-            fleet: setup.fleet,
-            key: setup.key.clone(),
-            report_every: setup.report_every,
-            reversed: setup.reversed.to_vec(),
-            battery: Volts(setup.battery_v as f32),
-            pins: setup.reversed.iter().map(|_| EscPin::default()).collect(),
-            propellers: Propellers::new(setup.reversed),
-            ticked: None,
-        };
-        Self::on(thrusters, (setup.seed, setup.clock), radio, host)
-    }
-
     /// Thrusts along each thruster's axis as the water feels them, N.
     pub fn thrusts_n(&self) -> &[f64] {
         self.hardware.propellers.thrusts_n()
@@ -173,6 +122,25 @@ impl<R: Radio> SimRov<R> {
 }
 
 impl Thrusters {
+    /// One flag a thruster: whether its pulse is mirrored at neutral; and the battery's voltage, V.
+    ///
+    /// # Errors
+    /// [`RovError`] for a battery outside the measured table.
+    pub fn new(reversed: &[bool], battery_v: f64) -> Result<Self, RovError> {
+        let (least_v, greatest_v) = (f64::from(VOLTAGE_MIN_V), f64::from(VOLTAGE_MAX_V));
+        if !(least_v..=greatest_v).contains(&battery_v) {
+            let reason = "must lie between 10 and 20, where thrusters were measured";
+            return Err(ParameterError { key: "battery_v", value: battery_v, unit: "V", reason }.into());
+        }
+        Ok(Self {
+            reversed: reversed.to_vec(),
+            battery: Volts(battery_v as f32),
+            pins: reversed.iter().map(|_| EscPin::default()).collect(),
+            propellers: Propellers::new(reversed),
+            ticked: None,
+        })
+    }
+
     fn pulses(&self) -> impl Iterator<Item = PulseMicros> {
         self.pins.iter().map(EscPin::pulse)
     }
@@ -182,8 +150,9 @@ impl Hardware for Thrusters {
     type Firmware = Rov<EscPin>;
     type Actuation = RovActuation;
     type Error = RovError;
+    const SURE_WITHIN: Duration = SURE_WITHIN;
 
-    fn boot(&self, boot: [u8; 12]) -> Result<Self::Firmware, RovError> {
+    fn boot(&self, identity: Identity) -> Result<Self::Firmware, RovError> {
         let wired = self.reversed.iter().enumerate();
         // A number that does not fit is too many thrusters anyway.
         let mounted =
@@ -191,14 +160,6 @@ impl Hardware for Thrusters {
         let mountings: Vec<ThrusterMounting> = wired.map(mounted).collect();
         let bank = Bank::new(self.pins.iter().cloned(), &mountings, BankConstants::default())?;
         let lease = ThrustLease::new(mountings.len(), LeaseLimits::default());
-        let identity = Identity {
-            module: self.id,
-            fleet: self.fleet,
-            key: self.key.clone(),
-            boot,
-            report_every: self.report_every,
-            sure_within: SURE_WITHIN,
-        };
         Ok(Rov::new(Endpoint::new(Some(identity), lease), bank))
     }
 

@@ -5,7 +5,10 @@ use link::loopback::{Ether, LoopbackRadio, Node as Address};
 use protocol::configuration::EscConstants;
 use protocol::ledger::Class;
 use protocol::units::Newtons;
-use protocol::{Delivery, FleetKey, ModuleState, Motion, RovCycle};
+use protocol::{Delivery, FleetKey, ModuleId, ModuleState, Motion, RovCycle};
+
+use crate::clock::ClockParameters;
+use crate::node::Setup;
 
 use super::*;
 
@@ -17,13 +20,11 @@ const PERIOD_US: u64 = 50_000;
 
 type Medium = Faulty<LoopbackRadio>;
 
-fn setup(seed: u64, clock: &ClockParameters) -> RovSetup<'_> {
-    RovSetup {
+fn setup(seed: u64, clock: &ClockParameters) -> Setup<'_> {
+    Setup {
         id: ModuleId(1),
         fleet: KEY.fleet(),
         key: KEY.module(ModuleId(1)),
-        reversed: &REVERSED,
-        battery_v: 15.5,
         report_every: Duration(20_000),
         clock,
         seed,
@@ -46,7 +47,8 @@ impl Bench {
         let ether = Ether::default();
         let radio = Faulty::new(ether.radio(Address(1)), faults, seed);
         let host = Faulty::new(ether.radio(HOST), faults, seed + 1000);
-        let rov = SimRov::new(&setup(seed, &ClockParameters::default()), radio, HOST).unwrap();
+        let thrusters = Thrusters::new(&REVERSED, 15.5).unwrap();
+        let rov = SimRov::new(&setup(seed, &ClockParameters::default()), thrusters, radio, HOST).unwrap();
         let (dispatcher, remote) =
             (Dispatcher::new(&[ModuleId(1)], &KEY, [7; 12]), RemoteRov::new(&REVERSED));
         Self { rov, host, dispatcher, remote, now: FleetInstant(0), number: 0, reboots: 0 }
@@ -161,9 +163,9 @@ fn a_reboot_stops_it_until_it_has_armed_again() {
 #[test]
 fn what_cannot_be_is_refused() {
     let refused = |reversed: &[bool], battery_v: f64| {
-        let clock = ClockParameters::default();
-        let setup = RovSetup { reversed, battery_v, ..setup(1, &clock) };
-        SimRov::new(&setup, Ether::default().radio(Address(1)), HOST).map(|_| ()).unwrap_err()
+        let (clock, radio) = (ClockParameters::default(), Ether::default().radio(Address(1)));
+        let rov = Thrusters::new(reversed, battery_v);
+        rov.and_then(|rov| SimRov::new(&setup(1, &clock), rov, radio, HOST)).map(|_| ()).unwrap_err()
     };
     for volts in [9.99, 20.01, f64::NAN] {
         assert!(matches!(refused(&REVERSED, volts), RovError::Parameter(_)), "{volts} V");

@@ -1,13 +1,16 @@
 //! One decision, and what goes over the wire for it.
 
+use link::dispatcher::{Dispatcher, ModuleLink};
 use modboat::motion::StepTime;
 use modboat::motion::{Swing, Turn, Wrench};
 use modboat::plan::{Outcome, Plan};
 use protocol::configuration::TailLimits;
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::Radians;
-use protocol::{ModboatCycle, Motion, TransitionLaw};
+use protocol::{Delivery, ModboatCycle, ModuleState, Motion, TransitionLaw};
 
+use super::super::host::Dispatch;
+use super::phase::Phase;
 use super::span;
 
 /// One decision, as dispatched (or, where the fleet is held, as not dispatched).
@@ -183,4 +186,41 @@ pub(super) fn cycles(decision: &Decision) -> Vec<Motion> {
         })
     };
     decision.plan.cycle.iter().zip(&decision.turns).enumerate().map(one).collect()
+}
+
+/// Where a module will rest when what it has is over, if that is known.
+pub(super) fn pose_of<A: Copy>(
+    phase: Phase,
+    last: Option<&Decision>,
+    index: usize,
+    link: &ModuleLink<A>,
+) -> Option<f64> {
+    let report = link.telemetry()?;
+    match last.filter(|_| phase.is_under_way()) {
+        Some(Decision { number, via: Some(via), .. }) if phase == Phase::Turning && link.has(*number) => {
+            Some(via.rad[index])
+        }
+        Some(decision) if link.has(decision.last_number()) => Some(decision.turns[index].to_rad),
+        // It rests where it says, if it says so after the start of all that it may have taken.
+        _ => (matches!(report.state, ModuleState::Ready | ModuleState::Holding) && link.is_up_to_date())
+            .then(|| f64::from(report.tail.0)),
+    }
+}
+
+/// A step of a decision for the modules that are not missing. A plan that is not loss tolerant goes to all of them or to none.
+pub(super) fn dispatch(
+    decision: &Decision,
+    number: u32,
+    start: FleetInstant,
+    motions: Vec<Motion>,
+) -> Dispatch {
+    let present = motions.into_iter().zip(&decision.missing);
+    let motions = present.map(|(motion, missing)| (!missing).then_some(motion)).collect();
+    let delivery = if decision.plan.loss_tolerant { Delivery::Direct } else { Delivery::Prepare };
+    Dispatch { number, start, motions, delivery }
+}
+
+/// Whether every module that is not missing certainly has cycle `number` of this decision.
+pub(super) fn all_have<A: Copy>(links: &Dispatcher<A>, decision: &Decision, number: u32) -> bool {
+    links.modules().iter().zip(&decision.missing).all(|(link, &missing)| missing || link.has(number))
 }
