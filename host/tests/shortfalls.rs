@@ -70,6 +70,16 @@ fn a_module_that_is_silent_for_a_quarter_of_a_leg_is_named() {
     assert!((14.5..16.1).contains(&away_s), "{:?}", summary.absences);
     assert!(summary.legs[0].held_s > 10.0 && summary.legs[1].held_s < 1.0, "{:?}", summary.legs);
 
+    // One that dies for good is named for both legs, and the end of the run too.
+    let summary = run_with(&scenario("[timing]\njoin_s = 12\n"), &mut deaf(10.0, f64::INFINITY));
+    let complaints = summary.complaints();
+    assert!(
+        complaints[0].starts_with("ended early, ") && complaints[0].contains("module 2 did not answer"),
+        "{complaints:?}"
+    );
+    assert!(complaints[1].starts_with("leg 1: module 2 took no part for "), "{complaints:?}");
+    assert_eq!((complaints.len(), summary.complete), (3, false), "{complaints:?}");
+
     // A tenth of a leg is in the summary, and no shortfall.
     let summary = run_with(&scenario(patient), &mut deaf(10.0, 14.0));
     assert_eq!(summary.failure, None);

@@ -210,5 +210,4 @@ fn a_host_that_is_stopped_tells_the_gap() {
         };
         assert!(!gaps.iter().any(within), "{summary}");
     }
-    assert!(summary["legs"][0]["held_s"].as_f64() >= lengths_s.reduce(f64::max), "{summary}");
 }

@@ -382,13 +382,14 @@ fn shortfalls(
     let Scenario { modboat, timing, .. } = scenario;
     let floor_s = FLOOR * (modboat.period_s + modboat.transition_s);
     let mut all = Vec::new();
-    for (index, figures) in legs {
-        let (leg, seen) = (index + 1, &watch.legs()[*index]);
+    for (index, (seen, asked)) in watch.legs().iter().zip(&scenario.legs).enumerate() {
+        let leg = index + 1;
         let found = shortfall::of_watch(Some(leg), seen, floor_s, "module", &id);
         // Where fewer are required, those that are missing may be left out.
         let tolerated = |found: &Shortfall| timing.require > 0 && matches!(found, Shortfall::Absent { .. });
         all.extend(found.into_iter().filter(|found| !tolerated(found)));
-        all.extend(shortfall::of_velocity(leg, figures, scenario.legs[*index].duration_s));
+        let figures = legs.iter().find(|(known, _)| *known == index);
+        all.extend(figures.and_then(|(_, figures)| shortfall::of_velocity(leg, figures, asked.duration_s)));
     }
     all
 }
@@ -446,7 +447,7 @@ fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigure
     let zero_demands = cycles.iter().filter(is_zero).count();
     let mean_of = |zero: bool, count: usize| {
         let errors = cycles.iter().filter(|cycle| is_zero(cycle) == zero).map(|cycle| cycle.error);
-        errors.sum::<f64>() / count.max(1) as f64
+        errors.fold(0.0, |sum, error| sum + error) / count.max(1) as f64
     };
     let mut solve_us: Vec<u64> = cycles.iter().map(|cycle| cycle.solve_us).collect();
     solve_us.sort_unstable();

@@ -69,3 +69,34 @@ fn a_plan_is_executed_to_its_end_though_the_host_was_stopped() {
         assert!((with_s - without_s).abs() < 15.0, "{of}: {with_s} s, {without_s} s without");
     }
 }
+
+/// A robot that falls silent in mid-plan is named, whether the others get on without it or not.
+#[test]
+fn a_robot_that_dies_is_named() {
+    let problem = ReconfigureScenario::open("i-to-l").expect("built in").problem;
+    let law = PowerLaw::fitted(problem.rules.battery_v).expect("valid");
+    let request = Request {
+        criterion: Criterion::Energy,
+        manner: Manner::Best,
+        order: OrderRule::Exact,
+        law: law.clone(),
+    };
+    let plan = rov::planner::plan(&problem, &request).expect("a plan").plan;
+    for robot in 0..problem.robots.len() {
+        let options = Options { seed: 2, radio: FaultParameters::default(), law: law.clone() };
+        let mut fleet = InProcess::rovs(&problem, options.radio, options.seed).expect("valid");
+        let mut hook = |now: FleetInstant, execution: &Execution<'_>, fleet: &mut InProcess<Thrusters>| {
+            if execution.origin().is_some_and(|origin| now.since(origin).as_secs_f32() >= 2.0) {
+                let dead = FaultParameters { loss: 1.0, ..FaultParameters::default() };
+                fleet.modules_mut()[robot].radio_mut().set_parameters(dead);
+            }
+        };
+        let drive = Drive { pace: Pace::Simulated, stop: &AtomicBool::new(false), hook: &mut hook };
+        let executed = run(&problem, &plan, &options, &mut fleet, drive, &mut Quiet).expect("begun");
+        let (id, complaints) = (problem.robots[robot].id, executed.summary.complaints());
+        let named = format!("robot {id} took no part for ");
+        let is_named =
+            complaints.iter().any(|line| line.starts_with(&named) && line.ends_with(": it does not answer"));
+        assert!(executed.summary.failure.is_some() && is_named, "robot {id}: {complaints:?}");
+    }
+}
