@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use common::{PATIENCE, Process};
-use interrupt::{end, interrupt};
+use interrupt::end;
 use keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
@@ -183,7 +183,7 @@ fn control_c_leaves_what_was_measured() {
     let run = Process::start(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
     // However far it comes by then.
     std::thread::sleep(Duration::from_secs(3));
-    interrupt(&run);
+    end(&run, "INT");
     let finished = run.finish();
     assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");
     assert!(finished.err[0].starts_with("flotilla: ended early, after "), "{finished:?}");
@@ -255,7 +255,7 @@ fn a_folder_that_has_gone_loses_nothing() {
         if obstacle {
             std::fs::write(&results, b"").expect("a file");
         }
-        interrupt(&run);
+        end(&run, "INT");
         let finished = run.finish();
         assert_eq!(finished.code, Some(1), "{finished:?}");
         assert!(finished.err[0].ends_with(": interrupted"), "{finished:?}");
@@ -279,7 +279,7 @@ fn control_c_before_anything_happened() {
     let arguments = ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--out", "o"];
     let run = Process::start(folder.path(), &[&arguments[..], &["--key", KEY]].concat());
     assert!(run.err.recv_timeout(PATIENCE).expect("a line").starts_with("listening on "));
-    interrupt(&run);
+    end(&run, "INT");
     let finished = run.finish();
     assert_eq!(finished.code, Some(1), "{finished:?}");
     assert_eq!(finished.err, ["flotilla: ended early, after 0.0 of 600.0 s: interrupted"]);

@@ -9,7 +9,7 @@ mod keys;
 use std::path::Path;
 
 use common::{Finished, PATIENCE, Process};
-use interrupt::{interrupt, send};
+use interrupt::{end, send};
 use keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::tempdir;
@@ -133,7 +133,7 @@ fn a_module_that_dies_and_comes_back_is_taken_in_again() {
     drop(first_life);
     let second_life = module(folder.path(), "3", &address);
     await_swimming(&second_life);
-    interrupt(&host);
+    end(&host, "INT");
 
     let finished = host.finish();
     let summary = summary(folder.path(), &finished);
@@ -193,7 +193,7 @@ fn a_host_that_is_stopped_tells_the_gap() {
         while !module.err.recv_timeout(PATIENCE).expect("a line about its state").contains("Holding") {}
         await_swimming(module);
     }
-    interrupt(&host);
+    end(&host, "INT");
     let finished = host.finish();
     let summary = summary(folder.path(), &finished);
     assert_said(&finished, &summary);

@@ -5,12 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::{PATIENCE, Process};
 
-/// Sends the signal that Ctrl-C sends, once the program takes it.
-pub fn interrupt(process: &Process) {
-    end(process, "INT");
-}
-
-/// Sends a signal that ends a run, once the program takes those.
+/// Sends a signal that ends a run, once the program takes those; Ctrl-C sends `INT`.
 pub fn end(process: &Process, signal: &str) {
     let status = format!("/proc/{}/status", process.child.id());
     let is_taken = || {

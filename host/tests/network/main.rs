@@ -18,7 +18,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use common::{Finished, PATIENCE, Process};
-use interrupt::interrupt;
+use interrupt::end;
 use net::{HOST, MODULES, Net, Side};
 use relay::PORT;
 use serde_json::Value;
@@ -221,7 +221,7 @@ fn a_killed_host_is_followed_by_another_over_a_bad_network() {
     await_all(&modules, "Executing");
     // Some more cycles, so that there is something to count.
     std::thread::sleep(Duration::from_secs(6));
-    interrupt(&host);
+    end(&host, "INT");
     audit(&summary(&host.finish(), false));
     drop(modules);
     tank.tell();
