@@ -126,7 +126,9 @@ fn summary(finished: &Finished, complete: bool) -> Value {
     let summary: Value = summary.unwrap_or_else(|error| panic!("{error}: {finished:?}"));
     let contacts = summary["contacts"].as_array().expect("a list").len();
     println!("{contacts} contacts");
-    assert_eq!(finished.code, Some(i32::from(contacts > 0 || !complete)), "{finished:?}");
+    let shortfalls = summary["shortfalls"].as_array().expect("a list").len();
+    let failed = contacts > 0 || !complete || shortfalls > 0;
+    assert_eq!(finished.code, Some(i32::from(failed)), "{finished:?}");
     assert_eq!(summary["complete"], complete, "{summary}");
     assert!(number(&summary["cycles"]["planned"]) >= 1, "{summary}");
     summary
