@@ -369,6 +369,18 @@ mod tests {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
+    /// The path, two velocities and their means, and the heading are lifted where nothing was seen.
+    #[test]
+    fn no_line_is_drawn_through_a_gap() {
+        let whole = crate::sample::run(2, 1, 20.0, [[0.04, 0.0], [0.0, 0.04]]);
+        let mut apart = whole.clone();
+        // Between two poses.
+        let between_s = 0.5 * (whole.poses[200].t_s + whole.poses[201].t_s);
+        apart.gaps = vec![[between_s - 0.01, between_s + 0.01]];
+        let lines = |record| svg(record).expect("it is drawn").matches("<polyline").count();
+        assert_eq!(lines(&apart), lines(&whole) + 6);
+    }
+
     #[test]
     fn the_structure_frame_turns_into_the_world() {
         // Facing north, sway is east and surge north; facing east, sway is south and surge east.
