@@ -81,7 +81,7 @@ pub struct Drive<'a, C, F> {
     pub hook: FaultHook<'a, C, F>,
 }
 
-/// Modules that have not been heard for so long after a gap do not keep the others from being looked at. *Assumed.*
+/// Modules that have not been heard for this time after a gap do not keep the others from being looked at. *Assumed.*
 const BLIND_MAX: Duration = Duration(1_000_000);
 
 /// How a run ended.

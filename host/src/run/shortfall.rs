@@ -33,7 +33,7 @@ use super::watch::LegWatch;
 pub const SHARE: f64 = 0.25;
 /// Less than so many intervals of a cycle and its transition is the noise of one decision.
 pub const FLOOR: f64 = 2.0;
-/// Legs that last so long are judged by their velocity: the mean is over the last 60 s, and the first 20 s go to gain speed.
+/// Legs that last this time are judged by their velocity: the mean is over the last 60 s, and the first 20 s go to gain speed.
 pub const SETTLED_S: f64 = 80.0;
 /// More than this share of the velocity is too much to miss.
 pub const MISSED: f64 = 0.5;

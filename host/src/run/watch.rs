@@ -11,7 +11,7 @@ use super::closed_loop::{Observer, Run};
 use super::fleet::Fleet;
 use super::host::Controller;
 
-/// A module that has not been heard for so long does not answer: fifty of its reports. *Assumed.*
+/// A module that has not been heard for this time does not answer: fifty of its reports. *Assumed.*
 const SILENCE: Duration = Duration(1_000_000);
 
 /// Why a module takes no part.
