@@ -52,8 +52,9 @@ pub enum PlotError {
     Write { file: PathBuf, source: std::io::Error },
 }
 
-/// Writes every picture of a run into an existing directory; returns the files in order.
-pub fn write_all(record: &RunRecord, directory: &Path) -> Result<Vec<PathBuf>, PlotError> {
+/// Writes every picture of a run into an existing directory; what became of each, in order. One that cannot be drawn or written does
+/// not keep the others from being so.
+pub fn write_all(record: &RunRecord, directory: &Path) -> Vec<Result<PathBuf, PlotError>> {
     let kinds = neighbour_kinds(record);
     let pictures = [
         ("trajectory.svg", trajectory::svg(record)),
@@ -64,18 +65,18 @@ pub fn write_all(record: &RunRecord, directory: &Path) -> Result<Vec<PathBuf>, P
     write(pictures, directory)
 }
 
-/// Writes the pictures of a comparison into an existing directory; returns the files in order.
-pub fn write_comparison(compared: &Compared<'_>, directory: &Path) -> Result<Vec<PathBuf>, PlotError> {
+/// Writes the pictures of a comparison into an existing directory; what became of each, in order.
+pub fn write_comparison(compared: &Compared<'_>, directory: &Path) -> Vec<Result<PathBuf, PlotError>> {
     let pictures =
         [("trajectories.svg", compare::trajectories(compared)), ("heading.svg", compare::headings(compared))];
     write(pictures, directory)
 }
 
-/// Writes pictures by their names into an existing directory; returns the files in order.
+/// Writes pictures by their names into an existing directory; what became of each, in order.
 fn write(
     pictures: impl IntoIterator<Item = (&'static str, Result<String, picture::DrawError>)>,
     directory: &Path,
-) -> Result<Vec<PathBuf>, PlotError> {
+) -> Vec<Result<PathBuf, PlotError>> {
     pictures
         .into_iter()
         .map(|(name, picture)| {

@@ -34,6 +34,7 @@ pub fn run(columns: i32, rows: i32, leg_s: f64, courses: [[f64; 2]; 2]) -> RunRe
         cells,
         positions_m,
         legs,
+        gaps: Vec::new(),
         tails,
         cycles,
     }

@@ -195,6 +195,8 @@ impl Curves {
             run = samples.iter().map(|&(t, angle)| (t, angle - shift)).collect();
         }
         curves.actual.push(run);
+        let pieces = curves.actual.iter().flat_map(|run| record.pieces(run, |point| point.0));
+        curves.actual = pieces.map(<[Point]>::to_vec).collect();
         curves
     }
 
@@ -310,6 +312,23 @@ mod tests {
                     assert!((p.1 - centre).abs() <= reach, "module {module} at {} s", p.0);
                 }
             }
+        }
+    }
+
+    /// A line that was lifted once stays lifted: as many pieces as gaps, and one more, with every sample outside them.
+    #[test]
+    fn no_line_is_drawn_through_a_gap() {
+        let mut record = crate::sample::run(2, 1, 20.0, [[0.04, 0.0], [0.0, 0.04]]);
+        let before = Curves::new(&record, 0).actual;
+        record.gaps = vec![[5.0, 9.0], [30.0, 31.0]];
+        for gap in record.gaps.clone() {
+            record.tails.retain(|tail| !(gap[0]..gap[1]).contains(&tail.t_s));
+        }
+        let after = Curves::new(&record, 0).actual;
+        assert_eq!(after.len(), before.len() + 2);
+        assert_eq!(after.iter().map(Vec::len).sum::<usize>(), record.tails.len());
+        for run in &after {
+            assert!(run.windows(2).all(|pair| pair[1].0 - pair[0].0 < 0.1), "drawn through a gap");
         }
     }
 

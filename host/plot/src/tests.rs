@@ -194,13 +194,22 @@ fn long_runs_of_many_modules_stay_small() {
 fn files_are_written_and_a_missing_folder_is_named() {
     let record = sample::run(3, 1, 10.0, SOUTH_EAST);
     let folder = tempfile::tempdir().expect("a folder");
-    let files = write_all(&record, folder.path()).expect("four pictures");
+    let files = write_all(&record, folder.path()).into_iter();
+    let files: Vec<_> = files.collect::<Result<_, _>>().expect("four pictures");
     let names: Vec<_> = files.iter().filter_map(|f| f.file_name()?.to_str()).collect();
     assert_eq!(names, ["trajectory.svg", "wrench.svg", "tails.svg", "phase-space.svg"]);
     for file in &files {
         assert!(std::fs::read_to_string(file).expect("a text").starts_with("<svg xmlns="));
     }
     let missing = folder.path().join("not/there");
-    let error = write_all(&record, &missing).expect_err("no such folder").to_string();
+    let errors: Vec<_> =
+        write_all(&record, &missing).into_iter().map(|file| file.expect_err("no such folder")).collect();
+    assert_eq!(errors.len(), files.len(), "each is named");
+    let error = errors[0].to_string();
     assert!(error.contains("not/there") && error.contains("trajectory.svg"), "{error}");
+    // One that cannot be written does not keep the others from being so.
+    let obstacle = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(obstacle.path().join("wrench.svg")).expect("a folder");
+    let outcomes: Vec<bool> = write_all(&record, obstacle.path()).iter().map(Result::is_ok).collect();
+    assert_eq!(outcomes, [true, false, true, true]);
 }

@@ -146,7 +146,10 @@ fn map(
         chart.ring(station, 9.0, style::DEMAND)?;
     }
     let path: Vec<Point> = poses.iter().map(|p| (p.position_m[0], p.position_m[1])).collect();
-    chart.line(lines::thin_path(&path, 0.6 * m_per_px), style::line(style::ORANGE, 1.0, 2.5))?;
+    for piece in record.pieces(poses, |pose| pose.t_s) {
+        let path: Vec<Point> = piece.iter().map(|p| (p.position_m[0], p.position_m[1])).collect();
+        chart.line(lines::thin_path(&path, 0.6 * m_per_px), style::line(style::ORANGE, 1.0, 2.5))?;
+    }
     for pose in &ghosts {
         draw_surge_arrow(&chart, record, pose, m_per_px)?;
     }
@@ -311,12 +314,14 @@ fn history(
         }
         leg_marks(&chart, record)?;
         let columns = width_px as usize;
-        if is_heading {
-            chart.line(lines::thin_series(&raw, columns), style::line(colour, 1.0, 1.75))?;
-        } else {
-            chart.line(lines::thin_series(&raw, columns), style::line(colour, 0.35, 1.0))?;
-            let mean = lines::moving_mean(&raw, cycle_s);
-            chart.line(lines::thin_series(&mean, columns), style::line(colour, 1.0, 2.0))?;
+        for raw in record.pieces(&raw, |point| point.0) {
+            if is_heading {
+                chart.line(lines::thin_series(raw, columns), style::line(colour, 1.0, 1.75))?;
+            } else {
+                chart.line(lines::thin_series(raw, columns), style::line(colour, 0.35, 1.0))?;
+                let mean = lines::moving_mean(raw, cycle_s);
+                chart.line(lines::thin_series(&mean, columns), style::line(colour, 1.0, 2.0))?;
+            }
         }
         for [from, to, demand, _] in &demands {
             chart.dashed(&[(*from, *demand), (*to, *demand)], style::line(style::DEMAND, 1.0, 1.5))?;
@@ -339,6 +344,18 @@ pub(super) fn leg_marks(chart: &Chart<'_, '_>, record: &RunRecord) -> Result<(),
 mod tests {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
+
+    /// The path, two velocities and their means, and the heading are lifted where nothing was seen.
+    #[test]
+    fn no_line_is_drawn_through_a_gap() {
+        let whole = crate::sample::run(2, 1, 20.0, [[0.04, 0.0], [0.0, 0.04]]);
+        let mut apart = whole.clone();
+        // Between two poses.
+        let between_s = 0.5 * (whole.poses[200].t_s + whole.poses[201].t_s);
+        apart.gaps = vec![[between_s - 0.01, between_s + 0.01]];
+        let lines = |record| svg(record).expect("it is drawn").matches("<polyline").count();
+        assert_eq!(lines(&apart), lines(&whole) + 6);
+    }
 
     #[test]
     fn the_structure_frame_turns_into_the_world() {

@@ -115,6 +115,8 @@ pub struct RunRecord {
     pub positions_m: Vec<[f64; 2]>,
     /// Legs in order.
     pub legs: Vec<LegRecord>,
+    /// Spans [start, end] of which nothing is known, s: the host did not run. Nothing is joined over one.
+    pub gaps: Vec<[f64; 2]>,
     /// True poses at some 20 Hz.
     pub poses: Vec<PoseSample>,
     /// Tail angles at some 50 Hz.
@@ -124,6 +126,21 @@ pub struct RunRecord {
 }
 
 impl RunRecord {
+    /// Whether two instants lie on different sides of a gap, or in one, s.
+    #[must_use]
+    pub fn is_apart(&self, from_s: f64, to_s: f64) -> bool {
+        self.gaps.iter().any(|&[start_s, end_s]| from_s < end_s && start_s < to_s)
+    }
+
+    /// `samples`, in the order of their times, in the pieces between gaps.
+    pub fn pieces<'a, T>(
+        &'a self,
+        samples: &'a [T],
+        time_s: impl Fn(&T) -> f64 + 'a,
+    ) -> impl Iterator<Item = &'a [T]> {
+        samples.chunk_by(move |a, b| !self.is_apart(time_s(a), time_s(b)))
+    }
+
     /// Mean time from the start of one decision's transition to the end of its swim cycle, s.
     #[must_use]
     pub fn mean_interval_s(&self) -> f64 {

@@ -79,6 +79,13 @@ impl ContactWatch {
         self.least_m
     }
 
+    /// The tails have come to where they are unseen: no contact goes on through that.
+    pub(crate) fn forget(&mut self) {
+        for pair in &mut self.pairs {
+            (pair.bound_m, pair.contact) = (f64::NEG_INFINITY, None);
+        }
+    }
+
     /// Tests the tails as they are at `t_s`.
     pub(crate) fn check(&mut self, t_s: f64, tails: &[TailState]) {
         for pair in &mut self.pairs {

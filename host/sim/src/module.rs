@@ -27,8 +27,8 @@ use super::node::{Hardware, Simulated};
 /// Servo period of a module: 1 kHz.
 pub const TICK: Duration = Duration(1_000);
 
-/// What a full battery of two lithium cells shows. *Assumed*, and constant.
-const SUPPLY: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
+/// What a full battery of two lithium cells shows. *Assumed*.
+const FULL: Supply = Supply { battery: Volts(7.4), current: Amperes(0.0) };
 
 /// Why there is no module.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -67,6 +67,7 @@ pub struct Boat {
     servo: ServoConstants,
     mounting: EncoderMounting,
     motor: SimMotor,
+    supply: Supply,
 }
 
 impl Boat {
@@ -83,7 +84,7 @@ impl Boat {
         let mounting = EncoderMounting { zero_counts: motor.encoder_offset_counts(), reversed: false };
         let (limits, servo) = (limits_of(modboat), servo_for(motor, modboat));
         let (motor, _) = SimMotor::new(&motor.drawn(seed), tail_rad)?;
-        Ok(Self { limits, servo, mounting, motor })
+        Ok(Self { limits, servo, mounting, motor, supply: FULL })
     }
 }
 
@@ -91,6 +92,11 @@ impl<R: Radio> SimModule<R> {
     /// The tail as it is.
     pub fn tail(&self) -> TailState {
         self.hardware.motor.state()
+    }
+
+    /// What its battery shows from now on.
+    pub fn set_battery(&mut self, battery: Volts) {
+        self.hardware.supply.battery = battery;
     }
 
     /// The motor, for faults in it.
@@ -106,7 +112,7 @@ impl Hardware for Boat {
     const SURE_WITHIN: Duration = SURE_WITHIN;
 
     fn boot(&self, identity: Identity) -> Result<Self::Firmware, ModuleError> {
-        let &Self { limits, ref servo, mounting, ref motor } = self;
+        let &Self { limits, ref servo, mounting, ref motor, .. } = self;
         let pins = motor.pins();
         let bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
         let tail = Tail::new(pins.sensors.clone(), mounting, pins.sensors, bridge, servo)?;
@@ -115,7 +121,7 @@ impl Hardware for Boat {
 
     /// The firmware, then its motor for one [`TICK`].
     fn tick<T>(&mut self, _now: FleetInstant, run: impl FnOnce(&Self, &Supply) -> T) -> T {
-        let done = run(self, &SUPPLY);
+        let done = run(self, &self.supply);
         self.motor.step(f64::from(TICK.as_secs_f32()));
         done
     }

@@ -25,13 +25,20 @@ struct Report {
 pub struct RemoteTail {
     inertia_kg_m2: f64,
     reports: VecDeque<Report>,
+    /// Reports of before are not joined to later ones.
+    forgotten: FleetInstant,
 }
 
 impl RemoteTail {
     /// A tail with the given moment of inertia, not heard of yet.
     #[must_use]
     pub fn new(inertia_kg_m2: f64) -> Self {
-        Self { inertia_kg_m2, reports: VecDeque::new() }
+        Self { inertia_kg_m2, reports: VecDeque::new(), forgotten: FleetInstant(0) }
+    }
+
+    /// Nothing was heard until `now`: it is not known how the tail came to where the next report finds it.
+    pub fn forget(&mut self, now: FleetInstant) {
+        self.forgotten = now;
     }
 
     /// Takes in a report. Its own time counts; that of its arrival stands in while the module has no fleet time.
@@ -39,6 +46,9 @@ impl RemoteTail {
         let at = if telemetry.at == FleetInstant(0) { arrival } else { telemetry.at };
         if self.reports.back().is_some_and(|last| at <= last.at) {
             return;
+        }
+        if self.reports.back().is_some_and(|last| last.at < self.forgotten) {
+            self.reports.clear();
         }
         let (angle_rad, rate_rad_s) = (f64::from(telemetry.tail.0), f64::from(telemetry.rate.0));
         self.reports.push_back(Report { at, angle_rad, rate_rad_s });
@@ -95,6 +105,27 @@ mod tests {
             battery: Volts(7.4),
             faults: Faults::default(),
         }
+    }
+
+    /// Two reports beside a gap are two angles, and no motion between them; what came from before it was read late.
+    #[test]
+    fn nothing_is_drawn_through_a_gap() {
+        let mut tail = RemoteTail::new(1e-4);
+        for ms in [100, 110, 120] {
+            tail.report(&report(ms * 1000, 1.0, 4.0), FleetInstant(ms * 1000));
+        }
+        let gap_ends = FleetInstant(15_000_000);
+        tail.forget(gap_ends);
+        tail.report(&report(700_000, 1.5, 4.0), gap_ends);
+        tail.report(&report(15_010_000, -2.0, 0.0), FleetInstant(15_011_000));
+        for ms in 15_011..15_100 {
+            let state = tail.state(FleetInstant(ms * 1000));
+            assert!((state.angle_rad + 2.0).abs() < 1e-6 && state.rate_rad_s == 0.0, "{state:?} at {ms} ms");
+        }
+        // From there on it is followed as before.
+        tail.report(&report(15_110_000, -1.9, 0.0), FleetInstant(15_111_000));
+        let between_rad = tail.state(FleetInstant(15_090_000)).angle_rad;
+        assert!((between_rad + 1.95).abs() < 1e-6, "{between_rad}");
     }
 
     #[test]

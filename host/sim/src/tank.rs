@@ -170,6 +170,13 @@ impl Tank {
         self.watch.check(self.t_s, tails);
     }
 
+    /// Goes on at `t_s` from where it is: what happened meanwhile was not seen, and is not made up.
+    pub fn skip(&mut self, t_s: f64) {
+        self.t_s = t_s;
+        self.thrusts.iter_mut().for_each(Thrust::forget);
+        self.watch.forget();
+    }
+
     /// True pose and velocity over ground, now.
     #[must_use]
     pub fn pose(&self) -> PoseSample {

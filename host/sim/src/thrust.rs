@@ -89,6 +89,12 @@ impl Thrust {
         }
     }
 
+    /// The tail has come to where it is unseen: it pushes with the next swing that begins.
+    pub(crate) fn forget(&mut self) {
+        (self.anchor_rad, self.turning_rad) = (None, None);
+        (self.direction, self.delivered_n_s) = (0.0, [0.0; 2]);
+    }
+
     /// The mean force (x, y) in S, N, over the step of `dt_s` that ended with the tail as given.
     pub fn step(&mut self, dt_s: f64, tail: &TailState) -> [f64; 2] {
         let rate_rad_s = tail.rate_rad_s;

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use modboat::planner_kind::PlannerKind;
 use plot::compare::Compared;
 
-use super::folder::Folder;
+use super::folder::{Files, Folder};
 use super::planner::Kind;
 use super::progress::Bar;
-use super::run::{DEFAULT, failure, to_json};
-use super::{Failure, bad, could, signal, written};
+use super::run::{DEFAULT, failure, list};
+use super::{Failure, all_said, bad, signal, untold};
 use crate::run::compare::{Comparison, Contender, FIGURES, compare};
 use crate::run::scenario::Scenario;
 
@@ -55,28 +55,29 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let compared = compare(&scenario, &planners, &seeds, &mut bar, &signal::STOP);
     let compared = compared.map_err(|error| failure(error, "")).inspect_err(|_| folder.discard())?;
     drop(bar);
-    let paths = write(&compared, &folder)?;
+    let json = serde_json::to_string_pretty(&compared)
+        .map_err(|error| Failure::Could(format!("summary: {error}")))?;
     let mut out = std::io::stdout().lock();
-    let outcome = match arguments.json {
-        true => writeln!(out, "{}", to_json(&compared)?),
-        false => print(&mut out, &compared, &paths),
-    };
-    written(outcome.and_then(|()| out.flush()))?;
-    compared.failure().map_or(Ok(()), |why| Err(Failure::Could(why)))
+    let told = if arguments.json { writeln!(out, "{json}") } else { print(&mut out, &compared) };
+    let told = told.and_then(|()| out.flush());
+    let files = write(&compared, json, &folder);
+    let listed = told.and_then(|()| if arguments.json { Ok(()) } else { list(&mut out, &files) });
+    let complaints = compared.failure().into_iter().chain(files.complaints).chain(untold(listed));
+    all_said(complaints.collect())
 }
 
-fn write(compared: &Comparison, folder: &Folder) -> Result<Vec<PathBuf>, Failure> {
-    let mut paths = vec![folder.write("summary.json", compared)?];
+fn write(compared: &Comparison, json: String, folder: &Folder) -> Files {
+    let mut files = folder.files();
+    files.json(folder.path.join("summary.json"), Ok(json));
     let planners: Vec<_> =
         compared.planners.iter().map(|contender| (contender.planner, contender.records.as_slice())).collect();
     let pictures = Compared { scenario: &compared.scenario, planners: &planners };
-    let pictures = plot::write_comparison(&pictures, &folder.path);
-    paths.extend(pictures.map_err(could)?);
-    Ok(paths)
+    plot::write_comparison(&pictures, &folder.path).into_iter().for_each(|picture| files.add(picture));
+    files
 }
 
 /// A row a figure, a column a planner; with several seeds the mean, and the worst behind it.
-fn print(out: &mut impl Write, compared: &Comparison, paths: &[PathBuf]) -> std::io::Result<()> {
+fn print(out: &mut impl Write, compared: &Comparison) -> std::io::Result<()> {
     let Comparison { scenario, modules, seeds, planners } = compared;
     let which = match seeds.as_slice() {
         [one] => format!("seed {one}"),
@@ -107,6 +108,5 @@ fn print(out: &mut impl Write, compared: &Comparison, paths: &[PathBuf]) -> std:
         }
         writeln!(out)?;
     }
-    writeln!(out)?;
-    paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display()))
+    writeln!(out)
 }

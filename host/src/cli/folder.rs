@@ -1,10 +1,8 @@
-//! The folder that a run leaves behind.
+//! The folder that a run leaves behind, and the files in it.
 
 use std::fmt::Display;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-
-use serde::Serialize;
 
 use super::Failure;
 
@@ -20,15 +18,6 @@ impl Folder {
     /// The one that was named, or else a new one for this run below `runs`.
     pub(super) fn of(named: Option<&Path>, run: &str) -> Result<Self, Failure> {
         named.map_or_else(|| Self::unused(Path::new("runs"), run), Self::named)
-    }
-
-    /// Writes a value as JSON into the file `name`.
-    pub(super) fn write(&self, name: &str, value: &impl Serialize) -> Result<PathBuf, Failure> {
-        let path = self.path.join(name);
-        let failed = |error: &dyn Display| Failure::Could(format!("{}: {error}", path.display()));
-        let text = serde_json::to_string_pretty(value).map_err(|error| failed(&error))?;
-        std::fs::write(&path, text + "\n").map_err(|error| failed(&error))?;
-        Ok(path)
     }
 
     /// `path`, made if need be.
@@ -64,11 +53,47 @@ impl Folder {
         Ok(self)
     }
 
+    /// None written yet. The folder is made again if it has gone: what keeps it from being is told of each file.
+    pub(super) fn files(&self) -> Files {
+        let _ = std::fs::create_dir_all(&self.path);
+        Files::default()
+    }
+
     /// A run that was not to be leaves no empty folder.
     pub(super) fn discard(&self) {
         if !self.old {
             let _ = std::fs::remove_dir(&self.path);
         }
+    }
+}
+
+/// Files that were written, and what is to be said of those that were not: a full disk loses a file, not the others.
+#[derive(Default)]
+pub(super) struct Files {
+    /// Their paths, in order.
+    pub(super) paths: Vec<PathBuf>,
+    /// Of each that could not be written, its name and why.
+    pub(super) complaints: Vec<String>,
+}
+
+impl Files {
+    /// Takes down what became of one.
+    pub(super) fn add(&mut self, outcome: Result<PathBuf, impl Display>) {
+        match outcome {
+            Ok(path) => self.paths.push(path),
+            Err(error) => self.complaints.push(error.to_string()),
+        }
+    }
+
+    /// Writes a line, or lines, of JSON.
+    pub(super) fn json(&mut self, path: PathBuf, text: serde_json::Result<String>) {
+        let outcome = text
+            .map_err(|error| error.to_string())
+            .and_then(|text| std::fs::write(&path, text + "\n").map_err(|error| error.to_string()));
+        self.add(match outcome {
+            Ok(()) => Ok(path),
+            Err(error) => Err(format!("{}: cannot write: {error}", path.display())),
+        });
     }
 }
 

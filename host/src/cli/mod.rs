@@ -73,6 +73,8 @@ enum Command {
 enum Failure {
     /// It could not be done.
     Could(String),
+    /// The same for several reasons, a line each.
+    Several(Vec<String>),
     /// Usage or input is wrong.
     Bad(String),
 }
@@ -105,15 +107,19 @@ pub fn main() -> ExitCode {
         Command::Keygen(arguments) => keygen::main(&arguments),
         Command::Provision(arguments) => provision::main(&arguments),
     };
-    let (code, message) = match outcome {
+    let (code, messages) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,
-        Err(Failure::Could(message)) => (1, message),
-        Err(Failure::Bad(message)) => (2, message),
+        Err(Failure::Could(message)) => (1, vec![message]),
+        Err(Failure::Several(messages)) => (1, messages),
+        Err(Failure::Bad(message)) => (2, vec![message]),
     };
-    if !message.is_empty() {
-        complain(&message);
-    }
+    messages.iter().filter(|message| !message.is_empty()).for_each(|message| complain(message));
     ExitCode::from(code)
+}
+
+/// How a command ended that has this to say, if it has.
+fn all_said(complaints: Vec<String>) -> Result<(), Failure> {
+    if complaints.is_empty() { Ok(()) } else { Err(Failure::Several(complaints)) }
 }
 
 /// One line to standard error: whatever a name or key in `message` holds, it makes no second line and no colour.
@@ -134,5 +140,13 @@ fn written(outcome: std::io::Result<()>) -> Result<(), Failure> {
             Err(Failure::Could(format!("standard output: {error}")))
         }
         _ => Ok(()),
+    }
+}
+
+/// The same, for one that goes on: what there is to say.
+fn untold(outcome: std::io::Result<()>) -> Option<String> {
+    match written(outcome) {
+        Err(Failure::Could(message)) => Some(message),
+        _ => None,
     }
 }

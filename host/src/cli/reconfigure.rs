@@ -15,11 +15,11 @@ use record::reconfigure::Record;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::PowerLaw;
 
-use super::folder::Folder;
+use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
 use super::progress::Bar;
-use super::run::RadioKind;
-use super::{Failure, bad, could, keygen, signal, tell, written};
+use super::run::{RadioKind, list};
+use super::{Failure, all_said, bad, could, keygen, signal, tell, untold, written};
 use crate::run::closed_loop::Drive;
 use crate::run::experiment::Pace;
 use crate::run::fleet::{InProcess, OverUdp};
@@ -189,16 +189,19 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     drop(bar);
-    let paths = save(&scenario.problem, &columns, &folder)?;
+    let mut complaints: Vec<String> = Vec::new();
+    for Column { title, executed, .. } in &columns {
+        let said = executed.as_ref().map_or_else(Vec::new, |executed| executed.summary.complaints());
+        complaints.extend(said.iter().map(|why| format!("{title}: {why}")));
+    }
+    // What was measured is told before anything is written, and written whether or not it could be told.
     let mut out = std::io::stdout().lock();
-    let printed = table::print(&mut out, &scenario.problem, &columns)
-        .and_then(|()| paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display())));
-    written(printed.and_then(|()| out.flush()))?;
-    let failed = columns.iter().find_map(|Column { title, executed, .. }| {
-        let why = executed.as_ref()?.summary.failure.as_ref()?;
-        Some(format!("{title}: {why}"))
-    });
-    failed.map_or(Ok(()), |why| Err(Failure::Could(why)))
+    let told = table::print(&mut out, &scenario.problem, &columns).and_then(|()| out.flush());
+    let files = save(&scenario.problem, &columns, &folder);
+    let listed = told.and_then(|()| list(&mut out, &files));
+    complaints.extend(files.complaints);
+    complaints.extend(untold(listed));
+    all_said(complaints)
 }
 
 fn print_json(columns: &[Column]) -> Result<(), Failure> {
@@ -226,7 +229,7 @@ fn execute(
     let options = Options { seed, radio: faults, law };
     let Some((radio, host)) = radio else {
         let mut fleet = InProcess::rovs(problem, faults, seed).map_err(could)?;
-        let mut desk = Desk::keyboard();
+        let mut desk = Desk::signals();
         let drive = Drive { pace: Pace::Simulated, operator: &mut desk, hook: &mut |_, _, _| {} };
         return run(problem, plan, &options, &mut fleet, drive, bar).map_err(could);
     };
@@ -242,9 +245,12 @@ fn execute(
 }
 
 /// Plans, figures and pictures.
-fn save(problem: &Problem, columns: &[Column], folder: &Folder) -> Result<Vec<PathBuf>, Failure> {
-    let plan = |column: &Column| folder.write(&format!("plan-{}.json", column.title), &column.planned.plan);
-    let mut paths: Vec<PathBuf> = columns.iter().map(plan).collect::<Result<_, _>>()?;
+fn save(problem: &Problem, columns: &[Column], folder: &Folder) -> Files {
+    let mut files = folder.files();
+    for column in columns {
+        let path = folder.path.join(format!("plan-{}.json", column.title));
+        files.json(path, serde_json::to_string_pretty(&column.planned.plan));
+    }
     let summaries: serde_json::Map<_, _> = columns
         .iter()
         .filter_map(|column| {
@@ -253,7 +259,7 @@ fn save(problem: &Problem, columns: &[Column], folder: &Folder) -> Result<Vec<Pa
         })
         .collect();
     if !summaries.is_empty() {
-        paths.push(folder.write("summary.json", &summaries)?);
+        files.json(folder.path.join("summary.json"), serde_json::to_string_pretty(&summaries));
     }
     let record = |column: &Column| match &column.executed {
         Some(executed) => executed.record.clone(),
@@ -262,8 +268,8 @@ fn save(problem: &Problem, columns: &[Column], folder: &Folder) -> Result<Vec<Pa
     };
     let records: Vec<Record> = columns.iter().map(record).collect();
     let pictures = plot::reconfigure::write_all(&records, &folder.path);
-    paths.extend(pictures.map_err(could)?);
-    Ok(paths)
+    pictures.into_iter().for_each(|picture| files.add(picture));
+    files
 }
 
 /// Which plans are asked for.

@@ -16,11 +16,15 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
     for (index, leg) in summary.legs.iter().enumerate() {
         let [dx, dy] = leg.demand_m_s;
         let [mx, my] = leg.mean_m_s;
+        // Of nothing there is no share.
+        let (error, unit) = match leg.demand_m_s {
+            [0.0, 0.0] => (1e3 * leg.velocity_error, "mm/s"),
+            _ => (100.0 * leg.velocity_error, "%"),
+        };
         writeln!(
             out,
-            "  {:>3}   {dx:>6.3} {dy:>6.3}     {mx:>8.4} {my:>8.4}   {:>6.1} %   {:>5.2}      {:.3} rad",
+            "  {:>3}   {dx:>6.3} {dy:>6.3}     {mx:>8.4} {my:>8.4}   {error:>6.1} {unit:<4}{:>5.2}      {:.3} rad",
             index + 1,
-            100.0 * leg.velocity_error,
             leg.heading_rad,
             leg.heading_rms_rad
         )?;
@@ -53,10 +57,13 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
         out,
         "  planner    {}: wrench error {:.1} % on average{}; {:.2} ms median, {:.2} ms at most",
         summary.planner,
-        100.0 * cycles.mean_error,
+        100.0 * cycles.mean_relative_error,
         match cycles.outside_envelope {
             0 => String::new(),
             count => format!(", {count} demands outside the envelope"),
+        } + &match cycles.zero_demands {
+            0 => String::new(),
+            count => format!(", {:.2} mN for {count} demands of zero", 1e3 * cycles.mean_zero_error_n),
         },
         cycles.solve_us_median as f64 * 1e-3,
         cycles.solve_us_max as f64 * 1e-3
@@ -105,6 +112,17 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
     )?;
     if let Some(error_us) = summary.clock_error_us {
         writeln!(out, "  clocks     fleet time known to {:.2} ms on every module", error_us as f64 * 1e-3)?;
+    }
+    if !summary.gaps.is_empty() {
+        let length_s: f64 = summary.gaps.iter().map(|gap| gap.length_s).sum();
+        writeln!(
+            out,
+            "  gaps       {}, of {length_s:.1} s in all, in which the host did not run",
+            summary.gaps.len()
+        )?;
+    }
+    for shortfall in &summary.shortfalls {
+        writeln!(out, "  short of   {shortfall}")?;
     }
     writeln!(out, "  time       {:.2} s for {duration_s:.0} s", summary.wall_s)?;
     writeln!(out)

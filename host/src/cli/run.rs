@@ -8,13 +8,12 @@ use clap::ValueEnum;
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
 use protocol::ModuleId;
-use serde::Serialize;
 
-use super::folder::Folder;
+use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
 use super::planner::PlannerArguments;
 use super::progress::Bar;
-use super::{Failure, bad, could, keygen, report, signal, tell, written};
+use super::{Failure, all_said, bad, could, keygen, report, signal, tell, untold};
 use crate::run::RunError;
 use crate::run::closed_loop::Drive;
 use crate::run::experiment::{Pace, RunResult, run};
@@ -104,19 +103,28 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
     let folder = Folder::of(arguments.out.as_deref(), &scenario.name)?;
     signal::watch();
     let result = swim(&arguments, &scenario, seed, radio).inspect_err(|_| folder.discard())?;
-    let paths = write(&result, &folder)?;
-    let json = if arguments.json { Some(to_json(&result.summary)?) } else { None };
+    let mut complaints = result.summary.complaints();
+    // What was measured is told before anything is written, and written whether or not it could be told.
+    let json = || serde_json::to_string_pretty(&result.summary);
     let mut out = std::io::stdout().lock();
-    let outcome = match json {
-        Some(json) => writeln!(out, "{json}"),
-        None => report::print(&mut out, &result.summary)
-            .and_then(|()| paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display()))),
+    let told = if arguments.json {
+        json().map_err(std::io::Error::other).and_then(|json| writeln!(out, "{json}"))
+    } else {
+        report::print(&mut out, &result.summary)
     };
-    written(outcome.and_then(|()| out.flush()))?;
-    match result.summary.failure {
-        None => Ok(()),
-        Some(why) => Err(Failure::Could(why)),
-    }
+    let told = told.and_then(|()| out.flush());
+    let mut files = folder.files();
+    files.json(folder.path.join("summary.json"), json());
+    plot::write_all(&result.record, &folder.path).into_iter().for_each(|picture| files.add(picture));
+    let listed = told.and_then(|()| if arguments.json { Ok(()) } else { list(&mut out, &files) });
+    complaints.extend(files.complaints);
+    complaints.extend(untold(listed));
+    all_said(complaints)
+}
+
+/// The files that were written.
+pub(super) fn list(out: &mut impl Write, files: &Files) -> std::io::Result<()> {
+    files.paths.iter().try_for_each(|path| writeln!(out, "  {}", path.display())).and_then(|()| out.flush())
 }
 
 /// `all` is zero.
@@ -156,7 +164,7 @@ fn swim(
     let Some(Remote { radio, host, roster }) = remote else {
         let pace = if arguments.realtime { Pace::Watched } else { Pace::Simulated };
         let mut fleet = InProcess::boats(scenario, seed).map_err(|error| failure(error, ""))?;
-        let mut desk = if arguments.realtime { desk(&scenario.name, &mut bar) } else { Desk::keyboard() };
+        let mut desk = if arguments.realtime { desk(&scenario.name, &mut bar) } else { Desk::signals() };
         let drive = Drive { pace, operator: &mut desk, hook: &mut |_, _, _| {} };
         let result = run(scenario, seed, &mut fleet, drive, &mut bar);
         return result.map_err(|error| failure(error, ""));
@@ -180,7 +188,7 @@ fn swim(
 pub(super) fn desk(scenario: &str, bar: &mut Bar) -> Desk {
     Desk::open(scenario).unwrap_or_else(|error| {
         bar.note(&format!("flotilla stop, hold, release and status do not reach this run: {error}"));
-        Desk::keyboard()
+        Desk::signals()
     })
 }
 
@@ -219,15 +227,4 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
             Failure::Could(error.to_string())
         }
     }
-}
-
-pub(super) fn to_json(summary: &impl Serialize) -> Result<String, Failure> {
-    serde_json::to_string_pretty(summary).map_err(|error| Failure::Could(format!("summary: {error}")))
-}
-
-fn write(result: &RunResult, folder: &Folder) -> Result<Vec<PathBuf>, Failure> {
-    let mut paths = vec![folder.write("summary.json", &result.summary)?];
-    let pictures = plot::write_all(&result.record, &folder.path);
-    paths.extend(pictures.map_err(could)?);
-    Ok(paths)
 }

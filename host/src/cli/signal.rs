@@ -1,35 +1,36 @@
-//! Ctrl-C: the first ends a run in good order, the second is an emergency stop, the third ends the program at once.
+//! Ctrl-C, a request to terminate (SIGTERM) and a terminal that goes away (SIGHUP): the first ends a run in good order, the second is an
+//! emergency stop, the third ends the program at once.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use crate::run::orders::{Operator, Order, RunStatus};
 
-/// Becomes true at the first Ctrl-C.
+/// Becomes true at the first.
 pub static STOP: AtomicBool = AtomicBool::new(false);
 
-/// How often Ctrl-C was pressed.
-static PRESSED: AtomicU32 = AtomicU32::new(0);
+/// How many have come.
+static COUNT: AtomicU32 = AtomicU32::new(0);
 
-/// Watches for Ctrl-C from now on.
+/// Watches for them from now on.
 pub fn watch() {
     // Without a handler Ctrl-C ends the program at once, which is safe too: modules that hear nothing hold.
     let _ = ctrlc::set_handler(|| {
         STOP.store(true, Ordering::Relaxed);
-        if PRESSED.fetch_add(1, Ordering::Relaxed) >= 2 {
+        if COUNT.fetch_add(1, Ordering::Relaxed) >= 2 {
             std::process::exit(130);
         }
     });
 }
 
-/// The operator at the keyboard.
+/// The operator who sends signals.
 #[derive(Debug, Default)]
-pub struct Keyboard {
+pub struct Signals {
     followed: u32,
 }
 
-impl Operator for Keyboard {
+impl Operator for Signals {
     fn poll(&mut self, _: &dyn Fn() -> RunStatus) -> Option<Order> {
-        if self.followed >= PRESSED.load(Ordering::Relaxed) {
+        if self.followed >= COUNT.load(Ordering::Relaxed) {
             return None;
         }
         self.followed += 1;

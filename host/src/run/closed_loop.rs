@@ -20,12 +20,14 @@ use protocol::time::{Duration, FleetInstant};
 use protocol::{MAX_DATAGRAM, ModuleState, Radio};
 
 use super::RunError;
-use super::clock::{Clock, Pace};
+use super::clock::{Clock, Pace, Tick, WallClock};
 use super::fleet::{Address, Fleet};
 use super::host::{Controller, Host, Step};
 use super::orders::{ModuleStatus, Operator, Order, RunStatus};
 use super::progress::Progress;
 use super::reporter::{Reporter, stopped};
+
+pub use super::clock::Gap;
 
 /// The water, where it is simulated.
 pub trait World {
@@ -36,6 +38,9 @@ pub trait World {
 
     /// The tick that ends at `now`. `begun`: the run's time zero has passed; before that robots may be held in place.
     fn step(&mut self, now: FleetInstant, begun: bool, actuation: &[Self::Actuation]);
+
+    /// Nothing is known of the time until `now`: it goes on from where it was.
+    fn skip(&mut self, _now: FleetInstant) {}
 
     /// Lets connectors act; what they did, if they could.
     ///
@@ -75,6 +80,9 @@ pub struct Drive<'a, C, F> {
     pub hook: FaultHook<'a, C, F>,
 }
 
+/// Modules that have not been heard for this time after a gap do not keep the others from being looked at. *Assumed.*
+const BLIND_MAX: Duration = Duration(1_000_000);
+
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ending {
@@ -98,6 +106,10 @@ pub struct Run<'a, C, F: Fleet, W, P> {
     pub poses: P,
     /// What the water felt of each module in the last step.
     pub actuation: Vec<F::Actuation>,
+    /// Spans in which the host did not run, or did not know yet what the modules had done meanwhile. No figure uses them.
+    pub gaps: Vec<Gap>,
+    /// The last gap is not over for figures: since when the host runs again.
+    blind: Option<FleetInstant>,
     /// Since when the fleet has not been under way, though it might be.
     idle_since: FleetInstant,
     /// The stop or hold in force.
@@ -109,6 +121,13 @@ pub struct Run<'a, C, F: Fleet, W, P> {
 /// How long an ended run waits at most for its modules to finish their cycle, or to have stopped. *Assumed*: a cycle with its
 /// transition takes two seconds.
 const REST_WITHIN: Duration = Duration(3_000_000);
+
+impl<C, F: Fleet, W, P> Run<'_, C, F, W, P> {
+    /// Whether it is not known what the modules do: the last gap is not over for figures.
+    pub fn is_blind(&self) -> bool {
+        self.blind.is_some()
+    }
+}
 
 impl<'a, C, F, W, P> Run<'a, C, F, W, P>
 where
@@ -126,10 +145,37 @@ where
             world,
             poses,
             actuation: Vec::new(),
+            gaps: Vec::new(),
+            blind: None,
             idle_since: FleetInstant(0),
             halted: None,
             ends_by: None,
         }
+    }
+
+    /// The host did not run in `gap`: the modules have finished what they had, and hold. The controller begins again from what they
+    /// report next.
+    pub fn skip(&mut self, gap: Gap) {
+        self.gaps.push(gap);
+        self.blind = Some(gap.end);
+        self.fleet.forget(gap.end);
+        self.host.controller.handle_gap(&gap);
+        // It is not the modules that kept the host waiting.
+        self.idle_since = FleetInstant(self.idle_since.0 + (gap.end.0 - gap.start.0));
+    }
+
+    /// Whether what is seen of the modules at `now` is from after the last gap.
+    fn sees(&mut self, now: FleetInstant) -> bool {
+        let (Some(since), Some(gap)) = (self.blind, self.gaps.last_mut()) else { return true };
+        gap.end = now;
+        if now.since(since) < BLIND_MAX && !self.fleet.is_heard_since(since, self.host.dispatcher()) {
+            return false;
+        }
+        self.blind = None;
+        if let Some(world) = &mut self.world {
+            world.skip(now);
+        }
+        true
     }
 
     /// The tick at `now`; `clock` is read again for each datagram. What the controller decided in it.
@@ -151,12 +197,14 @@ where
             let _ = self.host.handle_datagram(received, from, &buffer[..length]);
             received = clock();
         }
-        self.fleet.actuate(now, self.host.dispatcher(), &mut self.actuation);
-        if let Some(world) = &mut self.world {
-            let begun = self.host.controller.origin().is_some_and(|origin| origin < now);
-            world.step(now, begun, &self.actuation);
+        if self.sees(now) {
+            self.fleet.actuate(now, self.host.dispatcher(), &mut self.actuation);
+            if let Some(world) = &mut self.world {
+                let begun = self.host.controller.origin().is_some_and(|origin| origin < now);
+                world.step(now, begun, &self.actuation);
+            }
+            self.look(now);
         }
-        self.look(now);
         let step = self.act(now)?;
         self.transmit(clock)?;
         if self.host.controller.is_under_way() || self.halted.is_some() {
@@ -204,25 +252,40 @@ where
         Ok(())
     }
 
-    /// Step after step until the run is over. `observers` look at each, in this order.
+    /// Step after step, as `clock` has them, until the run is over. `observers` look at each, in this order.
     ///
     /// # Errors
     /// [`RunError`], for what cannot begin or go on. What cuts a run short is told in [`Ending::why`].
-    pub fn drive(
+    pub(super) fn drive<T: WallClock>(
         &mut self,
+        mut clock: Clock<T>,
         drive: Drive<'_, C, F>,
         progress: &mut dyn Progress,
         observers: &mut [&mut dyn Observer<Self>],
     ) -> Result<Ending, RunError> {
-        let Drive { pace, operator, hook } = drive;
-        let (mut clock, mut reporter) = (Clock::new(pace), Reporter::default());
+        let Drive { operator, hook, .. } = drive;
+        let mut reporter = Reporter::default();
         let (at, why) = loop {
-            let now = clock.next_tick();
+            let Tick { now, gap } = clock.next_tick();
+            if let Some(gap) = gap {
+                progress.note(&format!(
+                    "the host did not run for {:.1} s: the fleet holds, and begins again",
+                    gap.length_s()
+                ));
+                self.skip(gap);
+            }
             hook(now, &self.host.controller, self.fleet);
             while let Some(order) = operator.poll(&|| self.status(now)) {
                 self.obey(now, order, progress);
             }
-            let step = self.step(now, || clock.now())?;
+            let step = match self.step(now, || clock.now()) {
+                // What was measured until then is kept.
+                Err(RunError::Radio(error)) if self.host.controller.origin().is_some() => {
+                    self.host.controller.finish();
+                    break (now, Some(error.to_string()));
+                }
+                step => step?,
+            };
             for observer in observers.iter_mut() {
                 observer.observe(now, self)?;
             }

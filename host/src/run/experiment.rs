@@ -11,6 +11,7 @@ use sim::tank::Tank;
 
 use super::RunError;
 use super::boats::{BoatRun, Cameras};
+use super::clock::{Clock, WallClock};
 use super::closed_loop::{Drive, Run};
 use super::distances;
 use super::fleet::{Fleet, InProcess};
@@ -20,6 +21,7 @@ use super::progress::{Progress, Quiet};
 use super::recorder::Recorder;
 use super::scenario::Scenario;
 use super::summary::Summary;
+use super::watch::Watch;
 
 pub use super::clock::Pace;
 pub use super::closed_loop::FaultHook;
@@ -62,6 +64,18 @@ pub fn run<F: Fleet<Actuation = TailState>>(
     drive: Drive<'_, Pilot, F>,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
+    run_by(Clock::new(drive.pace), scenario, seed, fleet, drive, progress)
+}
+
+/// [`run`] by any clock.
+fn run_by<F: Fleet<Actuation = TailState>, T: WallClock>(
+    clock: Clock<T>,
+    scenario: &Scenario,
+    seed: u64,
+    fleet: &mut F,
+    drive: Drive<'_, Pilot, F>,
+    progress: &mut dyn Progress,
+) -> Result<RunResult, RunError> {
     let table = distances::table(&scenario.modboat, &scenario.planner, progress);
     let pilot = Pilot::new(scenario, table, stopwatch)?;
     let start = PoseSample {
@@ -71,13 +85,18 @@ pub fn run<F: Fleet<Actuation = TailState>>(
     };
     let tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, seed ^ 0x7A4B)?;
     let cameras = Cameras::new(Mocap::new(&scenario.mocap, seed ^ 0x3C0D)?);
-    let mut recorder = Recorder::default();
+    let mut end_s = 0.0;
+    let ends_s = scenario.legs.iter().map(|leg| {
+        end_s += leg.duration_s;
+        end_s
+    });
+    let (mut recorder, mut watch) = (Recorder::default(), Watch::new(ends_s.collect()));
     let mut run: BoatRun<'_, F> = Run::new(pilot, fleet, Some(tank), cameras);
-    let ending = run.drive(drive, progress, &mut [&mut recorder])?;
+    let ending = run.drive(clock, drive, progress, &mut [&mut recorder, &mut watch])?;
 
     let clock_error_us = recorder.clock_error_us();
-    let record = recorder.finish(scenario, &run.host.controller);
-    let mut summary = Summary::new(scenario, seed, &record, &run);
+    let record = recorder.finish(scenario, &run.host.controller, &run.gaps);
+    let mut summary = Summary::new(scenario, seed, &record, &run, &watch);
     summary.clock_error_us = clock_error_us;
     summary.wall_s = ending.wall_s;
     summary.judge(ending.why);
@@ -89,3 +108,6 @@ fn stopwatch() -> FleetInstant {
     static BEGAN: OnceLock<Instant> = OnceLock::new();
     FleetInstant(BEGAN.get_or_init(Instant::now).elapsed().as_micros() as u64)
 }
+
+#[cfg(test)]
+mod tests;

@@ -63,6 +63,14 @@ pub trait Fleet {
         actuation: &mut Vec<Self::Actuation>,
     );
 
+    /// Nothing was seen of the modules until `now`: what they are seen to do from then on is not joined to what they did before.
+    fn forget(&mut self, _now: FleetInstant) {}
+
+    /// Whether every module has told what it does since then.
+    fn is_heard_since(&self, _since: FleetInstant, _links: &Dispatcher<Address<Self>>) -> bool {
+        true
+    }
+
     /// What the medium did to the datagrams, both ways, where that is known.
     fn faults(&self) -> Option<FaultCount>;
 
@@ -210,12 +218,26 @@ pub trait Remote {
     /// What the water feels of it.
     type Actuation: Default;
 
+    /// See [`Fleet::forget`].
+    fn forget(&mut self, now: FleetInstant);
+
+    /// When its last report is from, fleet time.
+    fn reported<A: Copy>(link: &ModuleLink<A>) -> Option<FleetInstant>;
+
     /// Writes that at `now`.
     fn actuate<A: Copy>(&mut self, now: FleetInstant, link: &ModuleLink<A>, actuation: &mut Self::Actuation);
 }
 
 impl Remote for RemoteTail {
     type Actuation = TailState;
+
+    fn forget(&mut self, now: FleetInstant) {
+        RemoteTail::forget(self, now);
+    }
+
+    fn reported<A: Copy>(link: &ModuleLink<A>) -> Option<FleetInstant> {
+        link.telemetry().map(|report| report.at)
+    }
 
     fn actuate<A: Copy>(&mut self, now: FleetInstant, link: &ModuleLink<A>, tail: &mut TailState) {
         if let Some(report) = link.telemetry() {
@@ -227,6 +249,13 @@ impl Remote for RemoteTail {
 
 impl Remote for RemoteRov {
     type Actuation = RovActuation;
+
+    /// Thrusts are those of the last report, and none after a silence: nothing is joined.
+    fn forget(&mut self, _now: FleetInstant) {}
+
+    fn reported<A: Copy>(link: &ModuleLink<A>) -> Option<FleetInstant> {
+        link.rov_telemetry().map(|report| report.at)
+    }
 
     fn actuate<A: Copy>(&mut self, now: FleetInstant, link: &ModuleLink<A>, actuation: &mut RovActuation) {
         if let Some(report) = link.rov_telemetry() {
@@ -307,6 +336,14 @@ impl<M: Remote> Fleet for OverUdp<M> {
         for ((module, link), actuation) in self.modules.iter_mut().zip(links.modules()).zip(actuation) {
             module.actuate(now, link, actuation);
         }
+    }
+
+    fn forget(&mut self, now: FleetInstant) {
+        self.modules.iter_mut().for_each(|module| module.forget(now));
+    }
+
+    fn is_heard_since(&self, since: FleetInstant, links: &Dispatcher<Address<Self>>) -> bool {
+        links.modules().iter().all(|link| M::reported(link).is_some_and(|at| at >= since))
     }
 
     fn faults(&self) -> Option<FaultCount> {

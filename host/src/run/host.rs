@@ -10,9 +10,10 @@ use link::dispatcher::{Dispatcher, DispatcherEvent};
 use link::identity::HostIdentity;
 use protocol::ledger::Class;
 use protocol::time::FleetInstant;
-use protocol::{Delivery, ModuleId, Motion};
+use protocol::{Delivery, ModuleId, Motion, Refusal};
 
 use super::RunError;
+use super::clock::Gap;
 use super::orders::Order;
 
 /// What steers a fleet: the pilot of Modboats, the execution of a plan of ROVs.
@@ -46,6 +47,9 @@ pub trait Controller {
         links: &Dispatcher<A>,
     ) -> Result<Step<Self::Coupling>, RunError>;
 
+    /// The host did not run in `gap`: begins again from what the modules report next.
+    fn handle_gap(&mut self, gap: &Gap);
+
     /// The run is over: it decides nothing more.
     fn finish(&mut self);
 
@@ -63,6 +67,11 @@ pub trait Controller {
 
     /// Whether the fleet does what it was told. While it does not, it is waited for.
     fn is_under_way(&self) -> bool;
+
+    /// Whether it gets on with what is asked for: it does not hold, and waits for no module.
+    fn gets_on(&self) -> bool {
+        self.is_under_way()
+    }
 
     /// What the fleet does, for a person.
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String;
@@ -117,12 +126,20 @@ pub struct Host<C, A> {
     /// What decides.
     pub controller: C,
     dispatcher: Dispatcher<A>,
+    /// Why each module refused the last cycle that it answered, if it did.
+    refusals: Vec<Option<Refusal>>,
 }
 
 impl<C: Controller, A: Copy> Host<C, A> {
     /// For the modules of `roster`, by this identity.
     pub fn new(controller: C, identity: &HostIdentity, roster: &[ModuleId]) -> Self {
-        Self { controller, dispatcher: Dispatcher::new(roster, &identity.key, identity.boot) }
+        let dispatcher = Dispatcher::new(roster, &identity.key, identity.boot);
+        Self { controller, dispatcher, refusals: vec![None; roster.len()] }
+    }
+
+    /// Why each module refused the last cycle that it answered, if it did.
+    pub fn refusals(&self) -> &[Option<Refusal>] {
+        &self.refusals
     }
 
     /// The link.
@@ -141,6 +158,16 @@ impl<C: Controller, A: Copy> Host<C, A> {
     /// What it is, if it is not to be followed; it is counted and nothing happens.
     pub fn handle_datagram(&mut self, now: FleetInstant, from: A, datagram: &[u8]) -> Result<(), Class> {
         if let Some(event) = self.dispatcher.handle_datagram(now, from, datagram)? {
+            let verdict = match event {
+                DispatcherEvent::Refused { module, reason, .. } => Some((module, Some(reason))),
+                DispatcherEvent::Accepted { module, .. } | DispatcherEvent::Rebooted(module) => {
+                    Some((module, None))
+                }
+                _ => None,
+            };
+            if let Some((module, refusal)) = verdict {
+                self.refusals[module] = refusal;
+            }
             self.controller.handle_event(event, &self.dispatcher);
         }
         Ok(())

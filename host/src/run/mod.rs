@@ -11,6 +11,7 @@
 //! | [`pilot`] | the controller of Modboats |
 //! | [`experiment`], [`boats`] | a run of Modboats, and what its loop is made of |
 //! | [`recorder`], [`summary`] | what is measured meanwhile; its figures |
+//! | [`watch`], [`shortfall`] | how much of the time modules took no part and the fleet held; what a run was to do and did not |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
 //! | [`compare`] | several planners on one scenario |
 //! | [`vehicles`] | ROVs by name or from files |
@@ -37,8 +38,10 @@ pub mod recorder;
 mod reporter;
 pub mod roster;
 pub mod scenario;
+pub mod shortfall;
 pub mod summary;
 pub mod vehicles;
+pub mod watch;
 
 /// Why a run ended before its time.
 #[derive(Debug, Error)]

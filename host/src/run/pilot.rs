@@ -43,6 +43,7 @@ use modboat::setting::Participation;
 use quantity::ParameterError;
 
 use super::RunError;
+use super::clock::Gap;
 use super::host::{Controller, Dispatch, Patience, Step};
 use super::orders::Order;
 use super::scenario::{Demand, Leg, Scenario, Timing};
@@ -407,6 +408,22 @@ impl Controller for Pilot {
         Ok(self.next(now, links).map_or(Step::Wait, Step::Dispatch))
     }
 
+    /// The modules have finished what they had and hold; how the structure moved meanwhile is not known.
+    fn handle_gap(&mut self, _gap: &Gap) {
+        if self.phase == Phase::Turning
+            && let Some(decision) = self.decisions.last_mut()
+        {
+            give_up_second(decision);
+        }
+        self.handle_phase(PhaseEvent::Paused);
+        let Scenario { structure, modboat, observer, control, .. } = &self.scenario;
+        // They were valid when the run began.
+        if let Ok(observer) = Observer::new(structure, modboat, observer) {
+            self.observer = observer;
+        }
+        self.control = Control::new(structure, modboat, control);
+    }
+
     fn finish(&mut self) {
         self.handle_phase(PhaseEvent::Ended);
     }
@@ -431,6 +448,12 @@ impl Controller for Pilot {
 
     fn is_under_way(&self) -> bool {
         self.phase.is_under_way()
+    }
+
+    /// A fleet that rests because no wrench is asked for does what it is to do.
+    fn gets_on(&self) -> bool {
+        let rests = || self.decisions.last().is_some_and(|last| last.demand == Wrench::default());
+        self.is_under_way() || self.phase == Phase::Pausing && rests()
     }
 
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {

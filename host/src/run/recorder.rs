@@ -8,6 +8,7 @@ use sim::module::TICK;
 
 use super::RunError;
 use super::boats::BoatRun;
+use super::clock::Gap;
 use super::closed_loop::Observer;
 use super::fleet::Fleet;
 use super::host::Controller;
@@ -38,6 +39,9 @@ pub struct Recorder {
 impl<F: Fleet<Actuation = TailState>> Observer<BoatRun<'_, F>> for Recorder {
     fn observe(&mut self, now: FleetInstant, run: &BoatRun<'_, F>) -> Result<(), RunError> {
         let pilot = &run.host.controller;
+        if run.is_blind() {
+            return Ok(());
+        }
         if let Some(tank) = &run.world {
             let sample = (&tank.pose(), run.actuation.as_slice(), tank.last_wrench());
             self.step(now, pilot.origin(), sample, pilot.decisions());
@@ -86,16 +90,23 @@ impl Recorder {
         }
     }
 
-    /// Everything, at the end of the run. A cycle that was not over is left out.
+    /// Everything, at the end of the run, with the gaps of the host. A cycle that was not over, or not seen all through, is left out.
     #[must_use]
-    pub fn finish(self, scenario: &Scenario, pilot: &Pilot) -> RunRecord {
+    pub fn finish(self, scenario: &Scenario, pilot: &Pilot, gaps: &[Gap]) -> RunRecord {
         let zero_s = pilot.origin().unwrap_or_default().as_secs_f64();
+        let gaps = gaps.iter().map(|gap| [gap.start, gap.end].map(|at| at.as_secs_f64() - zero_s));
+        let gaps: Vec<[f64; 2]> = gaps.filter(|&[_, end_s]| end_s > 0.0).collect();
+        let is_seen = |decision: &Decision| {
+            let [start_s, end_s] = [decision.start, decision.end()].map(|at| at.as_secs_f64() - zero_s);
+            !gaps.iter().any(|gap| start_s < gap[1] && gap[0] < end_s)
+        };
         let end_s = self.poses.last().map_or(0.0, |pose| pose.t_s);
         let cycles = pilot
             .decisions()
             .iter()
             .zip(&self.impulses)
             .filter(|(decision, _)| decision.end().as_secs_f64() - zero_s <= end_s + 2.0 * POSE_EVERY_S)
+            .filter(|(decision, _)| is_seen(decision))
             .map(|(decision, impulse)| {
                 let per_s = if impulse.time_s > 0.0 { 1.0 / impulse.time_s } else { 0.0 };
                 let achieved = Wrench::from_array(impulse.sum.to_array().map(|component| component * per_s));
@@ -151,6 +162,7 @@ impl Recorder {
             cells: scenario.structure.cells().to_vec(),
             positions_m: scenario.structure.positions_m(scenario.modboat.pitch_m),
             legs: legs.collect(),
+            gaps,
             poses: self.poses,
             tails: self.tails,
             cycles,

@@ -3,17 +3,22 @@
 use link::dispatcher::{Dispatcher, ModuleLink};
 use link::faults::FaultCount;
 use link::ledger::{Ledger, Quantiles};
+use modboat::motion::Wrench;
 use protocol::Faults;
 use protocol::ledger::{Incoming, Outgoing};
+use protocol::time::FleetInstant;
 use quantity::wrap_rad;
-use record::{LegRecord, RunRecord};
+use record::{LegRecord, PoseSample, RunRecord};
 use serde::Serialize;
 use sim::TailState;
 
 use super::boats::BoatRun;
+use super::clock::Gap;
 use super::fleet::Fleet;
 use super::host::Controller;
 use super::scenario::Scenario;
+use super::shortfall::{self, FLOOR, Shortfall, attainable_m_s};
+use super::watch::{LegWatch, Watch};
 
 /// Velocity is averaged over the last so many seconds of a leg.
 const MEAN_OVER_S: f64 = 60.0;
@@ -39,6 +44,12 @@ pub struct Summary {
     pub complete: bool,
     /// What went wrong; null if the run did what it was to do.
     pub failure: Option<String>,
+    /// What was asked and not done, of that which ends no run.
+    pub shortfalls: Vec<Shortfall>,
+    /// Spans in which the host did not run. No figure uses them, but for those of time.
+    pub gaps: Vec<GapFigures>,
+    /// For how long modules took no part, from the start of the first cycle.
+    pub absences: Vec<AbsenceFigures>,
     /// Each leg's figures.
     pub legs: Vec<LegFigures>,
     /// Cycles by outcome.
@@ -59,6 +70,48 @@ pub struct Summary {
     pub wall_s: f64,
 }
 
+/// A span in which the host did not run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GapFigures {
+    /// When it began, s after the start of the first cycle; for a plan of ROVs, s of the plan's time, which stands still in it.
+    pub start_s: f64,
+    /// How long it was, until it was known again what the modules do, s.
+    pub length_s: f64,
+}
+
+impl GapFigures {
+    /// Of a run that began at `origin`.
+    fn new(gap: &Gap, origin: FleetInstant) -> Self {
+        Self { start_s: gap.start.as_secs_f64() - origin.as_secs_f64(), length_s: gap.length_s() }
+    }
+}
+
+/// A module took no part.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AbsenceFigures {
+    /// Its id.
+    pub module: u16,
+    /// For how long, s.
+    pub time_s: f64,
+    /// Why.
+    pub reason: String,
+}
+
+impl AbsenceFigures {
+    /// Of all legs.
+    pub(super) fn of_all(legs: &[LegWatch], id: impl Fn(usize) -> u16) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for absence in legs.iter().flat_map(|leg| &leg.absences) {
+            let (module, reason) = (id(absence.module), absence.reason.to_string());
+            match all.iter_mut().find(|known| known.module == module && known.reason == reason) {
+                Some(known) => known.time_s += absence.time_s,
+                None => all.push(Self { module, time_s: absence.time_s, reason }),
+            }
+        }
+        all
+    }
+}
+
 /// One leg's figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LegFigures {
@@ -68,6 +121,10 @@ pub struct LegFigures {
     pub mean_m_s: [f64; 2],
     /// ‖mean − demand‖ / ‖demand‖; in m/s where the demand is zero.
     pub velocity_error: f64,
+    /// The greatest steady speed that the structure can give along the demand, m/s; null where no speed is asked for.
+    pub attainable_m_s: Option<f64>,
+    /// For how long the fleet held, s.
+    pub held_s: f64,
     /// Demanded heading, rad.
     pub heading_rad: f64,
     /// RMS of the heading error from 20 s after the start of the leg on, rad.
@@ -110,8 +167,14 @@ pub struct CycleFigures {
     pub mean_interval_s: f64,
     /// With a demand outside the envelope, which nothing could have met.
     pub outside_envelope: usize,
-    /// Mean relative error of the wrench.
+    /// Mean error of the wrench: relative, and in N where the demand is zero.
     pub mean_error: f64,
+    /// Mean relative error of the wrench where one is demanded.
+    pub mean_relative_error: f64,
+    /// With a demand of zero.
+    pub zero_demands: usize,
+    /// Mean weighted size of the wrench that is planned for those, N.
+    pub mean_zero_error_n: f64,
     /// Mean tail travel in the transitions, rad a module.
     pub mean_travel_rad: f64,
     /// Median time of the planner, µs.
@@ -202,9 +265,11 @@ impl Summary {
         seed: u64,
         record: &RunRecord,
         run: &BoatRun<'_, F>,
+        watch: &Watch,
     ) -> Self {
         let (pilot, links) = (&run.host.controller, run.host.dispatcher());
-        let zero_s = pilot.origin().map_or(0.0, |origin| origin.as_secs_f64());
+        let origin = pilot.origin().unwrap_or_default();
+        let zero_s = origin.as_secs_f64();
         let duration_s = record.poses.last().map_or(0.0, |pose| pose.t_s);
         let id = |index: usize| usize::from(pilot.id(index, links));
         let tank = run.world.as_ref();
@@ -214,6 +279,9 @@ impl Summary {
             overlap_m: -contact.clearance_m,
         });
         let least_clearance_m = tank.map(|tank| tank.least_clearance_m());
+        let legs: Vec<(usize, LegFigures)> = leg_figures_of_all(scenario, record, watch);
+        let shortfalls = shortfalls(scenario, &legs, watch, |module| pilot.id(module, links));
+        let begun = |gap: &&Gap| pilot.origin().is_some_and(|origin| gap.end > origin);
         Self {
             scenario: scenario.name.clone(),
             modules: scenario.structure.len(),
@@ -223,7 +291,10 @@ impl Summary {
             planned_s: scenario.duration_s(),
             complete: duration_s >= scenario.duration_s() - 0.1,
             failure: None,
-            legs: record.legs.iter().filter_map(|leg| leg_figures(leg, record)).collect(),
+            shortfalls,
+            gaps: run.gaps.iter().filter(begun).map(|gap| GapFigures::new(gap, origin)).collect(),
+            absences: AbsenceFigures::of_all(watch.legs(), |module| pilot.id(module, links)),
+            legs: legs.into_iter().map(|(_, figures)| figures).collect(),
             cycles: cycle_figures(record, reboots(links), pilot.refusals()),
             contacts: contacts.collect(),
             least_clearance_m: least_clearance_m.filter(|least_m| least_m.is_finite()),
@@ -235,10 +306,16 @@ impl Summary {
         }
     }
 
-    /// Whether the run did what it was to do: to its end, without two tails touching.
+    /// Whether the run did what it was to do: to its end, without two tails touching, all that was asked.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.failure.is_none()
+    }
+
+    /// What is to be said of it, a line each.
+    #[must_use]
+    pub fn complaints(&self) -> Vec<String> {
+        complaints(self.failure.as_deref(), &self.shortfalls)
     }
 
     /// Says in [`failure`](Self::failure) what went wrong; `cut_short` is why the run ended before its time, if that
@@ -268,9 +345,53 @@ impl Summary {
                  together, or the clocks are not sure"
             ))
         } else {
-            None
+            all_of(&self.shortfalls)
         };
     }
+}
+
+/// Shortfalls as one line, if there are any.
+pub(super) fn all_of(shortfalls: &[Shortfall]) -> Option<String> {
+    let lines: Vec<String> = shortfalls.iter().map(ToString::to_string).collect();
+    (!lines.is_empty()).then(|| lines.join("; "))
+}
+
+/// `failure`, unless it is made of the shortfalls, and each of them.
+pub(super) fn complaints(failure: Option<&str>, shortfalls: &[Shortfall]) -> Vec<String> {
+    let other = failure.filter(|&failure| all_of(shortfalls).as_deref() != Some(failure));
+    other.map(str::to_owned).into_iter().chain(shortfalls.iter().map(ToString::to_string)).collect()
+}
+
+/// Figures of the legs that were begun, with their indices.
+fn leg_figures_of_all(scenario: &Scenario, record: &RunRecord, watch: &Watch) -> Vec<(usize, LegFigures)> {
+    let legs = record.legs.iter().zip(&scenario.legs).zip(watch.legs()).enumerate();
+    let figures = legs.filter_map(|(index, ((leg, asked), seen))| {
+        let figures = leg_figures(leg, record)?;
+        let attainable_m_s = attainable_m_s(&scenario.structure, &scenario.modboat, asked);
+        Some((index, LegFigures { attainable_m_s, held_s: seen.held_s, ..figures }))
+    });
+    figures.collect()
+}
+
+fn shortfalls(
+    scenario: &Scenario,
+    legs: &[(usize, LegFigures)],
+    watch: &Watch,
+    id: impl Fn(usize) -> u16,
+) -> Vec<Shortfall> {
+    let Scenario { modboat, timing, .. } = scenario;
+    let floor_s = FLOOR * (modboat.period_s + modboat.transition_s);
+    let mut all = Vec::new();
+    for (index, (seen, asked)) in watch.legs().iter().zip(&scenario.legs).enumerate() {
+        let leg = index + 1;
+        let found = shortfall::of_watch(Some(leg), seen, floor_s, "module", &id);
+        // Where fewer are required, those that are missing may be left out.
+        let tolerated = |found: &Shortfall| timing.require > 0 && matches!(found, Shortfall::Absent { .. });
+        all.extend(found.into_iter().filter(|found| !tolerated(found)));
+        let figures = legs.iter().find(|(known, _)| *known == index);
+        all.extend(figures.and_then(|(_, figures)| shortfall::of_velocity(leg, figures, asked.duration_s)));
+    }
+    all
 }
 
 /// Nothing for a leg that was not begun.
@@ -279,9 +400,16 @@ fn leg_figures(leg: &LegRecord, record: &RunRecord) -> Option<LegFigures> {
         record.poses.iter().filter(move |pose| (from_s - 1e-6..=leg.end_s + 1e-6).contains(&pose.t_s))
     };
     let mean_from_s = leg.start_s.max(leg.end_s - MEAN_OVER_S);
-    let (first, last) = (within(mean_from_s).next()?, within(mean_from_s).next_back()?);
-    let time_s = (last.t_s - first.t_s).max(f64::MIN_POSITIVE);
-    let mean_m_s = [0, 1].map(|axis| (last.position_m[axis] - first.position_m[axis]) / time_s);
+    let averaged: Vec<PoseSample> = within(mean_from_s).copied().collect();
+    within(mean_from_s).next()?;
+    // Over the ways between gaps.
+    let (mut way_m, mut time_s) = ([0.0; 2], 0.0);
+    for piece in record.pieces(&averaged, |pose| pose.t_s) {
+        let [first, .., last] = piece else { continue };
+        way_m = [0, 1].map(|axis| way_m[axis] + (last.position_m[axis] - first.position_m[axis]));
+        time_s += last.t_s - first.t_s;
+    }
+    let mean_m_s = way_m.map(|way_m| way_m / f64::max(time_s, f64::MIN_POSITIVE));
     let [dx, dy] = [0, 1].map(|axis| mean_m_s[axis] - leg.velocity_m_s[axis]);
     let demand = leg.velocity_m_s[0].hypot(leg.velocity_m_s[1]);
     let settled_s = (leg.start_s + SETTLED_AFTER_S).min(leg.end_s);
@@ -301,6 +429,8 @@ fn leg_figures(leg: &LegRecord, record: &RunRecord) -> Option<LegFigures> {
         demand_m_s: leg.velocity_m_s,
         mean_m_s,
         velocity_error: dx.hypot(dy) / if demand > 0.0 { demand } else { 1.0 },
+        attainable_m_s: None,
+        held_s: 0.0,
         heading_rad: leg.heading_rad,
         heading_rms_rad: if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 },
         station,
@@ -312,6 +442,12 @@ fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigure
     let outcome = |name| cycles.iter().filter(|cycle| cycle.outcome == name).count();
     let mean = |of: &dyn Fn(&record::CycleRecord) -> f64| {
         if cycles.is_empty() { 0.0 } else { cycles.iter().map(of).sum::<f64>() / cycles.len() as f64 }
+    };
+    let is_zero = |cycle: &&record::CycleRecord| cycle.demand == Wrench::default();
+    let zero_demands = cycles.iter().filter(is_zero).count();
+    let mean_of = |zero: bool, count: usize| {
+        let errors = cycles.iter().filter(|cycle| is_zero(cycle) == zero).map(|cycle| cycle.error);
+        errors.fold(0.0, |sum, error| sum + error) / count.max(1) as f64
     };
     let mut solve_us: Vec<u64> = cycles.iter().map(|cycle| cycle.solve_us).collect();
     solve_us.sort_unstable();
@@ -327,6 +463,9 @@ fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigure
         mean_interval_s: record.mean_interval_s(),
         outside_envelope: cycles.iter().filter(|cycle| cycle.outside_envelope).count(),
         mean_error: mean(&|cycle| cycle.error),
+        mean_relative_error: mean_of(false, cycles.len() - zero_demands),
+        zero_demands,
+        mean_zero_error_n: mean_of(true, zero_demands),
         mean_travel_rad: mean(&|cycle| cycle.travel_rad / cycle.swings.len().max(1) as f64),
         solve_us_median: solve_us.get(solve_us.len() / 2).copied().unwrap_or(0),
         solve_us_max: solve_us.last().copied().unwrap_or(0),

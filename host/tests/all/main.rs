@@ -22,5 +22,6 @@ mod rov_udp;
 mod run;
 mod said;
 mod scenario_readme;
+mod shortfalls;
 mod simulate;
 mod udp;

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crate::common::{Finished, PATIENCE, Process};
-use crate::interrupt::interrupt;
+use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
@@ -84,7 +84,7 @@ fn a_run_is_stopped_held_and_released() {
     assert_eq!(code, Some(0));
     modules.iter().for_each(|module| await_state(module, "Executing"));
 
-    interrupt(&run);
+    end(&run, "INT");
     let finished = run.finish();
     assert_eq!(finished.code, Some(1), "{finished:?}");
     assert!(finished.err.iter().any(|line| line.contains("interrupted")), "{finished:?}");
@@ -99,8 +99,8 @@ fn a_second_interrupt_is_an_emergency_stop() {
     let (run, address) = run(folder.path());
     let modules = ["1", "2", "3"].map(|id| module(folder.path(), id, &address));
     modules.iter().for_each(|module| await_state(module, "Executing"));
-    interrupt(&run);
-    interrupt(&run);
+    end(&run, "INT");
+    end(&run, "INT");
     // Two signals may be taken for one; a third would end the program at once.
     let finished = run.finish();
     assert_eq!(finished.code, Some(1), "{finished:?}");

@@ -3,7 +3,9 @@
 use std::io::Write;
 use std::path::Path;
 
-use crate::common::{Finished, Process};
+use crate::common::{Finished, PATIENCE, Process};
+use crate::interrupt::end;
+use crate::keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -151,5 +153,68 @@ fn what_cannot_be_planned_is_refused_in_one_line() {
             assert!(finished.err[0].contains(part), "{name}: {part} in {finished:?}");
         }
         assert!(!folder.path().join("runs").exists(), "{name} leaves nothing behind");
+    }
+}
+
+/// No robot has joined, nothing was executed: the plan is kept, with its pictures.
+#[test]
+fn requests_to_end_leave_what_there_is() {
+    for signal in ["INT", "TERM", "HUP"] {
+        let folder = folder_with(GOOD);
+        keygen(folder.path());
+        let arguments = ["reconfigure", "t.toml", "--criterion", "energy", "--out", "o"];
+        let radio = ["--radio", "udp", "--listen", "127.0.0.1:0", "--key", KEY];
+        let process = Process::start(folder.path(), &[&arguments[..], &radio].concat());
+        assert!(process.err.recv_timeout(PATIENCE).expect("a line").starts_with("listening on "));
+        end(&process, signal);
+        let finished = process.finish();
+        assert_eq!(
+            (finished.code, &finished.err[..]),
+            (Some(1), &["flotilla: energy: interrupted".to_owned()][..])
+        );
+        assert!(finished.out.join("\n").contains("planned: to navigate, J"), "{finished:?}");
+        for name in ["plan-energy.json", "summary.json", "scene.svg", "pwm.svg"] {
+            assert!(folder.path().join("o").join(name).is_file(), "{signal}: {name}");
+        }
+    }
+}
+
+/// A device that is always full takes the place of a file, then a folder does.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_cannot_be_written_is_named_and_the_others_are_kept() {
+    let all = [
+        "plan-energy.json",
+        "summary.json",
+        "scene.svg",
+        "top.svg",
+        "velocity.svg",
+        "force.svg",
+        "power.svg",
+        "pwm.svg",
+    ];
+    for (failing, why) in
+        [("plan-energy.json", "No space"), ("summary.json", "No space"), ("top.svg", "Is a directory")]
+    {
+        let folder = folder_with(GOOD);
+        let results = folder.path().join("o");
+        std::fs::create_dir(&results).expect("a folder");
+        if why == "No space" {
+            std::os::unix::fs::symlink("/dev/full", results.join(failing)).expect("a link");
+        } else {
+            std::fs::create_dir(results.join(failing)).expect("a folder");
+        }
+        let arguments = ["reconfigure", "t.toml", "--criterion", "energy", "--out", "o"];
+        let finished = flotilla(folder.path(), &arguments, "");
+        assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");
+        assert!(
+            finished.err[0].starts_with(&format!("flotilla: o/{failing}: cannot write: {why}")),
+            "{finished:?}"
+        );
+        for name in all.iter().filter(|name| **name != failing) {
+            assert!(std::fs::metadata(results.join(name)).expect("it was written").len() > 100, "{name}");
+            assert!(finished.out.contains(&format!("  o/{name}")), "{finished:?}");
+        }
+        assert!(!finished.out.contains(&format!("  o/{failing}")), "{finished:?}");
     }
 }

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crate::common::{PATIENCE, Process};
-use crate::interrupt::interrupt;
+use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
@@ -179,7 +179,7 @@ fn control_c_leaves_what_was_measured() {
     let run = Process::start(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
     // However far it comes by then.
     std::thread::sleep(Duration::from_secs(3));
-    interrupt(&run);
+    end(&run, "INT");
     let finished = run.finish();
     assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");
     assert!(finished.err[0].starts_with("flotilla: ended early, after "), "{finished:?}");
@@ -187,6 +187,84 @@ fn control_c_leaves_what_was_measured() {
     let summary = read(&folder.path().join("o"));
     assert_eq!((&summary["complete"], &summary["contacts"]), (&Value::Bool(false), &Value::Array(vec![])));
     assert!(PICTURES.iter().all(|picture| folder.path().join("o").join(picture).is_file()));
+}
+
+/// What a service manager sends, and what a terminal that goes away sends.
+#[test]
+fn requests_to_end_leave_what_was_measured() {
+    for signal in ["TERM", "HUP"] {
+        let folder = scenario(600.0, "");
+        let run = Process::start(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
+        end(&run, signal);
+        let finished = run.finish();
+        assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{signal}: {finished:?}");
+        assert!(finished.err[0].ends_with(" of 600.0 s: interrupted"), "{signal}: {finished:?}");
+        assert_eq!(read(&folder.path().join("o"))["complete"], false);
+        assert!(PICTURES.iter().all(|picture| folder.path().join("o").join(picture).is_file()), "{signal}");
+    }
+}
+
+/// A device that is always full takes the place of a file.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_cannot_be_written_is_named_and_the_others_are_kept() {
+    for full in ["summary.json", "wrench.svg"] {
+        let folder = scenario(4.0, "");
+        let results = folder.path().join("o");
+        std::fs::create_dir(&results).expect("a folder");
+        std::os::unix::fs::symlink("/dev/full", results.join(full)).expect("a link");
+        let finished = Process::start(folder.path(), &["run", "t.toml", "--json", "--out", "o"]).finish();
+        assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{full}: {finished:?}");
+        assert!(
+            finished.err[0].starts_with(&format!("flotilla: o/{full}: cannot write: No space")),
+            "{finished:?}"
+        );
+        let printed: Value = serde_json::from_str(&finished.out.join("\n")).expect("all of the figures");
+        assert_eq!(printed["failure"], Value::Null, "the run did what it was to do");
+        for name in PICTURES.iter().chain(&["summary.json"]).filter(|name| **name != full) {
+            assert!(std::fs::metadata(results.join(name)).expect("it was written").len() > 100, "{name}");
+        }
+    }
+    // The reader's end may be full as well.
+    let folder = scenario(4.0, "");
+    let mut command = Command::new("sh");
+    let line = format!("exec '{}' run t.toml --out o > /dev/full", env!("CARGO_BIN_EXE_flotilla"));
+    command.args(["-c", &line]).current_dir(folder.path());
+    let finished = Process::spawn(command).finish();
+    assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");
+    assert!(finished.err[0].starts_with("flotilla: standard output: No space"), "{finished:?}");
+    assert_eq!(read(&folder.path().join("o"))["complete"], true);
+}
+
+/// A folder that has gone is made again; where that cannot be, each file is named.
+#[test]
+fn a_folder_that_has_gone_loses_nothing() {
+    for obstacle in [false, true] {
+        let folder = scenario(600.0, "");
+        let results = folder.path().join("o");
+        let run = Process::start(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
+        let began = std::time::Instant::now();
+        while std::fs::remove_dir(&results).is_err() {
+            assert!(began.elapsed() < PATIENCE, "it never makes its folder");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        if obstacle {
+            std::fs::write(&results, b"").expect("a file");
+        }
+        end(&run, "INT");
+        let finished = run.finish();
+        assert_eq!(finished.code, Some(1), "{finished:?}");
+        assert!(finished.err[0].ends_with(": interrupted"), "{finished:?}");
+        assert!(finished.out.join("\n").contains("demanded m/s"), "{finished:?}");
+        if !obstacle {
+            assert_eq!((finished.err.len(), names(&results).len()), (1, 5), "{finished:?}");
+            continue;
+        }
+        let named =
+            |name: &str| finished.err.iter().filter(|line| line.contains(&format!("o/{name}: "))).count();
+        assert_eq!(finished.err.len(), 6, "{finished:?}");
+        assert!(PICTURES.iter().chain(&["summary.json"]).all(|name| named(name) == 1), "{finished:?}");
+    }
 }
 
 /// No module has joined, nothing was measured: there are still a summary and four (empty) pictures.
@@ -197,7 +275,7 @@ fn control_c_before_anything_happened() {
     let arguments = ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--out", "o"];
     let run = Process::start(folder.path(), &[&arguments[..], &["--key", KEY]].concat());
     assert!(run.err.recv_timeout(PATIENCE).expect("a line").starts_with("listening on "));
-    interrupt(&run);
+    end(&run, "INT");
     let finished = run.finish();
     assert_eq!(finished.code, Some(1), "{finished:?}");
     assert_eq!(finished.err, ["flotilla: ended early, after 0.0 of 600.0 s: interrupted"]);

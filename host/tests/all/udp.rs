@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use crate::common::{Finished, PATIENCE, Process};
-use crate::interrupt::interrupt;
+use crate::interrupt::{end, send};
 use crate::keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::tempdir;
@@ -72,9 +72,17 @@ fn assert_exact(link: &Value) {
 /// on: whether it was must be told.
 fn assert_ended(finished: &Finished, summary: &Value) {
     assert_eq!(summary["complete"], true, "{summary}");
+    assert_said(finished, summary);
+}
+
+/// How it ended is what the summary says: a line for tails that touched, or an early end, and a line for each shortfall.
+fn assert_said(finished: &Finished, summary: &Value) {
     let contacts = summary["contacts"].as_array().expect("a list").len();
-    let (code, lines) = if contacts == 0 { (0, 0) } else { (1, 1) };
-    assert_eq!((finished.code, finished.err.len()), (Some(code), lines), "{finished:?}");
+    let shortfalls = summary["shortfalls"].as_array().expect("a list").len();
+    let ended = contacts > 0 || summary["complete"] == false;
+    let lines = usize::from(ended) + shortfalls;
+    assert_eq!(summary["failure"].is_null(), lines == 0, "{summary}");
+    assert_eq!((finished.code, finished.err.len()), (Some(i32::from(lines > 0)), lines), "{finished:?}");
 }
 
 /// Waits until a module says that it swims.
@@ -121,14 +129,14 @@ fn a_module_that_dies_and_comes_back_is_taken_in_again() {
     drop(first_life);
     let second_life = module(folder.path(), "3", &address);
     await_swimming(&second_life);
-    interrupt(&host);
+    end(&host, "INT");
 
     let finished = host.finish();
     let summary = summary(folder.path(), &finished);
     // Its tail stopped in mid-swing while the others swam on: whether two of them met is luck, and is told first.
     let contacts = summary["contacts"].as_array().expect("a list").len();
     let why = if contacts == 0 { ": interrupted" } else { "the structure would have come apart" };
-    assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");
+    assert_said(&finished, &summary);
     assert!(finished.err[0].ends_with(why), "{finished:?}");
     assert!(summary["cycles"]["reboots"].as_u64() >= Some(1), "{summary}");
     let links = summary["link"].as_array().expect("a list");
@@ -170,4 +178,67 @@ fn two_of_three_modules_are_not_enough_where_all_are_required() {
     let finished = host.finish();
     assert_eq!((finished.code, finished.out.len(), finished.err.len()), (Some(2), 0, 1), "{finished:?}");
     assert!(finished.err[0].starts_with("flotilla: module 3 did not answer within 5 s"), "{finished:?}");
+}
+
+/// It is dead for more than a quarter of the leg, whatever the machine does meanwhile.
+#[test]
+fn a_module_that_dies_for_good_is_named() {
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    std::fs::write(folder.path().join("t.toml"), scenario(20.0)).expect("a file");
+    let (host, address) = host(folder.path(), &[]);
+    let _others = ["1", "3"].map(|id| module(folder.path(), id, &address));
+    let victim = module(folder.path(), "2", &address);
+    await_swimming(&victim);
+    drop(victim);
+    let finished = host.finish();
+    let summary = summary(folder.path(), &finished);
+    assert_ended(&finished, &summary);
+    assert_eq!(finished.code, Some(1), "{finished:?}");
+    let named = |line: &String| {
+        line.contains("leg 1: module 2 took no part for ") && line.ends_with("it does not answer")
+    };
+    assert!(finished.err.iter().any(named), "{finished:?}");
+    assert!(finished.err.iter().any(|line| line.contains("leg 1: the fleet held for ")), "{finished:?}");
+    let absences = summary["absences"].as_array().expect("a list");
+    let away_s =
+        absences.iter().filter(|absence| absence["module"] == 2).map(|a| a["time_s"].as_f64().expect("s"));
+    assert!(away_s.sum::<f64>() > 5.0, "{summary}");
+}
+
+/// A host that is stopped in mid-swim (Ctrl-Z, a machine that sleeps) says so, and nothing is told of the time in which it did not look.
+#[test]
+fn a_host_that_is_stopped_tells_the_gap() {
+    const STOPPED: std::time::Duration = std::time::Duration::from_secs(4);
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    std::fs::write(folder.path().join("t.toml"), scenario(600.0)).expect("a file");
+    let (host, address) = host(folder.path(), &[]);
+    let modules = ["1", "2", "3"].map(|id| module(folder.path(), id, &address));
+    modules.iter().for_each(await_swimming);
+    send(&host, "STOP");
+    std::thread::sleep(STOPPED);
+    send(&host, "CONT");
+    // Each holds meanwhile, and swims again when the host is back.
+    for module in &modules {
+        while !module.err.recv_timeout(PATIENCE).expect("a line about its state").contains("Holding") {}
+        await_swimming(module);
+    }
+    end(&host, "INT");
+    let finished = host.finish();
+    let summary = summary(folder.path(), &finished);
+    assert_said(&finished, &summary);
+    let gaps = summary["gaps"].as_array().expect("a list");
+    let lengths_s = gaps.iter().map(|gap| gap["length_s"].as_f64().expect("s"));
+    assert!(lengths_s.clone().any(|length_s| length_s >= STOPPED.as_secs_f64() - 0.6), "{summary}");
+    assert!(lengths_s.clone().all(|length_s| length_s >= 0.5), "{summary}");
+    // Contacts are drawn from what was seen: none begins in a gap.
+    for contact in summary["contacts"].as_array().expect("a list") {
+        let t_s = contact["t_s"].as_f64().expect("s");
+        let within = |gap: &Value| {
+            let [start_s, length_s] = ["start_s", "length_s"].map(|key| gap[key].as_f64().expect("s"));
+            (start_s + 0.001..start_s + length_s - 0.001).contains(&t_s)
+        };
+        assert!(!gaps.iter().any(within), "{summary}");
+    }
 }

@@ -18,7 +18,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use common::{Finished, PATIENCE, Process};
-use interrupt::interrupt;
+use interrupt::end;
 use net::{HOST, MODULES, Net, Side};
 use relay::PORT;
 use serde_json::Value;
@@ -126,7 +126,9 @@ fn summary(finished: &Finished, complete: bool) -> Value {
     let summary: Value = summary.unwrap_or_else(|error| panic!("{error}: {finished:?}"));
     let contacts = summary["contacts"].as_array().expect("a list").len();
     println!("{contacts} contacts");
-    assert_eq!(finished.code, Some(i32::from(contacts > 0 || !complete)), "{finished:?}");
+    let shortfalls = summary["shortfalls"].as_array().expect("a list").len();
+    let failed = contacts > 0 || !complete || shortfalls > 0;
+    assert_eq!(finished.code, Some(i32::from(failed)), "{finished:?}");
     assert_eq!(summary["complete"], complete, "{summary}");
     assert!(number(&summary["cycles"]["planned"]) >= 1, "{summary}");
     summary
@@ -221,7 +223,7 @@ fn a_killed_host_is_followed_by_another_over_a_bad_network() {
     await_all(&modules, "Executing");
     // Some more cycles, so that there is something to count.
     std::thread::sleep(Duration::from_secs(6));
-    interrupt(&host);
+    end(&host, "INT");
     audit(&summary(&host.finish(), false));
     drop(modules);
     tank.tell();

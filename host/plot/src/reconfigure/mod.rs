@@ -33,8 +33,9 @@ pub mod step;
 pub mod stroke;
 pub mod top;
 
-/// Writes every picture of these executed plans of one problem into an existing directory; returns the files in order.
-pub fn write_all(records: &[Record], directory: &Path) -> Result<Vec<PathBuf>, PlotError> {
+/// Writes every picture of these executed plans of one problem into an existing directory; what became of each, in
+/// order. One that cannot be drawn or written does not keep the others from being so.
+pub fn write_all(records: &[Record], directory: &Path) -> Vec<Result<PathBuf, PlotError>> {
     let pictures = [
         ("scene.svg", scene::svg(records)),
         ("top.svg", top::svg(records)),

@@ -195,13 +195,19 @@ fn odd_records_still_give_pictures() {
 #[test]
 fn files_are_written_and_a_missing_folder_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
-    let files = write_all(&sample::far(), folder.path()).expect("six pictures");
+    let files = write_all(&sample::far(), folder.path()).into_iter();
+    let files: Vec<_> = files.collect::<Result<_, _>>().expect("six pictures");
     let names: Vec<_> = files.iter().filter_map(|f| f.file_name()?.to_str()).collect();
     assert_eq!(names, ["scene.svg", "top.svg", "velocity.svg", "force.svg", "power.svg", "pwm.svg"]);
     for file in &files {
         assert!(std::fs::read_to_string(file).expect("a text").starts_with("<svg xmlns="));
     }
     let missing = folder.path().join("not/there");
-    let error = write_all(&sample::far(), &missing).expect_err("no such folder").to_string();
+    let errors: Vec<_> = write_all(&sample::far(), &missing)
+        .into_iter()
+        .map(|file| file.expect_err("no such folder"))
+        .collect();
+    assert_eq!(errors.len(), files.len(), "each is named");
+    let error = errors[0].to_string();
     assert!(error.contains("not/there") && error.contains("scene.svg"), "{error}");
 }

@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::Wish;
-use crate::cli::signal::Keyboard;
+use crate::cli::signal::Signals;
 use crate::run::orders::{Operator, Order, RunStatus};
 
 /// The longest request, bytes.
@@ -66,18 +66,18 @@ struct Client {
     since: Instant,
 }
 
-/// Orders by the keyboard, and by the socket.
+/// Orders by signals, and by the socket.
 pub(in crate::cli) struct Desk {
-    keyboard: Keyboard,
+    signals: Signals,
     scenario: String,
     listener: Option<(UnixListener, PathBuf)>,
     clients: Vec<Client>,
 }
 
 impl Desk {
-    /// The keyboard alone: of a run in simulated time, which is over before one could reach it.
-    pub(in crate::cli) fn keyboard() -> Self {
-        Self { keyboard: Keyboard::default(), scenario: String::new(), listener: None, clients: Vec::new() }
+    /// Signals alone: of a run in simulated time, which is over before one could reach it.
+    pub(in crate::cli) fn signals() -> Self {
+        Self { signals: Signals::default(), scenario: String::new(), listener: None, clients: Vec::new() }
     }
 
     /// With a socket for the run of `scenario`.
@@ -91,7 +91,7 @@ impl Desk {
         let listener = UnixListener::bind(&path)?;
         std::fs::set_permissions(&path, Permissions::from_mode(0o600))?;
         listener.set_nonblocking(true)?;
-        let mut desk = Self::keyboard();
+        let mut desk = Self::signals();
         (desk.scenario, desk.listener) = (scenario.to_owned(), Some((listener, path)));
         Ok(desk)
     }
@@ -149,7 +149,7 @@ impl Client {
 
 impl Operator for Desk {
     fn poll(&mut self, status: &dyn Fn() -> RunStatus) -> Option<Order> {
-        if let Some(order) = self.keyboard.poll(status) {
+        if let Some(order) = self.signals.poll(status) {
             return Some(order);
         }
         self.accept();
@@ -192,7 +192,7 @@ mod tests {
         let path = folder.path().join("run-1.sock");
         let listener = UnixListener::bind(&path).expect("a socket");
         listener.set_nonblocking(true).expect("a socket");
-        let mut desk = Desk::keyboard();
+        let mut desk = Desk::signals();
         desk.listener = Some((listener, path));
         (folder, desk)
     }

@@ -80,6 +80,19 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
             )?;
         }
     }
+    for Column { title, executed, .. } in columns {
+        let Some(summary) = executed.as_ref().map(|executed| &executed.summary) else { continue };
+        for gap in &summary.gaps {
+            writeln!(
+                out,
+                "  {title}: the host did not run for {:.1} s at {:.1} s",
+                gap.length_s, gap.start_s
+            )?;
+        }
+        for shortfall in &summary.shortfalls {
+            writeln!(out, "  {title}: {shortfall}")?;
+        }
+    }
     writeln!(out)
 }
 

@@ -49,6 +49,8 @@ pub enum PhaseEvent {
     Halted,
     /// An operator orders a release.
     Released,
+    /// The host did not run for a while.
+    Paused,
     /// The scenario's time is over, or the run is ended.
     Ended,
 }
@@ -88,6 +90,7 @@ pub const PHASE_TRANSITIONS: &[PhaseTransition] = table! {
     PauseOver: Pausing => Waiting, "the next decision is due";
     Lost: Swimming => Waiting, "the others finish their cycle and hold: from where to go on is seen when all rest";
     Stopped: Turning | Swimming => Waiting, "it let go of its cycle, and its tail may be anywhere";
+    Paused: Turning | Swimming => Waiting, "the modules have finished what they had and hold: from where to go on is seen in what they report next";
     Halted: Waiting | Pausing | Turning | Swimming => Halted, "the modules have stopped, or finish what runs and hold";
     Released: Halted => Waiting, "from where to go on is seen when all rest";
     Ended: Waiting | Pausing | Turning | Swimming | Halted => Finished, "the modules finish what runs and hold";

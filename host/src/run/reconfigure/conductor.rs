@@ -259,6 +259,22 @@ impl<'a> Conductor<'a> {
         self.held = held;
     }
 
+    /// Whether the mover is waited for: it is astray, or does not answer.
+    #[must_use]
+    pub fn waits(&self) -> bool {
+        self.astray || self.mover().is_some_and(|robot| !self.answering[robot])
+    }
+
+    /// No robot was told anything for a while: the reference rests until the mover is there. One that has not let go yet hands over
+    /// its balance again.
+    pub fn pause(&mut self) {
+        if self.trajectory.kind() == ActionKind::Undock {
+            self.t_s = 0.0;
+        } else {
+            self.astray = self.mover.is_some();
+        }
+    }
+
     /// The mover has taken hold in its slot.
     ///
     /// # Errors

@@ -20,6 +20,7 @@ use rov::dynamics::State;
 use rov::power::PowerLaw;
 
 use super::super::RunError;
+use super::super::clock::Gap;
 use super::super::host::{Controller, Dispatch, Patience, Step};
 use super::super::orders::Order;
 use super::ExecutionError;
@@ -49,6 +50,8 @@ pub struct Execution<'a> {
     number: u32,
     /// A stop, a hold or the end that an operator has ordered.
     halted: Option<Order>,
+    /// Spans in which the host did not run: start, s of the plan's time, which stands still in them, and length, s.
+    gaps: Vec<(f64, f64)>,
 }
 
 impl<'a> Execution<'a> {
@@ -68,6 +71,7 @@ impl<'a> Execution<'a> {
             advanced: FleetInstant(0),
             number: 0,
             halted: None,
+            gaps: Vec::new(),
         })
     }
 
@@ -75,6 +79,12 @@ impl<'a> Execution<'a> {
     #[must_use]
     pub fn conductor(&self) -> &Conductor<'a> {
         &self.conductor
+    }
+
+    /// Spans in which the host did not run: start, s of the plan's time, which stands still in them, and length, s.
+    #[must_use]
+    pub fn gaps(&self) -> &[(f64, f64)] {
+        &self.gaps
     }
 
     /// Which robots would obey at `now`; all have joined when all do.
@@ -163,6 +173,19 @@ impl Controller for Execution<'_> {
         Ok(Step::Wait)
     }
 
+    /// The leases of the robots have ended. The time of the plan stands still, and goes on when its mover is where it should be.
+    fn handle_gap(&mut self, gap: &Gap) {
+        let Some(origin) = &mut self.origin else {
+            // What balances has to come up to speed again.
+            self.joined = None;
+            return;
+        };
+        self.gaps.push((gap.start.as_secs_f64() - origin.as_secs_f64(), gap.length_s()));
+        let period_us = u64::from(PERIOD.0);
+        origin.0 += (gap.end.0 - gap.start.0) / period_us * period_us;
+        self.conductor.pause();
+    }
+
     fn finish(&mut self) {
         self.halted = Some(Order::End);
     }
@@ -188,6 +211,10 @@ impl Controller for Execution<'_> {
 
     fn is_under_way(&self) -> bool {
         self.joined.is_some()
+    }
+
+    fn gets_on(&self) -> bool {
+        !self.conductor.waits()
     }
 
     fn status<A: Copy>(&self, _links: &Dispatcher<A>) -> String {

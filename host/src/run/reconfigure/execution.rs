@@ -11,18 +11,25 @@ use sim::rov::RovActuation;
 use sim::rov::basin::BasinError;
 
 use super::super::RunError;
-use super::super::clock::Pace;
+use super::super::clock::{Clock, Pace, WallClock};
 use super::super::closed_loop::{Drive, Run};
 use super::super::fleet::{Fleet, InProcess};
+use super::super::host::Controller;
 use super::super::orders::Unattended;
 use super::super::progress::Progress;
-use super::super::summary::{LinkFigures, reboots};
+use super::super::shortfall;
+use super::super::summary::{AbsenceFigures, GapFigures, LinkFigures, all_of, reboots};
+use super::super::watch::Watch;
 use super::ExecutionError;
 use super::accounts::Accounts;
 use super::controller::Execution;
 use super::recorder::{Recorder, RovRun};
 use super::summary::{Energy, MoveFigures, Summary};
 use super::water::{ExactPoses, Water};
+
+/// A robot that takes no part, or is waited for, for less than this in all is no shortfall, s: what a move waits for a robot that is not
+/// quite there. *Assumed.*
+const FLOOR_S: f64 = 4.0;
 
 /// How a plan is executed.
 #[derive(Clone, Debug)]
@@ -78,25 +85,46 @@ pub fn run<'p, F: Fleet<Actuation = RovActuation>>(
     drive: Drive<'_, Execution<'p>, F>,
     progress: &mut dyn Progress,
 ) -> Result<Executed, RunError> {
+    run_by(Clock::new(drive.pace), problem, plan, options, fleet, drive, progress)
+}
+
+/// [`run`] by any clock.
+fn run_by<'p, F: Fleet<Actuation = RovActuation>, T: WallClock>(
+    clock: Clock<T>,
+    problem: &'p Problem,
+    plan: &'p Plan,
+    options: &Options,
+    fleet: &mut F,
+    drive: Drive<'_, Execution<'p>, F>,
+    progress: &mut dyn Progress,
+) -> Result<Executed, RunError> {
     let controller = Execution::new(problem, plan, options.law.clone())?;
     let bodies = controller.conductor().bodies();
     let accounts = Accounts::new(problem, plan, &options.law).map_err(ExecutionError::from)?;
     let recorder = Recorder::new(accounts, bodies, problem.robots.len()).map_err(BasinError::from);
     let mut recorder = recorder.map_err(ExecutionError::from)?;
+    let mut watch = Watch::new(vec![f64::INFINITY]);
     let water = Water::new(bodies).map_err(ExecutionError::from)?;
     let mut run: RovRun<'_, '_, F> = Run::new(controller, fleet, Some(water), ExactPoses);
-    let ending = run.drive(drive, progress, &mut [&mut recorder])?;
+    let ending = run.drive(clock, drive, progress, &mut [&mut recorder, &mut watch])?;
 
     let (samples, moves) = recorder.finish(ending.at, &run);
     let sum = |of: fn(&MoveFigures) -> Energy| moves.iter().map(of).sum::<Energy>();
     let (planned, executed) = (sum(|m| m.planned), sum(|m| m.executed));
     let links = run.host.dispatcher();
+    let id = |robot: usize| run.host.controller.id(robot, links);
+    let seen = &watch.legs()[0];
+    let shortfalls = shortfall::of_watch(None, seen, FLOOR_S, Execution::MODULE, id);
+    let gaps = run.host.controller.gaps().iter();
     let summary = Summary {
         problem: problem.name.clone(),
         criterion: plan.criterion,
         manner: plan.manner,
         seed: options.seed,
-        failure: ending.why,
+        failure: ending.why.or_else(|| all_of(&shortfalls)),
+        shortfalls,
+        gaps: gaps.map(|&(start_s, length_s)| GapFigures { start_s, length_s }).collect(),
+        absences: AbsenceFigures::of_all(watch.legs(), id),
         planned,
         expected: sum(|m| m.expected),
         executed,
@@ -111,3 +139,6 @@ pub fn run<'p, F: Fleet<Actuation = RovActuation>>(
     };
     Ok(Executed { record: Record { problem: problem.clone(), plan: plan.clone(), samples }, summary })
 }
+
+#[cfg(test)]
+mod tests;

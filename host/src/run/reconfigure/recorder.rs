@@ -108,6 +108,9 @@ impl<F: Fleet<Actuation = RovActuation>> Observer<RovRun<'_, '_, F>> for Recorde
     fn observe(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F>) -> Result<(), RunError> {
         let controller = &run.host.controller;
         let Some(origin) = controller.origin().filter(|_| is_step(now)) else { return Ok(()) };
+        if run.is_blind() {
+            return Ok(());
+        }
         let conductor = controller.conductor();
         if std::mem::take(&mut self.open) {
             self.note_thrusts(&run.actuation);

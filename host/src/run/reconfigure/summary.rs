@@ -5,7 +5,8 @@ use protocol::ledger::Incoming;
 use reconfiguration::plan::{Criterion, Manner};
 use serde::Serialize;
 
-use super::super::summary::LinkFigures;
+use super::super::shortfall::Shortfall;
+use super::super::summary::{AbsenceFigures, GapFigures, LinkFigures, complaints};
 
 /// Energies and the time they were drawn in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -72,8 +73,14 @@ pub struct Summary {
     pub manner: Manner,
     /// Seed of everything random.
     pub seed: u64,
-    /// Why it ended early; null if every robot is in its slot.
+    /// What went wrong; null if every robot is in its slot, and all took part.
     pub failure: Option<String>,
+    /// What was asked and not done, of that which ends no execution.
+    pub shortfalls: Vec<Shortfall>,
+    /// Spans in which the host did not run.
+    pub gaps: Vec<GapFigures>,
+    /// For how long robots took no part.
+    pub absences: Vec<AbsenceFigures>,
     /// Every move begun, in order.
     pub moves: Vec<MoveFigures>,
     /// Σ of the moves begun, as planned.
@@ -99,6 +106,12 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// What is to be said of it, a line each.
+    #[must_use]
+    pub fn complaints(&self) -> Vec<String> {
+        complaints(self.failure.as_deref(), &self.shortfalls)
+    }
+
     /// Least gap between the mover's hull and another one in any move, m; negative is an overlap of boxes.
     #[must_use]
     pub fn least_gap_m(&self) -> Option<f64> {

@@ -1,12 +1,12 @@
-//! Ctrl-C to a child process.
+//! Ctrl-C and other signals to a child process.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crate::common::{PATIENCE, Process};
 
-/// Sends the signal that Ctrl-C sends, once the program takes it.
-pub fn interrupt(process: &Process) {
+/// Sends a signal that ends a run, once the program takes those; Ctrl-C sends `INT`.
+pub fn end(process: &Process, signal: &str) {
     let status = format!("/proc/{}/status", process.child.id());
     let is_taken = || {
         let text = std::fs::read_to_string(&status).expect("it runs");
@@ -19,8 +19,13 @@ pub fn interrupt(process: &Process) {
         assert!(began.elapsed() < PATIENCE, "it never takes the signal");
         std::thread::sleep(Duration::from_millis(5));
     }
+    send(process, signal);
+}
+
+/// Sends any signal.
+pub fn send(process: &Process, signal: &str) {
     // Every shell has `kill` built in; not every machine has it as a program.
-    let command = format!("kill -INT {}", process.child.id());
+    let command = format!("kill -{signal} {}", process.child.id());
     let status = Command::new("sh").args(["-c", &command]).status().expect("a shell");
     assert!(status.success());
 }

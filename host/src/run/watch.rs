@@ -1,0 +1,175 @@
+//! For how long each module took no part in a run, and why, and for how long the fleet held: what [`shortfall`](super::shortfall) judges.
+
+use std::fmt::{self, Display, Formatter};
+
+use link::dispatcher::ModuleLink;
+use protocol::time::{Duration, FleetInstant};
+use protocol::{Faults, ModuleState, Refusal};
+
+use super::RunError;
+use super::closed_loop::{Observer, Run};
+use super::fleet::Fleet;
+use super::host::Controller;
+
+/// A module that has not been heard for this time does not answer: fifty of its reports. *Assumed.*
+const SILENCE: Duration = Duration(1_000_000);
+
+/// Why a module takes no part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// It is not heard.
+    Silent,
+    /// It serves another host.
+    Elsewhere,
+    /// It has stopped, with these faults.
+    Stopped(Faults),
+    /// It rests, with these faults.
+    Faulty(Faults),
+    /// It does not know the fleet time.
+    Unsynchronised,
+    /// It refused the last cycle that it answered.
+    Refuses(Refusal),
+}
+
+impl Display for Reason {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Silent => write!(f, "it does not answer"),
+            Self::Elsewhere => write!(f, "it serves another host"),
+            Self::Stopped(faults) if faults.0 == 0 => write!(f, "it has stopped"),
+            Self::Stopped(faults) => write!(f, "it has stopped: {}", named(*faults)),
+            Self::Faulty(faults) => write!(f, "{}", named(*faults)),
+            Self::Unsynchronised => write!(f, "it does not know the fleet time"),
+            Self::Refuses(refusal) => write!(f, "it refuses its cycles: {}", worded(*refusal)),
+        }
+    }
+}
+
+fn named(faults: Faults) -> String {
+    let names: Vec<&str> =
+        Faults::NAMES.iter().filter(|(fault, _)| faults.has(*fault)).map(|(_, name)| *name).collect();
+    names.join(", ")
+}
+
+const fn worded(refusal: Refusal) -> &'static str {
+    match refusal {
+        Refusal::Late => "they come after their start",
+        Refusal::TooFarAhead => "they lie too far ahead",
+        Refusal::AlreadyRun => "their numbers have been run",
+        Refusal::Conflict => "they overlap others",
+        Refusal::PoseMismatch => "its tail is not where they begin",
+        Refusal::BeyondLimits => "they are beyond its limits",
+        Refusal::NotSynchronised => "it does not know the fleet time",
+        Refusal::WrongKind => "they are for another kind of robot",
+        Refusal::Stopped => "it has stopped",
+        Refusal::Unsure => "it does not know the fleet time well enough",
+        Refusal::LowBattery => "low battery",
+        Refusal::NotPrepared => "they were not prepared",
+    }
+}
+
+/// Why the module takes no part at `now`, if it does not; `refusal` is why it refused the last cycle that it answered.
+fn reason<A: Copy>(now: FleetInstant, link: &ModuleLink<A>, refusal: Option<Refusal>) -> Option<Reason> {
+    let faults = link.faults();
+    match link.state() {
+        _ if link.is_elsewhere() => Some(Reason::Elsewhere),
+        _ if now.since(link.heard()) > SILENCE => Some(Reason::Silent),
+        None => Some(Reason::Silent),
+        Some(ModuleState::Executing) => None,
+        Some(ModuleState::Stopped) => Some(Reason::Stopped(faults)),
+        Some(ModuleState::Unsynchronised) => Some(Reason::Unsynchronised),
+        Some(_) if faults.0 != 0 => Some(Reason::Faulty(faults)),
+        Some(_) => refusal.map(Reason::Refuses),
+    }
+}
+
+/// A module took no part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Absence {
+    /// Its index.
+    pub module: usize,
+    /// Why.
+    pub reason: Reason,
+    /// For how long, s.
+    pub time_s: f64,
+}
+
+/// What was seen in one leg.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LegWatch {
+    /// How long it was swum, or held in, s.
+    pub time_s: f64,
+    /// For how long of that the fleet held, s.
+    pub held_s: f64,
+    /// By module and reason, in the order in which they were met.
+    pub absences: Vec<Absence>,
+}
+
+/// See the module's documentation. Time counts from the start of the first cycle.
+#[derive(Debug)]
+pub struct Watch {
+    /// When each leg ends, s.
+    ends_s: Vec<f64>,
+    legs: Vec<LegWatch>,
+    last: Option<FleetInstant>,
+}
+
+impl Watch {
+    /// For legs that end at these times, s.
+    #[must_use]
+    pub fn new(ends_s: Vec<f64>) -> Self {
+        let legs = vec![LegWatch::default(); ends_s.len()];
+        Self { ends_s, legs, last: None }
+    }
+
+    /// What was seen in each leg.
+    #[must_use]
+    pub fn legs(&self) -> &[LegWatch] {
+        &self.legs
+    }
+
+    /// Calls `add` with each leg that has a part of the time from `from_s` to `to_s`, and with the length of that part, s.
+    fn share_out(&mut self, from_s: f64, to_s: f64, mut add: impl FnMut(&mut LegWatch, f64)) {
+        let mut start_s = from_s;
+        for (leg, &end_s) in self.legs.iter_mut().zip(&self.ends_s) {
+            let part_s = end_s.min(to_s) - start_s;
+            if part_s > 0.0 {
+                add(leg, part_s);
+                start_s = end_s;
+            }
+        }
+    }
+}
+
+impl<C: Controller, F: Fleet, W, P> Observer<Run<'_, C, F, W, P>> for Watch {
+    fn observe(&mut self, now: FleetInstant, run: &Run<'_, C, F, W, P>) -> Result<(), RunError> {
+        let (controller, links) = (&run.host.controller, run.host.dispatcher());
+        let Some(origin) = controller.origin().filter(|&origin| origin < now) else { return Ok(()) };
+        let since = |at: FleetInstant| at.0.saturating_sub(origin.0) as f64 * 1e-6;
+        let (from_s, to_s) = (self.last.map_or(0.0, since), since(now));
+        // Modules hold in a gap of the host, whatever is decided right after it.
+        let gap = run.gaps.last().is_some_and(|gap| self.last.is_some_and(|last| gap.start >= last));
+        self.last = Some(now);
+        let holds = gap || run.is_blind() || !controller.gets_on();
+        self.share_out(from_s, to_s, |leg, part_s| {
+            leg.time_s += part_s;
+            leg.held_s += if holds { part_s } else { 0.0 };
+        });
+        // What modules do in a gap of the host is not known.
+        if run.is_blind() {
+            return Ok(());
+        }
+        for (module, (link, &refusal)) in links.modules().iter().zip(run.host.refusals()).enumerate() {
+            let Some(reason) = reason(now, link, refusal) else { continue };
+            self.share_out(from_s, to_s, |leg, part_s| {
+                let known =
+                    leg.absences.iter_mut().find(|known| (known.module, known.reason) == (module, reason));
+                match known {
+                    Some(known) => known.time_s += part_s,
+                    None => leg.absences.push(Absence { module, reason, time_s: part_s }),
+                }
+            });
+        }
+        Ok(())
+    }
+}
