@@ -16,7 +16,7 @@ use protocol::{
     Refusal, TimeReply, Verdict,
 };
 
-use super::delivery::{COMMIT_LEAD, CycleDelivery, Decision, DeliveryState};
+use super::delivery::{COMMIT_LEAD, CycleDelivery, DeliveryState, PhaseOutcome};
 pub use super::member::ModuleLink;
 use super::member::{Heard, Joined};
 
@@ -273,18 +273,20 @@ impl<A: Copy> Dispatcher<A> {
             return;
         };
         let states = self.deliveries(number).map(|(_, delivery)| delivery.state);
-        let decision = DeliveryState::decide(states, now.after(COMMIT_LEAD) <= start);
+        let outcome = DeliveryState::decide(states, now.after(COMMIT_LEAD) <= start);
         let all: Vec<usize> = self.deliveries(number).map(|(index, _)| index).collect();
-        match decision {
-            Decision::Wait => {}
-            Decision::Commit => {
+        match outcome {
+            PhaseOutcome::Wait => {}
+            PhaseOutcome::Commit => {
                 for index in all {
                     if let Some(delivery) = &mut self.modules[index].delivery {
                         self.outbox.push_back(QueuedDatagram::Message(index, delivery.commit(now)));
                     }
                 }
             }
-            Decision::Drop => all.into_iter().for_each(|index| self.abandon(index, DeliveryState::Dropped)),
+            PhaseOutcome::Drop => {
+                all.into_iter().for_each(|index| self.abandon(index, DeliveryState::Dropped))
+            }
         }
     }
 
