@@ -7,24 +7,21 @@
 //! Sans-IO: datagrams and the time go in, datagrams come out of [`Dispatcher::poll_transmit`]. Host time is fleet
 //! time. A module is known by its id and its key; its address is wherever its newest datagram came from.
 
+mod orders;
+
 use std::collections::{HashMap, VecDeque};
 
 use protocol::ledger::{Class, Incoming};
-use protocol::time::{Duration, FleetInstant};
+use protocol::time::FleetInstant;
 use protocol::{
-    Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, ModuleState, Motion, Nonce,
-    Refusal, TimeReply, Verdict,
+    Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, Motion, Nonce, Refusal,
+    TimeReply, Verdict,
 };
 
+use self::orders::Orders;
 use super::delivery::{COMMIT_LEAD, CycleDelivery, DeliveryState, PhaseOutcome};
 pub use super::member::ModuleLink;
 use super::member::{Heard, Joined};
-
-/// Pause between two sends of a stop or its release. *Assumed.*
-const ORDER_EVERY: Duration = Duration(20_000);
-
-/// Time after a release within which a stop sent before it, or a report of before that stop, may still arrive. *Assumed.*
-const RELEASE_SETTLES: Duration = Duration(300_000);
 
 /// Event that a datagram of a module caused on the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,15 +79,6 @@ enum QueuedDatagram {
     Message(usize, Message),
 }
 
-/// A stop, or its release, that is repeated until every module has followed it.
-#[derive(Clone, Debug)]
-enum Order {
-    /// In force until a release, for modules that join or go on meanwhile too.
-    Stop { since: FleetInstant, next_send: FleetInstant },
-    /// Over for each module that has followed it: what stops that one afterwards is another stop.
-    Release { next_send: FleetInstant, settled: FleetInstant, followed: Vec<bool> },
-}
-
 /// The host's end of the link to every module of a roster.
 #[derive(Debug)]
 pub struct Dispatcher<A> {
@@ -100,7 +88,8 @@ pub struct Dispatcher<A> {
     /// Place of each id in the roster.
     places: HashMap<ModuleId, usize>,
     outbox: VecDeque<QueuedDatagram>,
-    order: Option<Order>,
+    /// Of each module.
+    orders: Vec<Orders>,
     strays: Incoming,
 }
 
@@ -112,7 +101,8 @@ impl<A: Copy> Dispatcher<A> {
         let modules = roster.iter().map(|&id| ModuleLink::new(fleet, id, key.module(id))).collect();
         let places = roster.iter().enumerate().map(|(index, &id)| (id, index)).collect();
         let (nonces, outbox) = (SessionNonces { boot, sessions: 0 }, VecDeque::new());
-        Self { fleet, nonces, modules, places, outbox, order: None, strays: Incoming::default() }
+        let orders = vec![Orders::default(); roster.len()];
+        Self { fleet, nonces, modules, places, outbox, orders, strays: Incoming::default() }
     }
 
     /// All modules, in the order of the roster.
@@ -182,6 +172,7 @@ impl<A: Copy> Dispatcher<A> {
             Message::Telemetry(_) | Message::RovTelemetry(_) => {
                 let link = &mut self.modules[index];
                 if link.note_report(now, sequence, message) {
+                    self.orders[index].reported(now, link.state(), link.faults());
                     return Some(DispatcherEvent::Reported(index));
                 }
                 link.came_late();
@@ -251,7 +242,7 @@ impl<A: Copy> Dispatcher<A> {
             }
         }
         self.decide(now);
-        self.repeat_order(now);
+        self.repeat_orders(now);
     }
 
     /// The deliveries of cycle `number`.
@@ -315,67 +306,14 @@ impl<A: Copy> Dispatcher<A> {
         for (index, motion) in motions.iter().enumerate() {
             self.give_up(index);
             let Some(motion) = motion.clone() else { continue };
+            self.orders[index].end_hold();
             let cycle = Cycle { number, start, motion, delivery };
             let link = &mut self.modules[index];
             link.ledger.cycles += 1;
-            link.delivery = Some(CycleDelivery::new(now, cycle.clone(), link.is_known()));
+            link.dispatched(CycleDelivery::new(now, cycle.clone(), link.is_known()));
             if link.is_known() {
                 self.outbox.push_back(QueuedDatagram::Message(index, Message::Cycle(cycle)));
             }
-        }
-    }
-
-    /// Tells every module to finish the running cycle and hold.
-    pub fn hold(&mut self) {
-        for index in 0..self.modules.len() {
-            self.give_up(index);
-            self.outbox.push_back(QueuedDatagram::Message(index, Message::Hold));
-        }
-    }
-
-    /// Tells every module to freeze at once, again until it has.
-    pub fn emergency_stop(&mut self, now: FleetInstant) {
-        self.order(now, Order::Stop { since: now, next_send: now });
-    }
-
-    /// Ends an emergency stop.
-    pub fn release(&mut self, now: FleetInstant) {
-        let followed = vec![false; self.modules.len()];
-        self.order(now, Order::Release { next_send: now, settled: now.after(RELEASE_SETTLES), followed });
-    }
-
-    fn order(&mut self, now: FleetInstant, order: Order) {
-        (0..self.modules.len()).for_each(|index| self.give_up(index));
-        self.order = Some(order);
-        self.repeat_order(now);
-    }
-
-    fn repeat_order(&mut self, now: FleetInstant) {
-        let Self { modules, outbox, order, .. } = self;
-        let mut tell = |index, message| outbox.push_back(QueuedDatagram::Message(index, message));
-        match order {
-            Some(Order::Stop { since, next_send }) if *next_send <= now => {
-                *next_send = now.after(ORDER_EVERY);
-                for (index, link) in modules.iter().enumerate() {
-                    if link.state_since(*since) != Some(ModuleState::Stopped) {
-                        tell(index, Message::EmergencyStop);
-                    }
-                }
-            }
-            Some(Order::Release { next_send, settled, followed }) if *next_send <= now => {
-                *next_send = now.after(ORDER_EVERY);
-                for ((index, link), followed) in modules.iter().enumerate().zip(followed.iter_mut()) {
-                    *followed |=
-                        link.state_since(*settled).is_some_and(|state| state != ModuleState::Stopped);
-                    if !*followed {
-                        tell(index, Message::Release);
-                    }
-                }
-                if followed.iter().all(|&followed| followed) {
-                    *order = None;
-                }
-            }
-            _ => {}
         }
     }
 

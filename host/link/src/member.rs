@@ -99,6 +99,8 @@ pub struct ModuleLink<A> {
     elsewhere: bool,
     heard: FleetInstant,
     pub(super) delivery: Option<CycleDelivery>,
+    /// When no cycle that was sent to it can begin any more, fleet time.
+    useful_until: FleetInstant,
     telemetry: Option<Telemetry>,
     rov_telemetry: Option<RovTelemetry>,
     /// When the last report came, fleet time.
@@ -126,6 +128,7 @@ impl<A: Copy> ModuleLink<A> {
             elsewhere: false,
             heard: FleetInstant(0),
             delivery: None,
+            useful_until: FleetInstant(0),
             telemetry: None,
             rov_telemetry: None,
             reported: FleetInstant(0),
@@ -233,6 +236,17 @@ impl<A: Copy> ModuleLink<A> {
         self.delivery
             .as_ref()
             .is_none_or(|delivery| delivery.state.is_never_run() || after(delivery.useful_until))
+    }
+
+    /// Takes the place of the cycle that was dispatched before.
+    pub(super) fn dispatched(&mut self, delivery: CycleDelivery) {
+        self.useful_until = self.useful_until.max(delivery.useful_until);
+        self.delivery = Some(delivery);
+    }
+
+    /// When no cycle that was sent to it can begin any more, by its clock too, fleet time; zero before the first.
+    pub(super) fn nothing_begins_after(&self) -> FleetInstant {
+        if self.useful_until == FleetInstant(0) { self.useful_until } else { self.useful_until.after(CLOCK_GUARD) }
     }
 
     /// Counts of its cycles.

@@ -6,10 +6,12 @@
 //! | `joining` | who is taken in, who is not, and what is heard of whom |
 //! | `delivery` | one cycle to each module |
 //! | `two_phases` | one cycle to all modules or none |
-//! | `orders` | stop and release |
+//! | `orders` | stop, release and hold |
+//! | `followed` | the same, followed by the module's firmware over a bad link |
 //! | `sums` | the ledgers, in a storm |
 
 mod delivery;
+mod followed;
 mod joining;
 mod orders;
 mod played;

@@ -1,7 +1,9 @@
 //! Modules as a test plays them, and a dispatcher that they talk to.
 
+pub(super) use protocol::ModuleState;
 use protocol::session::Opened;
-use protocol::time::{Duration, FleetInstant};
+pub(super) use protocol::time::Duration;
+use protocol::time::FleetInstant;
 use protocol::units::{Amperes, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 use protocol::{
     Announcer, Faults, FleetKey, Hello, MAX_DATAGRAM, ModboatCycle, ModuleKey, ModuleKind, RovCycle,
