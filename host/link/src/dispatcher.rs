@@ -14,14 +14,16 @@ use std::collections::{HashMap, VecDeque};
 use protocol::ledger::{Class, Incoming};
 use protocol::time::FleetInstant;
 use protocol::{
-    Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, Motion, Nonce, Refusal,
-    TimeReply, Verdict,
+    Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, ModuleKind, ModuleState,
+    Motion, Nonce, Refusal, TimeReply, Verdict,
 };
 
 use self::orders::Orders;
 use super::delivery::{COMMIT_LEAD, CycleDelivery, DeliveryState, PhaseOutcome};
 pub use super::member::ModuleLink;
 use super::member::{Heard, Joined};
+use super::strangers::Strangers;
+pub use super::strangers::{Silence, Strangeness, Stranger};
 
 /// Event that a datagram of a module caused on the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +36,8 @@ pub enum DispatcherEvent {
     Rejoined(usize),
     /// A module serves another host.
     Elsewhere(usize),
+    /// Two modules answer to one number: [`ModuleLink::doubled`] says where. Neither is used while they do.
+    Doubled(usize),
     /// A module took a cycle.
     Accepted {
         /// Which module (index).
@@ -77,6 +81,8 @@ impl SessionNonces {
 enum QueuedDatagram {
     Call(usize, Nonce),
     Message(usize, Message),
+    /// For the session that the one in force took the place of.
+    Rival(usize, Message),
 }
 
 /// The host's end of the link to every module of a roster.
@@ -91,6 +97,9 @@ pub struct Dispatcher<A> {
     /// Of each module.
     orders: Vec<Orders>,
     strays: Incoming,
+    strangers: Strangers<A>,
+    /// What the modules should be.
+    kind: Option<ModuleKind>,
 }
 
 impl<A: Copy> Dispatcher<A> {
@@ -102,7 +111,23 @@ impl<A: Copy> Dispatcher<A> {
         let places = roster.iter().enumerate().map(|(index, &id)| (id, index)).collect();
         let (nonces, outbox) = (SessionNonces { boot, sessions: 0 }, VecDeque::new());
         let orders = vec![Orders::default(); roster.len()];
-        Self { fleet, nonces, modules, places, outbox, orders, strays: Incoming::default() }
+        Self {
+            fleet,
+            nonces,
+            modules,
+            places,
+            outbox,
+            orders,
+            strays: Incoming::default(),
+            strangers: Strangers::new(),
+            kind: None,
+        }
+    }
+
+    /// The same, where every module should be of that kind: one that is not is called a stranger.
+    #[must_use]
+    pub fn of_kind(self, kind: ModuleKind) -> Self {
+        Self { kind: Some(kind), ..self }
     }
 
     /// All modules, in the order of the roster.
@@ -115,6 +140,38 @@ impl<A: Copy> Dispatcher<A> {
         &self.strays
     }
 
+    /// Who was heard that is not followed. What other fleets and other wire versions send is not checked, and may be made up.
+    pub fn strangers(&self) -> Vec<Stranger<A>> {
+        let wrong = |link: &ModuleLink<A>| {
+            let (kind, address) = (link.kind().filter(|_| self.is_wrong(link))?, link.address()?);
+            let (what, module) = (Strangeness::WrongKind(kind), Some(link.id()));
+            let count = u64::from(link.incoming().accepted);
+            Some(Stranger { what, module, address, heard: link.heard(), count })
+        };
+        self.strangers.all().iter().copied().chain(self.modules.iter().filter_map(wrong)).collect()
+    }
+
+    /// Why a module of the roster is silent or not used, as far as that is known at `now`.
+    pub fn silence(&self, now: FleetInstant, module: ModuleId) -> Option<Silence> {
+        let link = &self.modules[*self.places.get(&module)?];
+        let never = || match link.incoming().accepted {
+            0 => Silence::NeverHeard,
+            _ => Silence::Unanswered,
+        };
+        Some(match () {
+            () if link.is_doubled() => Silence::Doubled,
+            () if link.is_elsewhere() => Silence::ServesAnotherHost,
+            () if !link.is_known() => self.strangers.hint(now, module).unwrap_or_else(never),
+            () if self.is_wrong(link) => Silence::WrongKind,
+            () if link.state() == Some(ModuleState::Stopped) => Silence::Stopped,
+            () => Silence::Known,
+        })
+    }
+
+    fn is_wrong(&self, link: &ModuleLink<A>) -> bool {
+        self.kind.zip(link.kind()).is_some_and(|(wanted, kind)| wanted != kind)
+    }
+
     /// Takes in one datagram. What is not to be followed is counted and otherwise ignored.
     ///
     /// # Errors
@@ -125,22 +182,33 @@ impl<A: Copy> Dispatcher<A> {
         from: A,
         datagram: &[u8],
     ) -> Result<Option<DispatcherEvent>, Class> {
-        let addressed = Frame::parse(datagram).map_err(|_| Class::Corrupt).and_then(|frame| {
-            let index = self.places.get(&frame.header.module).copied();
-            let ours = frame.header.fleet == self.fleet && frame.header.kind.is_for_host();
-            index.filter(|_| ours).map(|index| (index, frame)).ok_or(Class::Foreign)
-        });
-        let (index, frame) = addressed.inspect_err(|&class| self.strays.count(class))?;
+        let (index, frame) =
+            self.addressed(now, from, datagram).inspect_err(|&class| self.strays.count(class))?;
         let nonces = &mut self.nonces;
-        match self.modules[index].open(now, from, &frame, || nonces.next())? {
+        let was_doubled = self.modules[index].is_doubled();
+        let heard = self.modules[index].open(now, from, &frame, || nonces.next())?;
+        let doubled = !was_doubled && self.modules[index].is_doubled();
+        match heard {
             Heard::Call(boot) => {
                 self.outbox.push_back(QueuedDatagram::Call(index, boot));
                 Ok(self.modules[index].is_elsewhere().then_some(DispatcherEvent::Elsewhere(index)))
             }
             Heard::Elsewhere => Ok(Some(DispatcherEvent::Elsewhere(index))),
             Heard::Known => Ok(None),
+            Heard::Rival { ask } => {
+                if ask {
+                    // It says nothing; that it came is the answer.
+                    self.outbox.push_back(QueuedDatagram::Rival(index, Message::Called));
+                }
+                if doubled {
+                    self.doubt(index);
+                    return Ok(Some(DispatcherEvent::Doubled(index)));
+                }
+                if was_doubled { Ok(None) } else { Err(Class::Stale) }
+            }
             Heard::Said { opened, joined } => {
                 let first = joined.map(|joined| match joined {
+                    _ if doubled || was_doubled => DispatcherEvent::Doubled(index),
                     Joined::First => DispatcherEvent::Joined(index),
                     Joined::Rebooted => DispatcherEvent::Rebooted(index),
                     Joined::Again => DispatcherEvent::Rejoined(index),
@@ -148,10 +216,34 @@ impl<A: Copy> Dispatcher<A> {
                 if joined == Some(Joined::Rebooted) {
                     self.forget(index);
                 }
+                if doubled {
+                    self.doubt(index);
+                }
+                let Some(opened) = opened else { return first.map(Some).ok_or(Class::Corrupt) };
                 let event = self.follow(now, index, opened.sequence, opened.message);
                 Ok(first.or(event))
             }
         }
+    }
+
+    /// Whose datagram it is; strangers are noted.
+    fn addressed<'a>(
+        &mut self,
+        now: FleetInstant,
+        from: A,
+        datagram: &'a [u8],
+    ) -> Result<(usize, Frame<'a>), Class> {
+        let frame = Frame::parse(datagram).map_err(|why| {
+            self.strangers.unread(now, from, self.fleet, datagram, why);
+            Class::Corrupt
+        })?;
+        let header = &frame.header;
+        let index = self.places.get(&header.module).copied().ok_or(Class::Foreign)?;
+        if header.fleet == self.fleet && header.kind.is_for_host() {
+            return Ok((index, frame));
+        }
+        self.strangers.foreign(now, from, self.fleet, header);
+        Err(Class::Foreign)
     }
 
     fn follow(
@@ -167,6 +259,8 @@ impl<A: Copy> Dispatcher<A> {
                 self.outbox.push_back(QueuedDatagram::Message(index, Message::TimeReply(reply)));
                 None
             }
+            // Whose word it is is not known.
+            _ if self.modules[index].is_doubled() => None,
             Message::Acknowledge(acknowledge) => self.acknowledged(now, index, acknowledge),
             // Reports may overtake each other; only the newest counts.
             Message::Telemetry(_) | Message::RovTelemetry(_) => {
@@ -223,7 +317,8 @@ impl<A: Copy> Dispatcher<A> {
     pub fn handle_timer(&mut self, now: FleetInstant) {
         for index in 0..self.modules.len() {
             let link = &mut self.modules[index];
-            let in_session = link.is_known();
+            link.handle_timer(now);
+            let in_session = link.is_reachable();
             let Some(delivery) = link.delivery.as_mut().filter(|delivery| delivery.is_open()) else {
                 continue;
             };
@@ -310,8 +405,8 @@ impl<A: Copy> Dispatcher<A> {
             let cycle = Cycle { number, start, motion, delivery };
             let link = &mut self.modules[index];
             link.ledger.cycles += 1;
-            link.dispatched(CycleDelivery::new(now, cycle.clone(), link.is_known()));
-            if link.is_known() {
+            link.dispatched(CycleDelivery::new(now, cycle.clone(), link.is_reachable()));
+            if link.is_reachable() {
                 self.outbox.push_back(QueuedDatagram::Message(index, Message::Cycle(cycle)));
             }
         }
@@ -325,6 +420,9 @@ impl<A: Copy> Dispatcher<A> {
             let sealed = match queued {
                 QueuedDatagram::Call(index, boot) => {
                     self.modules[index].seal_call(boot, buffer).map(|(to, bytes)| (to, bytes.len()))
+                }
+                QueuedDatagram::Rival(index, message) => {
+                    self.modules[index].seal_rival(&message, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
                 QueuedDatagram::Message(index, mut message) => {
                     if let Message::TimeReply(reply) = &mut message {
@@ -347,6 +445,17 @@ impl<A: Copy> Dispatcher<A> {
             delivery.state = DeliveryState::Dropped;
         }
         self.outbox.retain(|queued| !matches!(queued, QueuedDatagram::Message(of, _) if *of == index));
+    }
+
+    /// Two modules answer: what was on its way to one of them is given up.
+    fn doubt(&mut self, index: usize) {
+        self.give_up(index);
+        self.modules[index].doubt();
+        let is_order = |message: &Message| !matches!(message, Message::Cycle(_) | Message::Commit(_));
+        self.outbox.retain(|queued| match queued {
+            QueuedDatagram::Message(of, message) => *of != index || is_order(message),
+            _ => true,
+        });
     }
 
     /// Gives up the cycle that is on its way to a module, if one is: another takes its place.

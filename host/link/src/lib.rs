@@ -7,6 +7,9 @@
 //! | [`udp`] | a radio over a UDP socket |
 //! | [`dispatcher`] | takes modules in, sends each cycle ahead and again until answered; sans-IO |
 //! | [`member`] | what the host knows of one module |
+//! | `plausible` | numbers in reports that no module can have |
+//! | `rival` | two modules with one number |
+//! | [`strangers`] | who was heard that is not followed |
 //! | [`delivery`] | how a cycle gets to one module, or to all or none |
 //! | [`identity`] | who the host is |
 //! | [`ledger`] | what was sent, what came back |
@@ -23,5 +26,8 @@ pub mod key_file;
 pub mod ledger;
 pub mod loopback;
 pub mod member;
+mod plausible;
 pub mod private_file;
+mod rival;
+pub mod strangers;
 pub mod udp;

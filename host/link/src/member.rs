@@ -16,12 +16,14 @@ use protocol::session::{Opened, open_announcement};
 use protocol::time::{Duration, FleetInstant};
 use protocol::window::{Arrival, Window};
 use protocol::{
-    Faults, FleetId, Frame, Health, Kind, Message, ModuleId, ModuleKey, ModuleState, Nonce, RovTelemetry,
-    Session, Side, Telemetry,
+    Faults, FleetId, Frame, Health, Kind, Message, ModuleId, ModuleKey, ModuleKind, ModuleState, Nonce,
+    RovTelemetry, Session, Side, Telemetry,
 };
 
-use super::delivery::{CycleDelivery, Knowledge};
+use super::delivery::{CycleDelivery, DeliveryState, Knowledge};
 use super::ledger::{Durations, Ledger};
+use super::plausible::plausible;
+use super::rival::{ALIVE_FOR, Rival};
 
 /// Sessions offered at the same time, at most; the oldest offer gives way.
 const CALLS: usize = 4;
@@ -46,14 +48,23 @@ struct Calling<A> {
 
 /// The session in force.
 #[derive(Clone, Debug)]
-struct Live<A> {
+pub(super) struct Live<A> {
     boot: Nonce,
-    session: Session,
-    address: A,
+    pub(super) session: Session,
+    pub(super) address: A,
     /// The nonce that its next session would have, and which announcements of that have come.
     next: Option<(Nonce, Window)>,
     /// Greatest number of a report.
     newest_report: Option<u32>,
+    /// As it announces itself, or reports.
+    kind: Option<ModuleKind>,
+}
+
+impl<A> Live<A> {
+    /// Whether it is of the boot that drew `boot`.
+    pub(super) fn is_of(&self, boot: &Nonce) -> bool {
+        self.boot.0.first_chunk::<12>() == boot.0.first_chunk::<12>()
+    }
 }
 
 /// What came with a datagram that was let in.
@@ -65,10 +76,15 @@ pub(super) enum Heard {
     Elsewhere,
     /// An announcement that says nothing new.
     Known,
+    /// A datagram of the session that the one in force took the place of; whether its sender is to be asked if it is there.
+    Rival {
+        /// It is.
+        ask: bool,
+    },
     /// A message of the session in force.
     Said {
-        /// The message.
-        opened: Opened,
+        /// The message; nothing if a number in it is none that a module can have.
+        opened: Option<Opened>,
         /// The session is new.
         joined: Option<Joined>,
     },
@@ -92,6 +108,7 @@ pub struct ModuleLink<A> {
     fleet: FleetId,
     key: ModuleKey,
     live: Option<Live<A>>,
+    rival: Option<Rival<A>>,
     calling: VecDeque<Calling<A>>,
     former: VecDeque<Nonce>,
     boots: u32,
@@ -99,6 +116,8 @@ pub struct ModuleLink<A> {
     elsewhere: bool,
     heard: FleetInstant,
     pub(super) delivery: Option<CycleDelivery>,
+    /// Greatest number of a cycle that was dispatched to it.
+    latest: u32,
     /// When no cycle that was sent to it can begin any more, fleet time.
     useful_until: FleetInstant,
     telemetry: Option<Telemetry>,
@@ -121,6 +140,7 @@ impl<A: Copy> ModuleLink<A> {
             fleet,
             key,
             live: None,
+            rival: None,
             calling: VecDeque::new(),
             former: VecDeque::new(),
             boots: 0,
@@ -128,6 +148,7 @@ impl<A: Copy> ModuleLink<A> {
             elsewhere: false,
             heard: FleetInstant(0),
             delivery: None,
+            latest: 0,
             useful_until: FleetInstant(0),
             telemetry: None,
             rov_telemetry: None,
@@ -148,6 +169,37 @@ impl<A: Copy> ModuleLink<A> {
     /// Whether it has ever been in a session.
     pub fn is_known(&self) -> bool {
         self.live.is_some()
+    }
+
+    /// Whether cycles reach it: it is in a session, and alone with its number.
+    pub fn is_reachable(&self) -> bool {
+        self.is_known() && !self.is_doubled()
+    }
+
+    /// Whether two modules answer to its number. Neither is used then: none is sent a cycle, and what they report is not noted.
+    pub fn is_doubled(&self) -> bool {
+        self.rival.as_ref().is_some_and(Rival::is_proven)
+    }
+
+    /// Where the two are that answer to its number, if there are two.
+    pub fn doubled(&self) -> Option<[A; 2]> {
+        let rival = self.rival.as_ref().filter(|rival| rival.is_proven())?;
+        Some([self.live.as_ref()?.address, rival.live.address])
+    }
+
+    /// Whether another session than the one in force may still be one of a module.
+    pub(super) fn has_rival(&self) -> bool {
+        self.rival.is_some()
+    }
+
+    /// Where it was heard last in a session.
+    pub fn address(&self) -> Option<A> {
+        self.live.as_ref().map(|live| live.address)
+    }
+
+    /// What kind of robot it announces itself as, or reports as, in this session.
+    pub fn kind(&self) -> Option<ModuleKind> {
+        self.live.as_ref()?.kind
     }
 
     /// Whether it says that it serves another host.
@@ -241,12 +293,17 @@ impl<A: Copy> ModuleLink<A> {
     /// Takes the place of the cycle that was dispatched before.
     pub(super) fn dispatched(&mut self, delivery: CycleDelivery) {
         self.useful_until = self.useful_until.max(delivery.useful_until);
+        self.latest = self.latest.max(delivery.number);
         self.delivery = Some(delivery);
     }
 
     /// When no cycle that was sent to it can begin any more, by its clock too, fleet time; zero before the first.
     pub(super) fn nothing_begins_after(&self) -> FleetInstant {
-        if self.useful_until == FleetInstant(0) { self.useful_until } else { self.useful_until.after(CLOCK_GUARD) }
+        if self.useful_until == FleetInstant(0) {
+            self.useful_until
+        } else {
+            self.useful_until.after(CLOCK_GUARD)
+        }
     }
 
     /// Counts of its cycles.
@@ -268,6 +325,7 @@ impl<A: Copy> ModuleLink<A> {
     pub fn outgoing(&self) -> Outgoing {
         let calls = self.calling.iter().map(|calling| &calling.session);
         let sessions = self.live.iter().map(|live| &live.session).chain(calls);
+        let sessions = sessions.chain(self.rival.iter().map(|rival| &rival.live.session));
         sessions.fold(self.closed, |sum, session| sum.plus(&session.outgoing()))
     }
 
@@ -290,8 +348,27 @@ impl<A: Copy> ModuleLink<A> {
             Kind::Announce => self.announced(now, from, frame, nonce),
             _ => self.said(now, from, frame),
         };
-        self.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));
+        let heard = heard.map(|heard| self.checked(now, heard));
+        self.incoming.count(match &heard {
+            Ok(Heard::Said { opened: None, .. }) => Class::Corrupt,
+            // Of a session that is over, unless it shows that it is not.
+            Ok(Heard::Rival { .. }) if !self.is_doubled() => Class::Stale,
+            Ok(_) => Class::Accepted,
+            Err(class) => *class,
+        });
         heard
+    }
+
+    /// Takes out a message with a number that no module can have.
+    fn checked(&mut self, now: FleetInstant, heard: Heard) -> Heard {
+        let Heard::Said { opened: Some(Opened { message, overtaken, sequence }), joined } = heard else {
+            return heard;
+        };
+        let message = plausible(now, self.latest, message);
+        if message.is_none() {
+            self.came_late();
+        }
+        Heard::Said { opened: message.map(|message| Opened { message, overtaken, sequence }), joined }
     }
 
     fn said(&mut self, now: FleetInstant, from: A, frame: &Frame<'_>) -> Result<Heard, Class> {
@@ -303,28 +380,35 @@ impl<A: Copy> ModuleLink<A> {
                 live.address = from;
             }
             self.heard = now;
-            return Ok(Heard::Said { opened, joined: None });
+            return Ok(Heard::Said { opened: Some(opened), joined: None });
+        }
+        if let Some(rival) = self.rival.as_mut().filter(|rival| rival.live.session.id() == id) {
+            let was_proven = rival.is_proven();
+            let ask = rival.hear(now, from, frame);
+            // Whatever comes of a session that is over is stale.
+            return ask
+                .map(|ask| Heard::Rival { ask })
+                .map_err(|class| if was_proven { class } else { Class::Stale });
         }
         let offered = self.calling.iter().position(|calling| calling.session.id() == id);
         let offered = offered.ok_or(Class::Stale)?;
         let calling = &mut self.calling[offered];
         let opened = calling.session.open(frame)?;
         calling.address = from;
-        let joined = self.join(offered);
+        let joined = self.join(now, offered);
         self.heard = now;
-        Ok(Heard::Said { opened, joined: Some(joined) })
+        Ok(Heard::Said { opened: Some(opened), joined: Some(joined) })
     }
 
     /// Puts a session that was on offer in force: the module has shown that it is there.
-    fn join(&mut self, offered: usize) -> Joined {
+    fn join(&mut self, now: FleetInstant, offered: usize) -> Joined {
         let mut joined = Joined::First;
         if let Some(Calling { boot, session, address, .. }) = self.calling.remove(offered) {
             self.retire(boot);
-            let live = Live { boot, session, address, next: None, newest_report: None };
+            let live = Live { boot, session, address, next: None, newest_report: None, kind: None };
             if let Some(former) = self.live.replace(live) {
-                self.closed = self.closed.plus(&former.session.outgoing().closed());
-                let same = former.boot.0.first_chunk::<12>() == boot.0.first_chunk::<12>();
-                joined = if same { Joined::Again } else { Joined::Rebooted };
+                joined = if former.is_of(&boot) { Joined::Again } else { Joined::Rebooted };
+                self.displaced(now, former, &boot);
             }
         }
         // No other offer can be taken up any more.
@@ -337,6 +421,54 @@ impl<A: Copy> ModuleLink<A> {
         // Nothing sent before its reboot counts any more.
         (self.telemetry, self.rov_telemetry, self.health) = (None, None, None);
         joined
+    }
+
+    /// A session of the boot that drew `boot` has taken the place of `former`. Unless that was the same boot it may be a second module's.
+    fn displaced(&mut self, now: FleetInstant, former: Live<A>, boot: &Nonce) {
+        let keep = self.rival.as_ref().is_some_and(|rival| rival.is_proven() && !rival.is_of(boot));
+        if former.is_of(boot) || keep {
+            self.close(&former);
+            return;
+        }
+        // A boot that comes back was there all the time: then there are two.
+        let comes_back = self.rival.take().is_some_and(|rival| {
+            self.close(&rival.live);
+            rival.is_of(boot)
+        });
+        let proven = (comes_back && now.since(self.heard) < ALIVE_FOR).then_some(self.heard);
+        self.rival = Some(Rival::new(now, former, proven));
+    }
+
+    /// What was under way in it is lost.
+    fn close(&mut self, live: &Live<A>) {
+        self.closed = self.closed.plus(&live.session.outgoing().closed());
+    }
+
+    /// Lets one of two go that is silent.
+    pub(super) fn handle_timer(&mut self, now: FleetInstant) {
+        let Some(rival) = &self.rival else { return };
+        let rival_alone = rival.is_proven() && now.since(self.heard) >= ALIVE_FOR;
+        if rival.is_silent(now) {
+            if let Some(rival) = self.rival.take() {
+                self.close(&rival.live);
+            }
+        } else if rival_alone && let Some(rival) = self.rival.take() {
+            self.heard = rival.alive();
+            if let Some(gone) = self.live.replace(rival.live) {
+                self.close(&gone);
+            }
+        }
+    }
+
+    /// Two modules answer: nothing that was reported is of one that is known, and either may have what was sent.
+    pub(super) fn doubt(&mut self) {
+        (self.telemetry, self.rov_telemetry, self.health) = (None, None, None);
+        if let Some(delivery) =
+            self.delivery.as_mut().filter(|delivery| delivery.state != DeliveryState::Unsent)
+        {
+            delivery.state = DeliveryState::Sent;
+            delivery.closed = true;
+        }
     }
 
     fn retire(&mut self, nonce: Nonce) {
@@ -359,7 +491,10 @@ impl<A: Copy> ModuleLink<A> {
             return Err(Class::Stale);
         }
         let sequence = frame.header.sequence;
-        if let Some(live) = self.live.as_mut().filter(|live| live.session.id() == hello.session) {
+        let rival = self.rival.as_mut().map(|rival| &mut rival.live);
+        let ours = self.live.iter_mut().chain(rival).find(|live| live.session.id() == hello.session);
+        if let Some(live) = ours {
+            live.kind = Some(hello.kind);
             // It is in our session, and says which nonce the next one would have.
             let (known, window) = live.next.get_or_insert((boot, Window::new()));
             if *known != boot {
@@ -409,11 +544,11 @@ impl<A: Copy> ModuleLink<A> {
         }
         live.newest_report = Some(sequence);
         self.reported = now;
-        match report {
-            Message::Telemetry(telemetry) => self.telemetry = Some(telemetry),
-            Message::RovTelemetry(telemetry) => self.rov_telemetry = Some(telemetry),
-            _ => {}
-        }
+        (self.telemetry, self.rov_telemetry, live.kind) = match report {
+            Message::Telemetry(telemetry) => (Some(telemetry), None, Some(ModuleKind::Modboat)),
+            Message::RovTelemetry(telemetry) => (None, Some(telemetry), Some(ModuleKind::Rov)),
+            _ => return false,
+        };
         true
     }
 
@@ -424,6 +559,16 @@ impl<A: Copy> ModuleLink<A> {
     /// Writes a message of the session in force; nothing without one.
     pub(super) fn seal<'a>(&mut self, message: &Message, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
         let live = self.live.as_mut()?;
+        Some((live.address, live.session.seal(message, buffer).ok()?))
+    }
+
+    /// Writes a message of the session that the one in force took the place of; nothing without one.
+    pub(super) fn seal_rival<'a>(
+        &mut self,
+        message: &Message,
+        buffer: &'a mut [u8],
+    ) -> Option<(A, &'a [u8])> {
+        let live = &mut self.rival.as_mut()?.live;
         Some((live.address, live.session.seal(message, buffer).ok()?))
     }
 

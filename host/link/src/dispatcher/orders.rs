@@ -198,8 +198,11 @@ impl<A: Copy> Dispatcher<A> {
         }
     }
 
-    /// Queues an order for a module.
+    /// Queues an order for a module, and for the one that may be there besides.
     fn tell(&mut self, index: usize, message: Message) {
+        if self.modules[index].has_rival() {
+            self.outbox.push_back(QueuedDatagram::Rival(index, message.clone()));
+        }
         self.outbox.push_back(QueuedDatagram::Message(index, message));
     }
 }

@@ -21,7 +21,7 @@ fn stopping() -> Bench {
     let mut bench = Bench::new(3);
     for index in [0, 1] {
         bench.join(index);
-        bench.say(index, &report(0, 1, ModuleState::Executing));
+        bench.say(index, &report(0, 0, ModuleState::Executing));
     }
     bench.dispatch(2, 900_000, &SWIM, Delivery::Direct);
     assert_eq!(bench.heard().len(), 2);

@@ -82,6 +82,15 @@ impl Played {
         Self { id, fleet, key, boot, sessions: 0, announcer, session: None }
     }
 
+    /// Another one with the same number, in a boot of its own.
+    pub(super) fn twin(&self, first: u8) -> Self {
+        let (id, fleet, key) = (self.id, self.fleet, self.key.clone());
+        let mut boot = [1; 12];
+        boot[0] = first;
+        let announcer = Announcer::new(fleet, id, &key, nonce(boot, 0));
+        Self { id, fleet, key, boot, sessions: 0, announcer, session: None }
+    }
+
     pub(super) fn reboot(&mut self) {
         self.boot[0] += 1;
         (self.sessions, self.session) = (0, None);
