@@ -187,11 +187,6 @@ impl<A: Copy> ModuleLink<A> {
         Some([self.live.as_ref()?.address, rival.live.address])
     }
 
-    /// Whether another session than the one in force may still be one of a module.
-    pub(super) fn has_rival(&self) -> bool {
-        self.rival.is_some()
-    }
-
     /// Where it was heard last in a session.
     pub fn address(&self) -> Option<A> {
         self.live.as_ref().map(|live| live.address)

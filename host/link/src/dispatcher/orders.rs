@@ -198,9 +198,9 @@ impl<A: Copy> Dispatcher<A> {
         }
     }
 
-    /// Queues an order for a module, and for the one that may be there besides.
+    /// Queues an order for a module, and for the other one with its number.
     fn tell(&mut self, index: usize, message: Message) {
-        if self.modules[index].has_rival() {
+        if self.modules[index].is_doubled() {
             self.outbox.push_back(QueuedDatagram::Rival(index, message.clone()));
         }
         self.outbox.push_back(QueuedDatagram::Message(index, message));
