@@ -371,7 +371,7 @@ impl<A: Copy> Dispatcher<A> {
                 }
             }
             PhaseOutcome::Drop => {
-                all.into_iter().for_each(|index| self.abandon(index, DeliveryState::Dropped))
+                all.into_iter().for_each(|index| self.abandon(index, DeliveryState::Dropped));
             }
         }
     }
