@@ -356,14 +356,12 @@ impl<A: Copy> ModuleLink<A> {
 
     /// Takes out a message with a number that no module can have.
     fn checked(&mut self, now: FleetInstant, heard: Heard) -> Heard {
-        let Heard::Said { opened: Some(Opened { message, overtaken, sequence }), joined } = heard else {
-            return heard;
-        };
-        let message = plausible(now, self.latest, message);
+        let Heard::Said { opened: Some(opened), joined } = heard else { return heard };
+        let message = plausible(now, self.latest, opened.message);
         if message.is_none() {
             self.came_late();
         }
-        Heard::Said { opened: message.map(|message| Opened { message, overtaken, sequence }), joined }
+        Heard::Said { opened: message.map(|message| Opened { message, ..opened }), joined }
     }
 
     fn said(&mut self, now: FleetInstant, from: A, frame: &Frame<'_>) -> Result<Heard, Class> {
