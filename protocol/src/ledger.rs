@@ -71,7 +71,7 @@ pub struct Incoming {
     pub duplicate: u32,
     /// From a session that is over, or from too far back to tell whether it had come.
     pub stale: u32,
-    /// Damaged on the way, no datagram of this wire version, or a report with numbers that no module measures.
+    /// Damaged on the way, no datagram of this wire version, or a report with numbers that no module can have (the host looks).
     pub corrupt: u32,
     /// Undamaged, and not sealed by whom it claims.
     pub forged: u32,

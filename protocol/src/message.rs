@@ -30,20 +30,6 @@ pub const WIRE_VERSION: u8 = 2;
 /// Most thrusters of one ROV.
 pub const MAX_THRUSTERS: usize = 8;
 
-/// Greatest tail angle that is reported, rad: 160,000 turns, where `f32` tells angles apart by 0.06 rad at best.
-const TAIL_MAX_RAD: f32 = 1e6;
-/// Greatest rate, rad/s: no motor with a gear turns a tail so fast. *Assumed.*
-const RATE_MAX_RAD_S: f32 = 1e3;
-/// Greatest voltage and current, V and A. *Assumed.*
-const SUPPLY_MAX: f32 = 1e3;
-/// Longest pulse, µs: a frame of 50 Hz.
-const PULSE_MAX_US: f32 = 20_000.0;
-
-/// NaN is within nothing.
-fn within(value: f32, most: f32) -> bool {
-    -most <= value && value <= most
-}
-
 /// A module's number in its fleet, from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -199,28 +185,6 @@ impl Message {
                 TransitionLaw::RestToRest { .. } => Some(*law),
             },
             _ => None,
-        }
-    }
-
-    /// Whether the numbers of a report are such as a module can measure. What a host is told enters there by this; a module checks a cycle
-    /// against its own limits, and refuses it.
-    pub(crate) fn is_measurable(&self) -> bool {
-        // Not a number: nothing is wired.
-        let supply = |value: f32| value.is_nan() || within(value, SUPPLY_MAX);
-        match self {
-            Self::Telemetry(Telemetry { tail, rate, current, battery, .. }) => {
-                within(tail.0, TAIL_MAX_RAD)
-                    && within(rate.0, RATE_MAX_RAD_S)
-                    && supply(current.0)
-                    && supply(battery.0)
-            }
-            Self::RovTelemetry(RovTelemetry { pulses, current, battery, .. }) => {
-                pulses.iter().all(|pulse| within(pulse.0, PULSE_MAX_US))
-                    && supply(current.0)
-                    && supply(battery.0)
-            }
-            Self::TailUnknown(TailUnknown { battery, .. }) => supply(battery.0),
-            _ => true,
         }
     }
 

@@ -336,15 +336,14 @@ fn open(cipher: &ChaCha20Poly1305, frame: &Frame<'_>) -> Result<(Receipt, Messag
         .decrypt_inout_detached(&nonce.into(), frame.clear, (&mut *plain).into(), &frame.tag.into())
         .map_err(|_| Class::Forged)?;
     let (receipt, message) = match postcard::take_from_bytes::<(Receipt, Message)>(plain) {
-        Ok(((receipt, message), [])) => (receipt, Some(message)),
+        Ok((content, [])) => return Ok(content),
         Ok(((receipt, message), behind)) => match postcard::take_from_bytes(behind) {
             Ok((trailer, [])) => (receipt, message.with_trailer(trailer)),
             _ => return Err(Class::Corrupt),
         },
         Err(_) => return Err(Class::Corrupt),
     };
-    let message = message.filter(Message::is_measurable).ok_or(Class::Corrupt)?;
-    Ok((receipt, message))
+    Ok((receipt, message.ok_or(Class::Corrupt)?))
 }
 
 #[cfg(test)]

@@ -100,27 +100,27 @@ impl DeliveryState {
     /// What the states of all modules in one cycle allow: commit, give up, or wait. `in_time`: a commit can still be repeated
     /// before the start. Once a commit was sent there is nothing to give up: a module that has it runs the cycle.
     #[must_use]
-    pub fn decide(all: impl IntoIterator<Item = Self>, in_time: bool) -> Decision {
+    pub fn decide(all: impl IntoIterator<Item = Self>, in_time: bool) -> PhaseOutcome {
         let (mut ready, mut missing) = (true, false);
         for state in all {
             match state {
-                Self::Committing | Self::Taken => return Decision::Wait,
+                Self::Committing | Self::Taken => return PhaseOutcome::Wait,
                 Self::Refused | Self::Dropped | Self::Unsent => missing = true,
                 Self::Prepared => {}
                 Self::Sent => ready = false,
             }
         }
         match (missing || !in_time, ready) {
-            (true, _) => Decision::Drop,
-            (false, true) => Decision::Commit,
-            (false, false) => Decision::Wait,
+            (true, _) => PhaseOutcome::Drop,
+            (false, true) => PhaseOutcome::Commit,
+            (false, false) => PhaseOutcome::Wait,
         }
     }
 }
 
-/// Decision about a prepared cycle, from its deliveries to all modules.
+/// What becomes of a prepared cycle, from its deliveries to all modules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Decision {
+pub enum PhaseOutcome {
     /// Some module has not answered yet, or it is committed.
     Wait,
     /// Every module holds it.

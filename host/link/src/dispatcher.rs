@@ -7,24 +7,23 @@
 //! Sans-IO: datagrams and the time go in, datagrams come out of [`Dispatcher::poll_transmit`]. Host time is fleet
 //! time. A module is known by its id and its key; its address is wherever its newest datagram came from.
 
+mod orders;
+
 use std::collections::{HashMap, VecDeque};
 
 use protocol::ledger::{Class, Incoming};
-use protocol::time::{Duration, FleetInstant};
+use protocol::time::FleetInstant;
 use protocol::{
-    Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, ModuleState, Motion, Nonce,
-    Refusal, TimeReply, Verdict,
+    Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, ModuleKind, ModuleState,
+    Motion, Nonce, Refusal, TimeReply, Verdict,
 };
 
-use super::delivery::{COMMIT_LEAD, CycleDelivery, Decision, DeliveryState};
+use self::orders::Orders;
+use super::delivery::{COMMIT_LEAD, CycleDelivery, DeliveryState, PhaseOutcome};
 pub use super::member::ModuleLink;
 use super::member::{Heard, Joined};
-
-/// Pause between two sends of a stop or its release. *Assumed.*
-const ORDER_EVERY: Duration = Duration(20_000);
-
-/// Time after a release within which a stop sent before it, or a report of before that stop, may still arrive. *Assumed.*
-const RELEASE_SETTLES: Duration = Duration(300_000);
+use super::strangers::Strangers;
+pub use super::strangers::{Silence, Strangeness, Stranger};
 
 /// Event that a datagram of a module caused on the host.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +36,8 @@ pub enum DispatcherEvent {
     Rejoined(usize),
     /// A module serves another host.
     Elsewhere(usize),
+    /// Two modules answer to one number: [`ModuleLink::doubled`] says where. Neither is used while they do.
+    Doubled(usize),
     /// A module took a cycle.
     Accepted {
         /// Which module (index).
@@ -82,15 +83,8 @@ enum QueuedDatagram {
     /// For a module that is in no session with this host.
     Stop(usize, Nonce),
     Message(usize, Message),
-}
-
-/// A stop, or its release, that is repeated until every module has followed it.
-#[derive(Clone, Debug)]
-enum Order {
-    /// In force until a release, for modules that join or go on meanwhile too.
-    Stop { since: FleetInstant, next_send: FleetInstant },
-    /// Over for each module that has followed it: what stops that one afterwards is another stop.
-    Release { next_send: FleetInstant, settled: FleetInstant, followed: Vec<bool> },
+    /// For the session that the one in force took the place of.
+    Rival(usize, Message),
 }
 
 /// The host's end of the link to every module of a roster.
@@ -102,8 +96,12 @@ pub struct Dispatcher<A> {
     /// Place of each id in the roster.
     places: HashMap<ModuleId, usize>,
     outbox: VecDeque<QueuedDatagram>,
-    order: Option<Order>,
+    /// Of each module.
+    orders: Vec<Orders>,
     strays: Incoming,
+    strangers: Strangers<A>,
+    /// What the modules should be.
+    kind: Option<ModuleKind>,
 }
 
 impl<A: Copy> Dispatcher<A> {
@@ -114,7 +112,24 @@ impl<A: Copy> Dispatcher<A> {
         let modules = roster.iter().map(|&id| ModuleLink::new(fleet, id, key.module(id))).collect();
         let places = roster.iter().enumerate().map(|(index, &id)| (id, index)).collect();
         let (nonces, outbox) = (SessionNonces { boot, sessions: 0 }, VecDeque::new());
-        Self { fleet, nonces, modules, places, outbox, order: None, strays: Incoming::default() }
+        let orders = vec![Orders::default(); roster.len()];
+        Self {
+            fleet,
+            nonces,
+            modules,
+            places,
+            outbox,
+            orders,
+            strays: Incoming::default(),
+            strangers: Strangers::new(),
+            kind: None,
+        }
+    }
+
+    /// The same, where every module should be of that kind: one that is not is called a stranger.
+    #[must_use]
+    pub fn of_kind(self, kind: ModuleKind) -> Self {
+        Self { kind: Some(kind), ..self }
     }
 
     /// All modules, in the order of the roster.
@@ -127,6 +142,38 @@ impl<A: Copy> Dispatcher<A> {
         &self.strays
     }
 
+    /// Who was heard that is not followed. What other fleets and other wire versions send is not checked, and may be made up.
+    pub fn strangers(&self) -> Vec<Stranger<A>> {
+        let wrong = |link: &ModuleLink<A>| {
+            let (kind, address) = (link.kind().filter(|_| self.is_wrong(link))?, link.address()?);
+            let (what, module) = (Strangeness::WrongKind(kind), Some(link.id()));
+            let count = u64::from(link.incoming().accepted);
+            Some(Stranger { what, module, address, heard: link.heard(), count })
+        };
+        self.strangers.all().iter().copied().chain(self.modules.iter().filter_map(wrong)).collect()
+    }
+
+    /// Why a module of the roster is silent or not used, as far as that is known at `now`.
+    pub fn silence(&self, now: FleetInstant, module: ModuleId) -> Option<Silence> {
+        let link = &self.modules[*self.places.get(&module)?];
+        let never = || match link.incoming().accepted {
+            0 => Silence::NeverHeard,
+            _ => Silence::Unanswered,
+        };
+        Some(match () {
+            () if link.is_doubled() => Silence::Doubled,
+            () if link.is_elsewhere() => Silence::ServesAnotherHost,
+            () if !link.is_known() => self.strangers.hint(now, module).unwrap_or_else(never),
+            () if self.is_wrong(link) => Silence::WrongKind,
+            () if link.state() == Some(ModuleState::Stopped) => Silence::Stopped,
+            () => Silence::Known,
+        })
+    }
+
+    fn is_wrong(&self, link: &ModuleLink<A>) -> bool {
+        self.kind.zip(link.kind()).is_some_and(|(wanted, kind)| wanted != kind)
+    }
+
     /// Takes in one datagram. What is not to be followed is counted and otherwise ignored.
     ///
     /// # Errors
@@ -137,14 +184,13 @@ impl<A: Copy> Dispatcher<A> {
         from: A,
         datagram: &[u8],
     ) -> Result<Option<DispatcherEvent>, Class> {
-        let addressed = Frame::parse(datagram).map_err(|_| Class::Corrupt).and_then(|frame| {
-            let index = self.places.get(&frame.header.module).copied();
-            let ours = frame.header.fleet == self.fleet && frame.header.kind.is_for_host();
-            index.filter(|_| ours).map(|index| (index, frame)).ok_or(Class::Foreign)
-        });
-        let (index, frame) = addressed.inspect_err(|&class| self.strays.count(class))?;
+        let (index, frame) =
+            self.addressed(now, from, datagram).inspect_err(|&class| self.strays.count(class))?;
         let nonces = &mut self.nonces;
-        match self.modules[index].open(now, from, &frame, || nonces.next())? {
+        let was_doubled = self.modules[index].is_doubled();
+        let heard = self.modules[index].open(now, from, &frame, || nonces.next())?;
+        let doubled = !was_doubled && self.modules[index].is_doubled();
+        match heard {
             Heard::Call { boot, in_another } => {
                 self.outbox.push_back(QueuedDatagram::Call(index, boot));
                 // Behind the call, which uses the nonce up where it is followed: a stop in the session comes next then.
@@ -158,8 +204,20 @@ impl<A: Copy> Dispatcher<A> {
                 Ok(Some(DispatcherEvent::Elsewhere(index)))
             }
             Heard::Known => Ok(None),
+            Heard::Rival { ask } => {
+                if ask {
+                    // It says nothing; that it came is the answer.
+                    self.outbox.push_back(QueuedDatagram::Rival(index, Message::Called));
+                }
+                if doubled {
+                    self.doubt(index);
+                    return Ok(Some(DispatcherEvent::Doubled(index)));
+                }
+                if was_doubled { Ok(None) } else { Err(Class::Stale) }
+            }
             Heard::Said { opened, joined } => {
                 let first = joined.map(|joined| match joined {
+                    _ if doubled || was_doubled => DispatcherEvent::Doubled(index),
                     Joined::First => DispatcherEvent::Joined(index),
                     Joined::Rebooted => DispatcherEvent::Rebooted(index),
                     Joined::Again => DispatcherEvent::Rejoined(index),
@@ -167,6 +225,10 @@ impl<A: Copy> Dispatcher<A> {
                 if joined == Some(Joined::Rebooted) {
                     self.forget(index);
                 }
+                if doubled {
+                    self.doubt(index);
+                }
+                let Some(opened) = opened else { return first.map(Some).ok_or(Class::Corrupt) };
                 let event = self.follow(now, index, opened.sequence, opened.message);
                 Ok(first.or(event))
             }
@@ -175,9 +237,29 @@ impl<A: Copy> Dispatcher<A> {
 
     /// While a stop is in force, a module that announces itself is stopped whichever host it serves.
     fn stop_outside(&mut self, index: usize, boot: Nonce) {
-        if matches!(self.order, Some(Order::Stop { .. })) {
+        if self.orders[index].is_stop() {
             self.outbox.push_back(QueuedDatagram::Stop(index, boot));
         }
+    }
+
+    /// Whose datagram it is; strangers are noted.
+    fn addressed<'a>(
+        &mut self,
+        now: FleetInstant,
+        from: A,
+        datagram: &'a [u8],
+    ) -> Result<(usize, Frame<'a>), Class> {
+        let frame = Frame::parse(datagram).map_err(|why| {
+            self.strangers.unread(now, from, self.fleet, datagram, why);
+            Class::Corrupt
+        })?;
+        let header = &frame.header;
+        let index = self.places.get(&header.module).copied().ok_or(Class::Foreign)?;
+        if header.fleet == self.fleet && header.kind.is_for_host() {
+            return Ok((index, frame));
+        }
+        self.strangers.foreign(now, from, self.fleet, header);
+        Err(Class::Foreign)
     }
 
     fn follow(
@@ -193,11 +275,14 @@ impl<A: Copy> Dispatcher<A> {
                 self.outbox.push_back(QueuedDatagram::Message(index, Message::TimeReply(reply)));
                 None
             }
+            // Whose word it is is not known.
+            _ if self.modules[index].is_doubled() => None,
             Message::Acknowledge(acknowledge) => self.acknowledged(now, index, acknowledge),
             // Reports may overtake each other; only the newest counts.
             Message::Telemetry(_) | Message::RovTelemetry(_) | Message::TailUnknown(_) => {
                 let link = &mut self.modules[index];
                 if link.note_report(now, sequence, message) {
+                    self.orders[index].reported(now, link.state(), link.faults());
                     return Some(DispatcherEvent::Reported(index));
                 }
                 link.came_late();
@@ -248,7 +333,8 @@ impl<A: Copy> Dispatcher<A> {
     pub fn handle_timer(&mut self, now: FleetInstant) {
         for index in 0..self.modules.len() {
             let link = &mut self.modules[index];
-            let in_session = link.is_known();
+            link.handle_timer(now);
+            let in_session = link.is_reachable();
             let Some(delivery) = link.delivery.as_mut().filter(|delivery| delivery.is_open()) else {
                 continue;
             };
@@ -267,7 +353,7 @@ impl<A: Copy> Dispatcher<A> {
             }
         }
         self.decide(now);
-        self.repeat_order(now);
+        self.repeat_orders(now);
     }
 
     /// The deliveries of cycle `number`.
@@ -289,18 +375,20 @@ impl<A: Copy> Dispatcher<A> {
             return;
         };
         let states = self.deliveries(number).map(|(_, delivery)| delivery.state);
-        let decision = DeliveryState::decide(states, now.after(COMMIT_LEAD) <= start);
+        let outcome = DeliveryState::decide(states, now.after(COMMIT_LEAD) <= start);
         let all: Vec<usize> = self.deliveries(number).map(|(index, _)| index).collect();
-        match decision {
-            Decision::Wait => {}
-            Decision::Commit => {
+        match outcome {
+            PhaseOutcome::Wait => {}
+            PhaseOutcome::Commit => {
                 for index in all {
                     if let Some(delivery) = &mut self.modules[index].delivery {
                         self.outbox.push_back(QueuedDatagram::Message(index, delivery.commit(now)));
                     }
                 }
             }
-            Decision::Drop => all.into_iter().for_each(|index| self.abandon(index, DeliveryState::Dropped)),
+            PhaseOutcome::Drop => {
+                all.into_iter().for_each(|index| self.abandon(index, DeliveryState::Dropped));
+            }
         }
     }
 
@@ -329,68 +417,14 @@ impl<A: Copy> Dispatcher<A> {
         for (index, motion) in motions.iter().enumerate() {
             self.give_up(index);
             let Some(motion) = motion.clone() else { continue };
+            self.orders[index].end_hold();
             let cycle = Cycle { number, start, motion, delivery };
             let link = &mut self.modules[index];
             link.ledger.cycles += 1;
-            link.delivery = Some(CycleDelivery::new(now, cycle.clone(), link.is_known()));
-            if link.is_known() {
+            link.dispatched(CycleDelivery::new(now, cycle.clone(), link.is_reachable()));
+            if link.is_reachable() {
                 self.outbox.push_back(QueuedDatagram::Message(index, Message::Cycle(cycle)));
             }
-        }
-    }
-
-    /// Tells every module to finish the running cycle and hold.
-    pub fn hold(&mut self) {
-        for index in 0..self.modules.len() {
-            self.give_up(index);
-            self.outbox.push_back(QueuedDatagram::Message(index, Message::Hold));
-        }
-    }
-
-    /// Tells every module to stop at once, again until it has. A module that serves another host is stopped when it announces itself next, once a
-    /// second.
-    pub fn emergency_stop(&mut self, now: FleetInstant) {
-        self.order(now, Order::Stop { since: now, next_send: now });
-    }
-
-    /// Ends an emergency stop.
-    pub fn release(&mut self, now: FleetInstant) {
-        let followed = vec![false; self.modules.len()];
-        self.order(now, Order::Release { next_send: now, settled: now.after(RELEASE_SETTLES), followed });
-    }
-
-    fn order(&mut self, now: FleetInstant, order: Order) {
-        (0..self.modules.len()).for_each(|index| self.give_up(index));
-        self.order = Some(order);
-        self.repeat_order(now);
-    }
-
-    fn repeat_order(&mut self, now: FleetInstant) {
-        let Self { modules, outbox, order, .. } = self;
-        let mut tell = |index, message| outbox.push_back(QueuedDatagram::Message(index, message));
-        match order {
-            Some(Order::Stop { since, next_send }) if *next_send <= now => {
-                *next_send = now.after(ORDER_EVERY);
-                for (index, link) in modules.iter().enumerate() {
-                    if link.state_since(*since) != Some(ModuleState::Stopped) {
-                        tell(index, Message::EmergencyStop);
-                    }
-                }
-            }
-            Some(Order::Release { next_send, settled, followed }) if *next_send <= now => {
-                *next_send = now.after(ORDER_EVERY);
-                for ((index, link), followed) in modules.iter().enumerate().zip(followed.iter_mut()) {
-                    *followed |=
-                        link.state_since(*settled).is_some_and(|state| state != ModuleState::Stopped);
-                    if !*followed {
-                        tell(index, Message::Release);
-                    }
-                }
-                if followed.iter().all(|&followed| followed) {
-                    *order = None;
-                }
-            }
-            _ => {}
         }
     }
 
@@ -405,6 +439,9 @@ impl<A: Copy> Dispatcher<A> {
                 }
                 QueuedDatagram::Stop(index, boot) => {
                     self.modules[index].seal_stop(boot, buffer).map(|(to, bytes)| (to, bytes.len()))
+                }
+                QueuedDatagram::Rival(index, message) => {
+                    self.modules[index].seal_rival(&message, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
                 QueuedDatagram::Message(index, mut message) => {
                     if let Message::TimeReply(reply) = &mut message {
@@ -427,6 +464,17 @@ impl<A: Copy> Dispatcher<A> {
             delivery.state = DeliveryState::Dropped;
         }
         self.outbox.retain(|queued| !matches!(queued, QueuedDatagram::Message(of, _) if *of == index));
+    }
+
+    /// Two modules answer: what was on its way to one of them is given up.
+    fn doubt(&mut self, index: usize) {
+        self.give_up(index);
+        self.modules[index].doubt();
+        let is_order = |message: &Message| !matches!(message, Message::Cycle(_) | Message::Commit(_));
+        self.outbox.retain(|queued| match queued {
+            QueuedDatagram::Message(of, message) => *of != index || is_order(message),
+            _ => true,
+        });
     }
 
     /// Gives up the cycle that is on its way to a module, if one is: another takes its place.

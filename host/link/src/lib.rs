@@ -8,6 +8,9 @@
 //! | [`dispatcher`] | takes modules in, sends each cycle ahead and again until answered; sans-IO |
 //! | [`member`] | what the host knows of one module |
 //! | `offers` | sessions that a module has not taken up yet |
+//! | `plausible` | numbers in reports that no module can have |
+//! | `rival` | two modules with one number |
+//! | [`strangers`] | who was heard that is not followed |
 //! | [`delivery`] | how a cycle gets to one module, or to all or none |
 //! | [`identity`] | who the host is |
 //! | [`ledger`] | what was sent, what came back |
@@ -25,5 +28,8 @@ pub mod ledger;
 pub mod loopback;
 pub mod member;
 mod offers;
+mod plausible;
 pub mod private_file;
+mod rival;
+pub mod strangers;
 pub mod udp;

@@ -11,40 +11,44 @@
 
 use std::collections::VecDeque;
 
-use protocol::ledger::{Class, Incoming, Outgoing};
-use protocol::session::{Opened, open_announcement, seal_stop};
+use protocol::ledger::{Incoming, Outgoing};
+use protocol::session::{Opened, seal_stop};
 use protocol::time::{Duration, FleetInstant};
-use protocol::window::{Arrival, Window};
+use protocol::window::Window;
 use protocol::{
-    Faults, FleetId, Frame, Health, Kind, Message, ModuleId, ModuleKey, ModuleState, Nonce, RovTelemetry,
-    Session, Side, TailUnknown, Telemetry,
+    Faults, FleetId, Health, Message, ModuleId, ModuleKey, ModuleKind, ModuleState, Nonce, RovTelemetry,
+    Session, TailUnknown, Telemetry,
 };
 
 use super::delivery::{CycleDelivery, Knowledge};
 use super::ledger::{Durations, Ledger};
-use super::offers::{Offer, Offers};
+use super::offers::Offers;
+use super::rival::Rival;
 
-/// Boot nonces that are remembered as used up.
-const FORMER: usize = 16;
-/// Pause between two calls that answer announcements of one boot.
-const CALL_EVERY: Duration = Duration(50_000);
-/// A module that names another session and leaves so many calls unanswered serves another host. *Assumed.*
-const UNANSWERED: u64 = 10;
-/// Heard so lately a module is in our session. *Assumed*: it asks for the time every second.
-const HERE_FOR: Duration = Duration(2_000_000);
+mod sessions;
+
 /// A report of before a start may carry a time that much after it: the module's clock is that good.
 const CLOCK_GUARD: Duration = Duration(10_000);
 
 /// The session in force.
 #[derive(Clone, Debug)]
-struct Live<A> {
+pub(super) struct Live<A> {
     boot: Nonce,
-    session: Session,
-    address: A,
+    pub(super) session: Session,
+    pub(super) address: A,
     /// The nonce that its next session would have, and which announcements of that have come.
     next: Option<(Nonce, Window)>,
     /// Greatest number of a report.
     newest_report: Option<u32>,
+    /// As it announces itself, or reports.
+    kind: Option<ModuleKind>,
+}
+
+impl<A> Live<A> {
+    /// Whether it is of the boot that drew `boot`.
+    pub(super) fn is_of(&self, boot: &Nonce) -> bool {
+        self.boot.0.first_chunk::<12>() == boot.0.first_chunk::<12>()
+    }
 }
 
 /// What came with a datagram that was let in.
@@ -61,10 +65,15 @@ pub(super) enum Heard {
     Elsewhere(Nonce),
     /// An announcement that says nothing new.
     Known,
+    /// A datagram of the session that the one in force took the place of; whether its sender is to be asked if it is there.
+    Rival {
+        /// It is.
+        ask: bool,
+    },
     /// A message of the session in force.
     Said {
-        /// The message.
-        opened: Opened,
+        /// The message; nothing if a number in it is none that a module can have.
+        opened: Option<Opened>,
         /// The session is new.
         joined: Option<Joined>,
     },
@@ -88,6 +97,7 @@ pub struct ModuleLink<A> {
     fleet: FleetId,
     key: ModuleKey,
     live: Option<Live<A>>,
+    rival: Option<Rival<A>>,
     offers: Offers<A>,
     former: VecDeque<Nonce>,
     boots: u32,
@@ -95,6 +105,10 @@ pub struct ModuleLink<A> {
     elsewhere: bool,
     heard: FleetInstant,
     pub(super) delivery: Option<CycleDelivery>,
+    /// Greatest number of a cycle that was dispatched to it.
+    latest: u32,
+    /// When no cycle that was sent to it can begin any more, fleet time.
+    useful_until: FleetInstant,
     telemetry: Option<Telemetry>,
     rov_telemetry: Option<RovTelemetry>,
     tail_unknown: Option<TailUnknown>,
@@ -116,6 +130,7 @@ impl<A: Copy> ModuleLink<A> {
             fleet,
             key,
             live: None,
+            rival: None,
             offers: Offers::new(),
             former: VecDeque::new(),
             boots: 0,
@@ -123,6 +138,8 @@ impl<A: Copy> ModuleLink<A> {
             elsewhere: false,
             heard: FleetInstant(0),
             delivery: None,
+            latest: 0,
+            useful_until: FleetInstant(0),
             telemetry: None,
             rov_telemetry: None,
             tail_unknown: None,
@@ -143,6 +160,32 @@ impl<A: Copy> ModuleLink<A> {
     /// Whether it has ever been in a session.
     pub fn is_known(&self) -> bool {
         self.live.is_some()
+    }
+
+    /// Whether cycles reach it: it is in a session, and alone with its number.
+    pub fn is_reachable(&self) -> bool {
+        self.is_known() && !self.is_doubled()
+    }
+
+    /// Whether two modules answer to its number. Neither is used then: none is sent a cycle, and what they report is not noted.
+    pub fn is_doubled(&self) -> bool {
+        self.rival.as_ref().is_some_and(Rival::is_proven)
+    }
+
+    /// Where the two are that answer to its number, if there are two.
+    pub fn doubled(&self) -> Option<[A; 2]> {
+        let rival = self.rival.as_ref().filter(|rival| rival.is_proven())?;
+        Some([self.live.as_ref()?.address, rival.live.address])
+    }
+
+    /// Where it was heard last in a session.
+    pub fn address(&self) -> Option<A> {
+        self.live.as_ref().map(|live| live.address)
+    }
+
+    /// What kind of robot it announces itself as, or reports as, in this session.
+    pub fn kind(&self) -> Option<ModuleKind> {
+        self.live.as_ref()?.kind
     }
 
     /// Whether it says that it serves another host.
@@ -236,6 +279,22 @@ impl<A: Copy> ModuleLink<A> {
             .is_none_or(|delivery| delivery.state.is_never_run() || after(delivery.useful_until))
     }
 
+    /// Takes the place of the cycle that was dispatched before.
+    pub(super) fn dispatched(&mut self, delivery: CycleDelivery) {
+        self.useful_until = self.useful_until.max(delivery.useful_until);
+        self.latest = self.latest.max(delivery.number);
+        self.delivery = Some(delivery);
+    }
+
+    /// When no cycle that was sent to it can begin any more, by its clock too, fleet time; zero before the first.
+    pub(super) fn nothing_begins_after(&self) -> FleetInstant {
+        if self.useful_until == FleetInstant(0) {
+            self.useful_until
+        } else {
+            self.useful_until.after(CLOCK_GUARD)
+        }
+    }
+
     /// Counts of its cycles.
     pub fn ledger(&self) -> &Ledger {
         &self.ledger
@@ -253,8 +312,9 @@ impl<A: Copy> ModuleLink<A> {
 
     /// What became of the datagrams that were sent to it.
     pub fn outgoing(&self) -> Outgoing {
-        let live = self.live.as_ref().map_or(Outgoing::default(), |live| live.session.outgoing());
-        self.closed.plus(&live).plus(&self.offers.outgoing())
+        let sessions = self.live.iter().chain(self.rival.iter().map(|rival| &rival.live));
+        let sum = sessions.fold(self.closed, |sum, live| sum.plus(&live.session.outgoing()));
+        sum.plus(&self.offers.outgoing())
     }
 
     /// What was let in last came too late to be of use.
@@ -262,114 +322,6 @@ impl<A: Copy> ModuleLink<A> {
         if let Some(live) = &mut self.live {
             live.session.came_late();
         }
-    }
-
-    /// Takes in a datagram that claims to be from it.
-    pub(super) fn open(
-        &mut self,
-        now: FleetInstant,
-        from: A,
-        frame: &Frame<'_>,
-        nonce: impl FnOnce() -> Nonce,
-    ) -> Result<Heard, Class> {
-        let heard = match frame.header.kind {
-            Kind::Announce => self.announced(now, from, frame, nonce),
-            _ => self.said(now, from, frame),
-        };
-        self.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));
-        heard
-    }
-
-    fn said(&mut self, now: FleetInstant, from: A, frame: &Frame<'_>) -> Result<Heard, Class> {
-        let id = frame.header.session;
-        if let Some(live) = self.live.as_mut().filter(|live| live.session.id() == id) {
-            let opened = live.session.open(frame)?;
-            // Its address is wherever its newest datagram came from.
-            if !opened.overtaken {
-                live.address = from;
-            }
-            self.heard = now;
-            return Ok(Heard::Said { opened, joined: None });
-        }
-        let offer = self.offers.in_session(id).ok_or(Class::Stale)?;
-        let opened = offer.session.open(frame)?;
-        offer.address = from;
-        let boot = offer.boot;
-        let joined = self.join(&boot);
-        self.heard = now;
-        Ok(Heard::Said { opened, joined: Some(joined) })
-    }
-
-    /// Puts a session that was on offer in force: the module has shown that it is there.
-    fn join(&mut self, boot: &Nonce) -> Joined {
-        let mut joined = Joined::First;
-        // No other offer can be taken up any more.
-        if let Some(Offer { boot, session, address, .. }) = self.offers.take_up(boot) {
-            self.retire(boot);
-            let live = Live { boot, session, address, next: None, newest_report: None };
-            if let Some(former) = self.live.replace(live) {
-                self.closed = self.closed.plus(&former.session.outgoing().closed());
-                let same = former.boot.0.first_chunk::<12>() == boot.0.first_chunk::<12>();
-                joined = if same { Joined::Again } else { Joined::Rebooted };
-            }
-        }
-        self.sessions += 1;
-        self.boots += u32::from(joined != Joined::Again);
-        self.elsewhere = false;
-        // Nothing sent before its reboot counts any more.
-        (self.telemetry, self.rov_telemetry, self.tail_unknown, self.health) = (None, None, None, None);
-        joined
-    }
-
-    fn retire(&mut self, nonce: Nonce) {
-        if self.former.len() == FORMER {
-            self.former.pop_front();
-        }
-        self.former.push_back(nonce);
-    }
-
-    fn announced(
-        &mut self,
-        now: FleetInstant,
-        from: A,
-        frame: &Frame<'_>,
-        nonce: impl FnOnce() -> Nonce,
-    ) -> Result<Heard, Class> {
-        let Some(boot) = frame.header.nonce else { return Err(Class::Corrupt) };
-        let Message::Hello(hello) = open_announcement(&self.key, frame)? else { return Err(Class::Corrupt) };
-        if self.former.contains(&boot) {
-            return Err(Class::Stale);
-        }
-        let sequence = frame.header.sequence;
-        if let Some(live) = self.live.as_mut().filter(|live| live.session.id() == hello.session) {
-            // It is in our session, and says which nonce the next one would have.
-            let (known, window) = live.next.get_or_insert((boot, Window::new()));
-            if *known != boot {
-                (*known, *window) = (boot, Window::new());
-            }
-            fresh(window.note(sequence))?;
-            return Ok(Heard::Known);
-        }
-        // A module that is in our session is in no other: an announcement that says so is a recording.
-        let is_here = self.live.is_some() && now.since(self.heard) < HERE_FOR;
-        let (fleet, id, key) = (self.fleet, self.id, &self.key);
-        let make = || Session::new(Side::Host, fleet, id, key, &boot, nonce());
-        let Some(offer) = self.offers.to(now, boot, from, make) else { return Ok(Heard::Known) };
-        fresh(offer.announced.note(sequence))?;
-        offer.address = from;
-        let due = now >= offer.next_call;
-        if due {
-            offer.next_call = now.after(CALL_EVERY);
-        }
-        // Its former session may be one of a host that has died: only one that it does not leave is another host's.
-        self.elsewhere = !is_here && hello.session != 0 && offer.session.outgoing().sent >= UNANSWERED;
-        Ok(if due {
-            Heard::Call { boot, in_another: hello.session != 0 }
-        } else if self.elsewhere {
-            Heard::Elsewhere(boot)
-        } else {
-            Heard::Known
-        })
     }
 
     /// Notes a report, unless a newer one has been noted. Whether it was noted.
@@ -380,13 +332,17 @@ impl<A: Copy> ModuleLink<A> {
         }
         live.newest_report = Some(sequence);
         self.reported = now;
-        match report {
-            Message::Telemetry(telemetry) => (self.telemetry, self.tail_unknown) = (Some(telemetry), None),
+        self.tail_unknown = None;
+        (self.telemetry, self.rov_telemetry, live.kind) = match report {
+            Message::Telemetry(telemetry) => (Some(telemetry), None, Some(ModuleKind::Modboat)),
+            Message::RovTelemetry(telemetry) => (None, Some(telemetry), Some(ModuleKind::Rov)),
             // Where it was seen before means nothing any more.
-            Message::TailUnknown(unknown) => (self.telemetry, self.tail_unknown) = (None, Some(unknown)),
-            Message::RovTelemetry(telemetry) => self.rov_telemetry = Some(telemetry),
-            _ => {}
-        }
+            Message::TailUnknown(unknown) => {
+                self.tail_unknown = Some(unknown);
+                (None, None, Some(ModuleKind::Modboat))
+            }
+            _ => return false,
+        };
         true
     }
 
@@ -400,6 +356,16 @@ impl<A: Copy> ModuleLink<A> {
         Some((live.address, live.session.seal(message, buffer).ok()?))
     }
 
+    /// Writes a message of the session that the one in force took the place of; nothing without one.
+    pub(super) fn seal_rival<'a>(
+        &mut self,
+        message: &Message,
+        buffer: &'a mut [u8],
+    ) -> Option<(A, &'a [u8])> {
+        let live = &mut self.rival.as_mut()?.live;
+        Some((live.address, live.session.seal(message, buffer).ok()?))
+    }
+
     /// Writes the call that answers an announcement of `boot`; nothing if the offer was withdrawn.
     pub(super) fn seal_call<'a>(&mut self, boot: Nonce, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
         let offer = self.offers.of(&boot)?;
@@ -410,13 +376,5 @@ impl<A: Copy> ModuleLink<A> {
     pub(super) fn seal_stop<'a>(&mut self, boot: Nonce, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
         let address = self.offers.of(&boot)?.address;
         Some((address, seal_stop(self.fleet, self.id, &self.key, boot, buffer).ok()?))
-    }
-}
-
-fn fresh(arrival: Arrival) -> Result<(), Class> {
-    match arrival {
-        Arrival::Fresh { .. } => Ok(()),
-        Arrival::Duplicate => Err(Class::Duplicate),
-        Arrival::Stale => Err(Class::Stale),
     }
 }

@@ -210,17 +210,17 @@ fn invitation(arguments: &Arguments, mut address: SocketAddr) -> String {
 /// `invitation` is empty where modules are not processes.
 pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
     match error {
-        RunError::Silent { kind, modules, waited_s, .. } => {
-            let Some(first) = modules.first() else {
+        RunError::Silent { kind, modules, known, waited_s, .. } => {
+            if modules.is_empty() && known.is_empty() {
                 return Failure::Could(format!(
                     "no cycle was found for {waited_s} s in which no tails meet; every module held"
                 ));
+            }
+            let hint = match (invitation, modules.first()) {
+                ("", _) | (_, None) => String::new(),
+                (_, Some(first)) => format!(" (start it with: flotilla module --id {first} {invitation})"),
             };
-            let hint = match invitation {
-                "" => String::new(),
-                _ => format!(" (start it with: flotilla module --id {first} {invitation})"),
-            };
-            Failure::Bad(RunError::Silent { kind, modules, waited_s, hint }.to_string())
+            Failure::Bad(RunError::Silent { kind, modules, known, waited_s, hint }.to_string())
         }
         RunError::Parameter(_) | RunError::Module { .. } => Failure::Bad(error.to_string()),
         RunError::Radio(_) | RunError::Rov { .. } | RunError::Execution(_) => {

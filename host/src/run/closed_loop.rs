@@ -16,6 +16,7 @@
 //! | [`PoseSource`] | [`Cameras`](super::boats::Cameras) | [`ExactPoses`](super::reconfigure::water::ExactPoses) |
 //! | [`Observer`] | [`Recorder`](super::recorder::Recorder) | [`Recorder`](super::reconfigure::recorder::Recorder) |
 
+use link::strangers::Silence;
 use protocol::time::{Duration, FleetInstant};
 use protocol::{MAX_DATAGRAM, ModuleState, Radio};
 
@@ -300,7 +301,7 @@ where
             let idle_s = self.idle_s(now);
             reporter.report(now, idle_s, &self.host, progress);
             if idle_s > self.host.controller.patience().join_s {
-                break (now, Some(self.silence()?));
+                break (now, Some(self.silence(now)?));
             }
         };
         Ok(Ending { why, at, wall_s: clock.elapsed_s() })
@@ -377,15 +378,18 @@ where
     }
 
     /// Why the run ends for modules that do not answer. What was measured before a module fell silent is kept.
-    fn silence(&self) -> Result<String, RunError> {
+    fn silence(&self, now: FleetInstant) -> Result<String, RunError> {
         let (controller, links) = (&self.host.controller, self.host.dispatcher());
-        let modules = controller.missing(links).into_iter().map(|index| controller.id(index, links));
-        let silent = RunError::Silent {
-            kind: C::MODULE,
-            modules: modules.collect(),
-            waited_s: controller.patience().join_s,
-            hint: String::new(),
-        };
+        let (mut modules, mut known) = (Vec::new(), Vec::new());
+        for index in controller.missing(links) {
+            let id = controller.id(index, links);
+            match links.silence(now, links.modules()[index].id()) {
+                None | Some(Silence::NeverHeard | Silence::Unanswered | Silence::Known) => modules.push(id),
+                Some(reason) => known.push((id, reason.to_string())),
+            }
+        }
+        let (waited_s, hint) = (controller.patience().join_s, String::new());
+        let silent = RunError::Silent { kind: C::MODULE, modules, known, waited_s, hint };
         if controller.origin().is_none() {
             return Err(silent);
         }

@@ -10,7 +10,7 @@ use link::dispatcher::{Dispatcher, DispatcherEvent};
 use link::identity::HostIdentity;
 use protocol::ledger::Class;
 use protocol::time::FleetInstant;
-use protocol::{Delivery, ModuleId, Motion, Refusal};
+use protocol::{Delivery, ModuleId, ModuleKind, Motion, Refusal};
 
 use super::RunError;
 use super::clock::Gap;
@@ -20,6 +20,8 @@ use super::orders::Order;
 pub trait Controller {
     /// One of its modules, in a word.
     const MODULE: &'static str;
+    /// The kind of module that it steers.
+    const KIND: ModuleKind;
     /// What a pose source tells it.
     type Pose: ?Sized;
     /// What connectors are to do.
@@ -133,7 +135,7 @@ pub struct Host<C, A> {
 impl<C: Controller, A: Copy> Host<C, A> {
     /// For the modules of `roster`, by this identity.
     pub fn new(controller: C, identity: &HostIdentity, roster: &[ModuleId]) -> Self {
-        let dispatcher = Dispatcher::new(roster, &identity.key, identity.boot);
+        let dispatcher = Dispatcher::new(roster, &identity.key, identity.boot).of_kind(C::KIND);
         Self { controller, dispatcher, refusals: vec![None; roster.len()] }
     }
 

@@ -47,12 +47,14 @@ pub mod watch;
 #[derive(Debug, Error)]
 pub enum RunError {
     /// Modules are not there, or not ready, and have not been for too long.
-    #[error("{} within {waited_s} s{hint}", silent(kind, modules))]
+    #[error("{} within {waited_s} s{hint}", silent(kind, modules, known))]
     Silent {
         /// What they are: modules, or robots.
         kind: &'static str,
-        /// Ids of the modules that are missing.
+        /// Ids of the modules that did not answer.
         modules: Vec<u16>,
+        /// Ids of those of which something else is known, and what.
+        known: Vec<(u16, String)>,
         /// How long they were waited for, s.
         waited_s: f64,
         /// What may help.
@@ -85,10 +87,13 @@ pub enum RunError {
     Parameter(#[from] ParameterError),
 }
 
-fn silent(kind: &str, modules: &[u16]) -> String {
+fn silent(kind: &str, modules: &[u16], known: &[(u16, String)]) -> String {
+    let mut said: Vec<String> = known.iter().map(|(id, what)| format!("{kind} {id} {what}")).collect();
     let ids: Vec<String> = modules.iter().map(u16::to_string).collect();
-    match ids.as_slice() {
-        [one] => format!("{kind} {one} did not answer"),
-        many => format!("{kind}s {} did not answer", many.join(", ")),
-    }
+    said.extend(match ids.as_slice() {
+        [] => None,
+        [one] => Some(format!("{kind} {one} did not answer")),
+        many => Some(format!("{kind}s {} did not answer", many.join(", "))),
+    });
+    said.join("; ")
 }

@@ -25,33 +25,29 @@
 //! How far a decision has come is the pilot's [`Phase`]; [`phase`] has the table of what leads from one to another.
 
 use firmware::link::session::SURE_WITHIN;
-use protocol::ModuleState;
 use protocol::time::{Duration, FleetInstant};
-use std::convert::Infallible;
 use std::sync::Arc;
 
 use link::delivery::Knowledge;
-use link::dispatcher::{Dispatcher, DispatcherEvent, ModuleLink};
+use link::dispatcher::{Dispatcher, ModuleLink};
 use modboat::control::{Controller as Control, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
 use modboat::motion::{Turn, Wrench};
-use modboat::observer::{Fix, Observer};
+use modboat::observer::Observer;
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
 use modboat::setting::Participation;
 use quantity::ParameterError;
 
-use super::RunError;
-use super::clock::Gap;
-use super::host::{Controller, Dispatch, Patience, Step};
-use super::orders::Order;
+use super::host::Dispatch;
 use super::scenario::{Demand, Leg, Scenario, Timing};
 
 pub use decision::{Decision, SentCycle, Via};
 use decision::{all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps};
 use phase::{Phase, PhaseEvent};
 
+mod controller;
 mod decision;
 pub mod phase;
 
@@ -359,134 +355,6 @@ impl Pilot {
         self.dropped += 1;
         self.resumes = start;
         self.handle_phase(PhaseEvent::Dropped);
-    }
-}
-
-impl Controller for Pilot {
-    const MODULE: &'static str = "module";
-    type Pose = Fix;
-    /// Modules stay docked.
-    type Coupling = Infallible;
-
-    fn handle_event<A: Copy>(&mut self, event: DispatcherEvent, links: &Dispatcher<A>) {
-        match event {
-            DispatcherEvent::Refused { .. } => self.refusals += 1,
-            // From where to go on is seen when all modules rest.
-            DispatcherEvent::Reported(index)
-                if links.modules()[index].state() == Some(ModuleState::Stopped) =>
-            {
-                self.give_up_if_turning();
-                self.handle_phase(PhaseEvent::Stopped);
-            }
-            _ => {}
-        }
-    }
-
-    fn handle_pose(&mut self, fix: &Fix) {
-        self.observer.update(fix);
-    }
-
-    fn handle_coupled(&mut self, never: Infallible) -> Result<(), RunError> {
-        match never {}
-    }
-
-    fn step<A: Copy>(
-        &mut self,
-        now: FleetInstant,
-        links: &Dispatcher<A>,
-    ) -> Result<Step<Infallible>, RunError> {
-        let wrench = self.wrench_at(now);
-        self.observer.set_wrench(now.as_secs_f64(), wrench);
-        if self.phase == Phase::Finished {
-            return Ok(Step::Wait);
-        }
-        let duration_s = self.scenario.duration_s();
-        if self.origin.is_some_and(|origin| now.as_secs_f64() - origin.as_secs_f64() >= duration_s) {
-            self.finish();
-            return Ok(Step::End(None));
-        }
-        Ok(self.next(now, links).map_or(Step::Wait, Step::Dispatch))
-    }
-
-    /// The modules have finished what they had and hold; how the structure moved meanwhile is not known.
-    fn handle_gap(&mut self, _gap: &Gap) {
-        if self.phase == Phase::Turning
-            && let Some(decision) = self.decisions.last_mut()
-        {
-            give_up_second(decision);
-        }
-        self.handle_phase(PhaseEvent::Paused);
-        let Scenario { structure, modboat, observer, control, .. } = &self.scenario;
-        // They were valid when the run began.
-        if let Ok(observer) = Observer::new(structure, modboat, observer) {
-            self.observer = observer;
-        }
-        self.control = Control::new(structure, modboat, control);
-    }
-
-    fn finish(&mut self) {
-        self.handle_phase(PhaseEvent::Ended);
-    }
-
-    fn halt(&mut self, _: Order) {
-        self.give_up_if_turning();
-        self.handle_phase(PhaseEvent::Halted);
-    }
-
-    fn resume(&mut self) {
-        self.handle_phase(PhaseEvent::Released);
-    }
-
-    /// Start of the first cycle.
-    fn origin(&self) -> Option<FleetInstant> {
-        self.origin
-    }
-
-    fn duration_s(&self) -> f64 {
-        self.scenario.duration_s()
-    }
-
-    fn is_under_way(&self) -> bool {
-        self.phase.is_under_way()
-    }
-
-    /// A fleet that rests because no wrench is asked for does what it is to do.
-    fn gets_on(&self) -> bool {
-        let rests = || self.decisions.last().is_some_and(|last| last.demand == Wrench::default());
-        self.is_under_way() || self.phase == Phase::Pausing && rests()
-    }
-
-    fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {
-        if self.phase == Phase::Halted {
-            return "the fleet is halted by an operator".to_owned();
-        }
-        if !self.is_under_way() {
-            return "the fleet holds: a module's tail is not known".to_owned();
-        }
-        let missing = self.decisions.last().map_or(&[][..], |decision| &decision.missing);
-        let missing = links.modules().iter().zip(missing).filter(|(_, missing)| **missing);
-        let missing: Vec<String> = missing.map(|(link, _)| link.id().to_string()).collect();
-        match missing.as_slice() {
-            [] => "all modules are ready: swimming".to_owned(),
-            missing => format!("swimming without {}: their tails may be anywhere", missing.join(", ")),
-        }
-    }
-
-    /// Those with unknown tail angles, and those that do not know the time.
-    fn missing<A: Copy>(&self, links: &Dispatcher<A>) -> Vec<usize> {
-        let waited_for = |&(index, link): &(usize, &ModuleLink<A>)| {
-            pose_of(self.phase, self.decisions.last(), index, link).is_none() || !self.is_sure(link)
-        };
-        links.modules().iter().enumerate().filter(waited_for).map(|(index, _)| index).collect()
-    }
-
-    fn id<A: Copy>(&self, index: usize, links: &Dispatcher<A>) -> u16 {
-        links.modules()[index].id().0
-    }
-
-    fn patience(&self) -> Patience {
-        let Timing { missing_after_s, join_s, .. } = self.scenario.timing;
-        Patience { missing_after_s, join_s }
     }
 }
 

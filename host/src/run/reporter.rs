@@ -1,6 +1,7 @@
 //! What a run says of itself while it goes on, for a person.
 
 use link::dispatcher::Dispatcher;
+use link::strangers::Silence;
 use protocol::ModuleState;
 use protocol::ledger::Outgoing;
 use protocol::time::FleetInstant;
@@ -51,7 +52,7 @@ impl Reporter {
         if idle_s <= controller.patience().missing_after_s {
             self.missed = false;
         } else if !std::mem::replace(&mut self.missed, true) {
-            progress.note(&format!("still missing: {}", missing(host)));
+            progress.note(&format!("still missing: {}", missing(now, host)));
         }
         if now.0.is_multiple_of(EVERY_US) {
             let t_s = controller.origin().map_or(0.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
@@ -62,17 +63,17 @@ impl Reporter {
 }
 
 /// The modules that are waited for, and why if that is known.
-fn missing<C: Controller, A: Copy>(host: &Host<C, A>) -> String {
+fn missing<C: Controller, A: Copy>(now: FleetInstant, host: &Host<C, A>) -> String {
     let (controller, links) = (&host.controller, host.dispatcher());
     let one = |index: usize| {
         let link = &links.modules()[index];
-        let why = match (link.is_elsewhere(), link.state(), link.health()) {
-            (true, ..) => " (serves another host)".to_owned(),
-            (false, Some(ModuleState::Ready | ModuleState::Holding), Some(health)) => {
+        let why = match (links.silence(now, link.id()), link.state(), link.health()) {
+            (_, Some(ModuleState::Ready | ModuleState::Holding), Some(health)) => {
                 format!(" (knows the fleet time to {:.1} ms)", f64::from(health.uncertainty.0) * 1e-3)
             }
-            (false, Some(state), _) => format!(" ({state:?})"),
-            (false, None, _) => String::new(),
+            (Some(Silence::Known) | None, Some(state), _) => format!(" ({state:?})"),
+            (Some(Silence::NeverHeard | Silence::Known) | None, None, _) => String::new(),
+            (Some(reason), ..) => format!(" ({reason})"),
         };
         format!("{}{why}", controller.id(index, links))
     };

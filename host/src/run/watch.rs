@@ -19,6 +19,8 @@ const SILENCE: Duration = Duration(1_000_000);
 pub enum Reason {
     /// It is not heard.
     Silent,
+    /// Two modules with its number answer.
+    Doubled,
     /// It serves another host.
     Elsewhere,
     /// It has stopped, with these faults.
@@ -35,6 +37,7 @@ impl Display for Reason {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::Silent => write!(f, "it does not answer"),
+            Self::Doubled => write!(f, "two modules have its number, and neither is used"),
             Self::Elsewhere => write!(f, "it serves another host"),
             Self::Stopped(faults) if faults.0 == 0 => write!(f, "it has stopped"),
             Self::Stopped(faults) => write!(f, "it has stopped: {}", named(*faults)),
@@ -72,6 +75,7 @@ const fn worded(refusal: Refusal) -> &'static str {
 fn reason<A: Copy>(now: FleetInstant, link: &ModuleLink<A>, refusal: Option<Refusal>) -> Option<Reason> {
     let faults = link.faults();
     match link.state() {
+        _ if link.is_doubled() => Some(Reason::Doubled),
         _ if link.is_elsewhere() => Some(Reason::Elsewhere),
         _ if now.since(link.heard()) > SILENCE => Some(Reason::Silent),
         None => Some(Reason::Silent),

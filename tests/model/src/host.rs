@@ -2,7 +2,7 @@
 //!
 //! | here | mirrors, in `host` |
 //! |---|---|
-//! | [`DeliveryState`], [`Decision`], [`Knowledge`] | the real ones of `link/delivery.rs` |
+//! | [`DeliveryState`], [`PhaseOutcome`], [`Knowledge`] | the real ones of `link/delivery.rs` |
 //! | [`Host::offers`], [`Host::offer`], [`Host::join`] | `link/member.rs` `announced`, `offer`, `join`; `link/dispatcher.rs` `handle_datagram` |
 //! | [`Host::acknowledged`] | `link/dispatcher.rs` `acknowledged` |
 //! | [`Host::reported`] | `link/member.rs` `note_report` |
@@ -11,7 +11,7 @@
 //! | [`Host::decide`] | `run/pilot.rs` `handle_timer`, `decide`, `pose_of`, `swimming_over_if_unknown`; `link/dispatcher.rs` `dispatch` |
 //! | [`Host::hold`], [`Host::order`] | `link/dispatcher.rs` `hold`, `order` |
 
-use link::delivery::{Decision, DeliveryState, Knowledge};
+use link::delivery::{DeliveryState, Knowledge, PhaseOutcome};
 use protocol::{Delivery, ModuleState, Refusal, Verdict};
 
 use crate::fleet::{Broken, Config};
@@ -190,25 +190,25 @@ impl Host {
         let Some(cycle) = self.cycle else { return outgoing };
         if cycle.delivery == Delivery::Prepare && self.links.iter().any(Link::is_open) {
             let all = || self.links.iter().filter_map(Link::standing);
-            let mut decision = DeliveryState::decide(all(), in_time);
+            let mut outcome = DeliveryState::decide(all(), in_time);
             if config.broken == Some(Broken::DropAfterCommit) && all().any(DeliveryState::is_never_run) {
-                decision = Decision::Drop;
+                outcome = PhaseOutcome::Drop;
             }
             if config.broken == Some(Broken::HastyCommit)
-                && decision == Decision::Wait
+                && outcome == PhaseOutcome::Wait
                 && all().any(|standing| standing == DeliveryState::Prepared)
             {
-                decision = Decision::Commit;
+                outcome = PhaseOutcome::Commit;
             }
-            match decision {
-                Decision::Wait => {}
-                Decision::Commit => {
+            match outcome {
+                PhaseOutcome::Wait => {}
+                PhaseOutcome::Commit => {
                     for (index, link) in self.links.iter_mut().enumerate() {
                         link.standing = Some((DeliveryState::Committing, false));
                         outgoing.push((index, Say::Commit(cycle.number)));
                     }
                 }
-                Decision::Drop => {
+                PhaseOutcome::Drop => {
                     self.links.iter_mut().for_each(|link| link.abandon(Some(DeliveryState::Dropped)));
                 }
             }

@@ -16,7 +16,7 @@
 //! | clocks | a module knows the fleet time or does not; it may doubt it whenever a cycle comes or is to start |
 //! | boots, stops, stalls, holds | any time, as often as the [`Budget`](fleet::Budget) allows |
 //! | modules | the real schedule, failsafe and window of the firmware; link and endpoint by the table in [`module`] |
-//! | host | the real `DeliveryState`, `Decision` and `Knowledge`; dispatcher and pilot by the table in [`host`] |
+//! | host | the real `DeliveryState`, `PhaseOutcome` and `Knowledge`; dispatcher and pilot by the table in [`host`] |
 //!
 //! | property | holds |
 //! |---|---|

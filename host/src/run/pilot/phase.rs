@@ -43,7 +43,7 @@ pub enum PhaseEvent {
     PauseOver,
     /// A module does not run what it was sent, or too few tails are known.
     Lost,
-    /// A module reports that it has stopped.
+    /// A module reports that it has stopped, or turns out to be two.
     Stopped,
     /// An operator orders a stop or a hold.
     Halted,

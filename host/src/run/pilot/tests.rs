@@ -1,3 +1,4 @@
+use super::super::host::Controller as _;
 use super::*;
 use crate::run::fleet::{Fleet, InProcess};
 use crate::run::host::Host;

@@ -13,7 +13,7 @@ use link::dispatcher::{Dispatcher, DispatcherEvent, ModuleLink};
 use protocol::message::MAX_THRUSTERS;
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::Newtons;
-use protocol::{Delivery, ModuleState, Motion, RovCycle};
+use protocol::{Delivery, ModuleKind, ModuleState, Motion, RovCycle};
 use reconfiguration::plan::Plan;
 use reconfiguration::problem::Problem;
 use rov::dynamics::State;
@@ -123,6 +123,7 @@ impl<'a> Execution<'a> {
 
 impl Controller for Execution<'_> {
     const MODULE: &'static str = "robot";
+    const KIND: ModuleKind = ModuleKind::Rov;
     type Pose = [State];
     type Coupling = Coupling;
 

@@ -310,6 +310,8 @@ fn clocks_are_answered() {
 #[test]
 fn an_older_report_does_not_replace_a_newer_one() {
     let mut bench = Bench::joined(1);
+    bench.dispatch(2, 400_000, &SWIM, Delivery::Direct);
+    bench.heard();
     let reports = [1, 2].map(|cycle| bench.modules[0].say(&report(0, cycle, ModuleState::Executing)));
     assert_eq!(bench.deliver(0, &reports[1]), Ok(Some(DispatcherEvent::Reported(0))));
     assert_eq!(bench.deliver(0, &reports[0]), Ok(None));

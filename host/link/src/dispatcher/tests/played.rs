@@ -1,7 +1,9 @@
 //! Modules as a test plays them, and a dispatcher that they talk to.
 
+pub(super) use protocol::ModuleState;
 use protocol::session::Opened;
-use protocol::time::{Duration, FleetInstant};
+pub(super) use protocol::time::Duration;
+use protocol::time::FleetInstant;
 use protocol::units::{Amperes, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 use protocol::{
     Announcer, Faults, FleetKey, Hello, MAX_DATAGRAM, ModboatCycle, ModuleKey, ModuleKind, RovCycle,
@@ -76,6 +78,15 @@ pub(super) struct Played {
 impl Played {
     pub(super) fn new(key: &FleetKey, id: ModuleId) -> Self {
         let (fleet, key, boot) = (key.fleet(), key.module(id), [1; 12]);
+        let announcer = Announcer::new(fleet, id, &key, nonce(boot, 0));
+        Self { id, fleet, key, boot, sessions: 0, announcer, session: None }
+    }
+
+    /// Another one with the same number, in a boot of its own.
+    pub(super) fn twin(&self, first: u8) -> Self {
+        let (id, fleet, key) = (self.id, self.fleet, self.key.clone());
+        let mut boot = [1; 12];
+        boot[0] = first;
         let announcer = Announcer::new(fleet, id, &key, nonce(boot, 0));
         Self { id, fleet, key, boot, sessions: 0, announcer, session: None }
     }

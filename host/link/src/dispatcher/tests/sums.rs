@@ -231,7 +231,7 @@ fn every_datagram_and_every_cycle_is_accounted_for_in_a_storm() {
             let (outgoing, ledger) = (link.outgoing(), link.ledger());
             println!("seed {seed}, module {}: {outgoing:?}, {ledger:?}, {:?}", index + 1, link.incoming());
             assert_eq!((ledger.cycles, ledger.open()), (u64::from(storm.number), 0));
-            assert!(ledger.acknowledged > 20 && ledger.refused > 0 && ledger.resent > 50, "{ledger:?}");
+            assert!(ledger.acknowledged > 20 && ledger.resent > 50, "{ledger:?}");
             let incoming = link.incoming();
             assert!(incoming.duplicate > 50 && incoming.stale > 0 && incoming.forged > 0, "{incoming:?}");
             if index < 2 {
@@ -251,6 +251,8 @@ fn every_datagram_and_every_cycle_is_accounted_for_in_a_storm() {
                 assert_eq!(link.boots(), 4, "{outgoing:?}");
             }
         }
+        let refused: u64 = storm.dispatcher.modules().iter().map(|link| link.ledger().refused).sum();
+        assert!(refused > 0, "seed {seed}");
         assert!(storm.dispatcher.strays().corrupt > 100, "{:?}", storm.dispatcher.strays());
     }
 }
