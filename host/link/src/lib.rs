@@ -7,6 +7,7 @@
 //! | [`udp`] | a radio over a UDP socket |
 //! | [`dispatcher`] | takes modules in, sends each cycle ahead and again until answered; sans-IO |
 //! | [`member`] | what the host knows of one module |
+//! | `live` | a session in force |
 //! | `offers` | sessions that a module has not taken up yet |
 //! | `plausible` | numbers in reports that no module can have |
 //! | `rival` | two modules with one number |
@@ -25,6 +26,7 @@ pub mod faults;
 pub mod identity;
 pub mod key_file;
 pub mod ledger;
+mod live;
 pub mod loopback;
 pub mod member;
 mod offers;

@@ -14,14 +14,14 @@ use std::collections::VecDeque;
 use protocol::ledger::{Incoming, Outgoing};
 use protocol::session::{Opened, seal_stop};
 use protocol::time::{Duration, FleetInstant};
-use protocol::window::Window;
 use protocol::{
     Faults, FleetId, Health, Message, ModuleId, ModuleKey, ModuleKind, ModuleState, Nonce, RovTelemetry,
-    Session, TailUnknown, Telemetry,
+    TailUnknown, Telemetry,
 };
 
 use super::delivery::{CycleDelivery, Knowledge};
 use super::ledger::{Durations, Ledger};
+use super::live::Live;
 use super::offers::Offers;
 use super::rival::Rival;
 
@@ -29,27 +29,6 @@ mod sessions;
 
 /// A report of before a start may carry a time that much after it: the module's clock is that good.
 const CLOCK_GUARD: Duration = Duration(10_000);
-
-/// The session in force.
-#[derive(Clone, Debug)]
-pub(super) struct Live<A> {
-    boot: Nonce,
-    pub(super) session: Session,
-    pub(super) address: A,
-    /// The nonce that its next session would have, and which announcements of that have come.
-    next: Option<(Nonce, Window)>,
-    /// Greatest number of a report.
-    newest_report: Option<u32>,
-    /// As it announces itself, or reports.
-    kind: Option<ModuleKind>,
-}
-
-impl<A> Live<A> {
-    /// Whether it is of the boot that drew `boot`.
-    pub(super) fn is_of(&self, boot: &Nonce) -> bool {
-        self.boot.0.first_chunk::<12>() == boot.0.first_chunk::<12>()
-    }
-}
 
 /// What came with a datagram that was let in.
 #[derive(Clone, Debug, PartialEq)]

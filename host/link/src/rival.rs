@@ -20,9 +20,9 @@ use protocol::ledger::{Class, Outgoing};
 use protocol::time::{Duration, FleetInstant};
 use protocol::{Frame, Nonce};
 
-use super::member::Live;
+use super::live::Live;
 
-/// A module that was not heard for so long is not there. *Assumed*: in a session it reports many times a second, and is asked [`ASK_EVERY`].
+/// A module that was not heard for this time is not there. *Assumed*: in a session it reports many times a second, and is asked [`ASK_EVERY`].
 pub(super) const ALIVE_FOR: Duration = Duration(3_000_000);
 /// Pause between two questions. *Assumed*: several within the 1.5 s after which a module that hears nothing looks for another host.
 const ASK_EVERY: Duration = Duration(200_000);

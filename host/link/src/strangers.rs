@@ -19,7 +19,7 @@ use protocol::{FleetId, FrameError, Header, Kind, ModuleId, ModuleKind, WIRE_VER
 
 /// Strangers remembered, at most. *Assumed*: three fleets of 25 modules.
 const CAPACITY: usize = 75;
-/// A stranger that was not heard for so long is no reason for anything any more. *Assumed*: ten announcements.
+/// A stranger that was not heard for this time is no reason for anything any more. *Assumed*: ten announcements.
 const FORGET_AFTER: Duration = Duration(10_000_000);
 
 /// What makes a sender a stranger.

@@ -30,6 +30,7 @@ pub mod distances;
 pub mod experiment;
 pub mod fleet;
 pub mod host;
+mod leg_figures;
 pub mod orders;
 pub mod pilot;
 pub mod progress;

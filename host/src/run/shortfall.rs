@@ -26,8 +26,8 @@ use modboat::parameters::Parameters;
 use modboat::structure::Structure;
 use serde::Serialize;
 
+use super::leg_figures::LegFigures;
 use super::scenario::{Demand, Leg};
-use super::summary::LegFigures;
 use super::watch::{LegWatch, Reason};
 
 /// More than this share of a leg is too much.

@@ -7,10 +7,11 @@ use protocol::window::{Arrival, Window};
 use protocol::{Frame, Kind, Message, Nonce, Session, Side};
 
 use super::super::delivery::DeliveryState;
+use super::super::live::Live;
 use super::super::offers::Offer;
 use super::super::plausible::plausible;
 use super::super::rival::{ALIVE_FOR, Rival};
-use super::{Heard, Joined, Live, ModuleLink};
+use super::{Heard, Joined, ModuleLink};
 
 /// Boot nonces that are remembered as used up.
 const FORMER: usize = 16;
