@@ -309,39 +309,39 @@ where
 
     /// Does what an operator orders at `now`.
     fn obey(&mut self, now: FleetInstant, order: Order, progress: &mut dyn Progress) {
-        let Host { controller, .. } = &mut self.host;
+        if order == Order::Hold && self.halted == Some(Order::Stop) {
+            return progress.note("the fleet is stopped: a hold changes nothing");
+        }
         match order {
-            Order::Stop | Order::Hold => controller.halt(order),
-            Order::Release => controller.resume(),
-            Order::End => controller.finish(),
+            Order::Stop | Order::Hold => {
+                self.host.controller.halt(order);
+                self.halted = Some(order);
+            }
+            Order::Release(None) => {
+                self.host.controller.resume();
+                self.halted = None;
+            }
+            Order::Release(Some(_)) => {}
+            Order::End => self.host.controller.finish(),
         }
         let dispatcher = self.host.dispatcher_mut();
-        progress.note(match order {
-            Order::Stop => {
-                dispatcher.emergency_stop(now);
-                "emergency stop: every drive is off until a release"
-            }
-            // A hold does not end a stop.
-            Order::Hold if self.halted == Some(Order::Stop) => "the fleet is stopped: a hold changes nothing",
-            Order::Hold => {
-                dispatcher.hold();
-                "hold: the fleet finishes its cycle and holds until a release"
-            }
-            Order::Release => {
-                dispatcher.release(now);
-                "released: the run goes on"
-            }
-            Order::End => {
-                dispatcher.hold();
-                "interrupted: the fleet finishes its cycle and holds"
-            }
-        });
         match order {
-            Order::Stop => self.halted = Some(Order::Stop),
-            Order::Hold => self.halted = self.halted.or(Some(Order::Hold)),
-            Order::Release => self.halted = None,
-            Order::End => {}
+            Order::Stop => dispatcher.emergency_stop(now),
+            Order::Hold | Order::End => dispatcher.hold(),
+            Order::Release(None) => dispatcher.release(now),
+            Order::Release(Some(id)) => {
+                if !dispatcher.release_one(now, id) {
+                    return progress.note(&format!("there is no module {id} to release"));
+                }
+            }
         }
+        progress.note(match order {
+            Order::Stop => "emergency stop: every drive is off until a release",
+            Order::Hold => "hold: the fleet finishes its cycle and holds until a release",
+            Order::Release(None) => "released: the run goes on",
+            Order::Release(Some(_)) => "one module is released",
+            Order::End => "interrupted: the fleet finishes its cycle and holds",
+        });
         // A stop while the run ends has its own time.
         if order == Order::End || order == Order::Stop && self.ends_by.is_some() {
             self.ends_by = Some(now.after(REST_WITHIN));

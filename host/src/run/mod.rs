@@ -48,7 +48,7 @@ pub mod watch;
 #[derive(Debug, Error)]
 pub enum RunError {
     /// Modules are not there, or not ready, and have not been for too long.
-    #[error("{} within {waited_s} s{hint}", silent(kind, modules, known))]
+    #[error("{}{hint}", silent(kind, modules, known, *waited_s))]
     Silent {
         /// What they are: modules, or robots.
         kind: &'static str,
@@ -88,13 +88,13 @@ pub enum RunError {
     Parameter(#[from] ParameterError),
 }
 
-fn silent(kind: &str, modules: &[u16], known: &[(u16, String)]) -> String {
+fn silent(kind: &str, modules: &[u16], known: &[(u16, String)], waited_s: f64) -> String {
     let mut said: Vec<String> = known.iter().map(|(id, what)| format!("{kind} {id} {what}")).collect();
     let ids: Vec<String> = modules.iter().map(u16::to_string).collect();
     said.extend(match ids.as_slice() {
         [] => None,
-        [one] => Some(format!("{kind} {one} did not answer")),
-        many => Some(format!("{kind}s {} did not answer", many.join(", "))),
+        [one] => Some(format!("{kind} {one} did not answer within {waited_s} s")),
+        many => Some(format!("{kind}s {} did not answer within {waited_s} s", many.join(", "))),
     });
     said.join("; ")
 }

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use link::dispatcher::ModuleLink;
-use protocol::Faults;
 use protocol::time::FleetInstant;
+use protocol::{Faults, ModuleId};
 use serde::{Deserialize, Serialize};
 
 /// An order to a run.
@@ -14,8 +14,9 @@ pub enum Order {
     Stop,
     /// Modules finish their cycle and hold; ROVs keep their place. Until a release.
     Hold,
-    /// Ends a stop or a hold: the run goes on from where the fleet is.
-    Release,
+    /// Ends a stop or a hold: the run goes on from where the fleet is. Of one module alone: the stop of that one, and the others'
+    /// stays in force.
+    Release(Option<ModuleId>),
     /// Ends the run: modules finish their cycle and hold, and what was measured is kept.
     End,
 }

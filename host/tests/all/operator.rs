@@ -78,6 +78,12 @@ fn a_run_is_stopped_held_and_released() {
     assert_eq!(code, Some(0), "{said}");
     modules.iter().for_each(|module| await_state(module, "Executing"));
 
+    let (said, code) = operator(folder.path(), &["status", "--module", "2"]);
+    assert_eq!((states(&said).len(), code), (1, Some(0)), "{said}");
+    // One that is not stopped has nothing to be released from, and swims on.
+    let (said, code) = operator(folder.path(), &["release", "--module", "2"]);
+    assert_eq!((states(&said).len(), code), (1, Some(0)), "{said}");
+
     let (said, code) = operator(folder.path(), &["hold"]);
     assert_eq!((states(&said), code), (vec!["Holding"; 3], Some(0)), "{said}");
     let (_, code) = operator(folder.path(), &["release"]);

@@ -70,29 +70,35 @@ fn is_alive(path: &Path) -> bool {
 }
 
 /// Tells the run what is wanted, and waits until it is followed, at most `wait_s`. The modules at last.
-pub(super) fn ask(run: &Running, wish: Wish, wait_s: f64) -> Result<Vec<ModuleStatus>, Failure> {
-    let mut modules = once(run, wish)?.modules;
+pub(super) fn ask(
+    run: &Running,
+    wish: Wish,
+    module: Option<u16>,
+    wait_s: f64,
+) -> Result<Vec<ModuleStatus>, Failure> {
+    let mut modules = once(run, wish, module)?.modules;
     if wish == Wish::Status {
         return Ok(modules);
     }
     let until = Instant::now() + Duration::from_secs_f64(wait_s);
     loop {
         std::thread::sleep(LOOK_EVERY);
-        let Ok(status) = once(run, Wish::Status) else {
+        let Ok(status) = once(run, Wish::Status, None) else {
             // It has ended.
             return Ok(modules);
         };
         modules = status.modules;
-        let done = modules.iter().all(|module| wish.is_followed(module) != Some(false));
+        let asked = |of: &&ModuleStatus| module.is_none_or(|id| of.id == id);
+        let done = modules.iter().filter(asked).all(|module| wish.is_followed(module) != Some(false));
         if done || Instant::now() >= until {
             return Ok(modules);
         }
     }
 }
 
-fn once(run: &Running, wish: Wish) -> Result<RunStatus, Failure> {
+fn once(run: &Running, wish: Wish, module: Option<u16>) -> Result<RunStatus, Failure> {
     let could = |why: &dyn std::fmt::Display| Failure::Could(format!("{}: {why}", run.name()));
-    let request = serde_json::to_string(&Request { wish }).map_err(|error| could(&error))?;
+    let request = serde_json::to_string(&Request { wish, module }).map_err(|error| could(&error))?;
     let mut stream = UnixStream::connect(&run.path).map_err(|error| could(&error))?;
     stream.set_read_timeout(Some(ANSWER_WITHIN)).map_err(|error| could(&error))?;
     stream.write_all(format!("{request}\n").as_bytes()).map_err(|error| could(&error))?;

@@ -20,7 +20,7 @@ use crate::run::orders::{ModuleStatus, Order};
                         flotilla stop --key tank/fleet.key --listen 0.0.0.0:4870     with no run going on"
 )]
 pub(super) struct Arguments {
-    /// This module alone, where no run is going on
+    /// This module alone; where a run is going on, to release it or to know
     #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(1..=1024))]
     module: Option<u16>,
     /// The run of this process, where several are going on
@@ -55,11 +55,11 @@ pub(super) enum Wish {
 }
 
 impl Wish {
-    fn order(self) -> Option<Order> {
+    fn order(self, module: Option<ModuleId>) -> Option<Order> {
         match self {
             Self::Stop => Some(Order::Stop),
             Self::Hold => Some(Order::Hold),
-            Self::Release => Some(Order::Release),
+            Self::Release => Some(Order::Release(module)),
             Self::Status => None,
         }
     }
@@ -82,13 +82,15 @@ pub(super) fn main(wish: Wish, arguments: &Arguments) -> Result<(), Failure> {
     }
     let (who, modules) = match client::running(arguments.run)? {
         Some(run) => {
-            if arguments.module.is_some() {
+            if arguments.module.is_some() && matches!(wish, Wish::Stop | Wish::Hold) {
+                let run = run.name();
                 return Err(Failure::Bad(format!(
-                    "--module: {} is going on, and takes its whole fleet",
-                    run.name()
+                    "--module: {run} is going on: it stops and holds as a whole"
                 )));
             }
-            (run.name(), client::ask(&run, wish, arguments.wait)?)
+            let mut modules = client::ask(&run, wish, arguments.module, arguments.wait)?;
+            modules.retain(|module| arguments.module.is_none_or(|id| module.id == id));
+            (run.name(), modules)
         }
         None => {
             let only = arguments.module.map(ModuleId);

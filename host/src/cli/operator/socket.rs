@@ -3,7 +3,7 @@
 //! One JSON line in, one JSON line out, then the connection is closed:
 //!
 //! ```text
-//! → {"wish":"stop"}                       stop, hold, release or status
+//! → {"wish":"stop"}                       stop, hold, release (of one "module" alone, too) or status
 //! ← {"scenario":"nine","status":{…}}      see RunStatus; of before the order
 //! ```
 //!
@@ -17,6 +17,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use protocol::ModuleId;
 use serde::{Deserialize, Serialize};
 
 use super::Wish;
@@ -36,6 +37,9 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub(super) struct Request {
     /// What is wanted.
     pub(super) wish: Wish,
+    /// Of one module alone.
+    #[serde(default)]
+    pub(super) module: Option<u16>,
 }
 
 /// The folder of the sockets; made if it is not there.
@@ -155,9 +159,9 @@ impl Operator for Desk {
         self.accept();
         while let Some((mut stream, request)) = self.request() {
             let (reply, order) = match serde_json::from_slice::<Request>(&request) {
-                Ok(Request { wish }) => {
+                Ok(Request { wish, module }) => {
                     let reply = serde_json::json!({ "scenario": self.scenario, "status": status() });
-                    (reply, wish.order())
+                    (reply, wish.order(module.map(ModuleId)))
                 }
                 Err(error) => (serde_json::json!({ "error": error.to_string() }), None),
             };
@@ -217,7 +221,7 @@ mod tests {
             .map(|wish| says(&desk, format!("{{\"wish\":\"{wish}\"}}\n").as_bytes()));
         let orders: Vec<Order> = std::iter::from_fn(|| desk.poll(&status)).collect();
         assert_eq!(orders.len(), 3, "{orders:?}");
-        for order in [Order::Stop, Order::Release, Order::Hold] {
+        for order in [Order::Stop, Order::Release(None), Order::Hold] {
             assert!(orders.contains(&order), "{orders:?}");
         }
         for stream in streams {
@@ -230,12 +234,12 @@ mod tests {
         let (_folder, mut desk) = desk();
         let silent = says(&desk, b"{\"wish\"");
         let wrong = says(&desk, b"{\"wish\":\"jump\"}\n");
-        let more = says(&desk, b"{\"wish\":\"stop\",\"module\":3}\n");
+        let more = says(&desk, b"{\"wish\":\"stop\",\"boat\":3}\n");
         let long = says(&desk, &[b'x'; 2 * REQUEST_MAX]);
         drop(says(&desk, b""));
         assert_eq!((desk.poll(&status), desk.poll(&status)), (None, None));
         assert!(hears(wrong).contains("jump"));
-        assert!(hears(more).contains("module"));
+        assert!(hears(more).contains("boat"));
         let good = says(&desk, b"{\"wish\":\"stop\"}\n");
         assert_eq!(desk.poll(&status), Some(Order::Stop));
         drop((silent, long, good));
