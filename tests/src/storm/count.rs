@@ -6,7 +6,8 @@
 //! | datagram | class |
 //! |---|---|
 //! | wrong length, checksum, version or kind | corrupt |
-//! | another module's, another fleet's, for the other side; a call of another host while the present one is heard | foreign |
+//! | another module's, another fleet's, for the other side | foreign |
+//! | a call that a module does not take | stale, or foreign: compared as one, as only the module knows whether it heard its host |
 //! | of the session in force: not genuine | forged |
 //! | genuine, number not seen, at most 127 behind the newest | accepted |
 //! | genuine, number seen, at most 127 behind the newest | duplicate |
@@ -48,9 +49,12 @@ const TO_MODULE: u8 = 3;
 const TO_HOST: u8 = 4;
 /// Behind the newest by so much or more, a number is not followed.
 const WINDOW: u32 = 128;
-/// Offers that a host keeps for one module, and nonces that it remembers as used up.
-const OFFERS: usize = 4;
+/// Offers that a host keeps for one module, and nonces that it remembers as used up. No storm makes more boots than there are offers.
+const OFFERS: usize = 8;
 const FORMER: usize = 16;
+/// How long a session is kept that another boot took the place of, µs, and a tick.
+const DISPLACED_FOR_US: u64 = 3_000_000;
+const TICK_US: u64 = 1_000;
 
 /// What a datagram says in the clear.
 #[derive(Clone, Copy, Debug)]
@@ -140,6 +144,9 @@ struct HostEnd {
     live: Option<Offer>,
     /// The nonce that the module's next session would have.
     next: Option<([u8; 16], Seen)>,
+    /// The session of another boot that `live` took the place of, with its next nonce, and when that was, µs: it is kept for a while, as it
+    /// may be a second module's.
+    displaced: Option<(Offer, Option<([u8; 16], Seen)>, u64)>,
     offers: VecDeque<Offer>,
     former: VecDeque<[u8; 16]>,
     classes: Classes,
@@ -247,8 +254,8 @@ impl Count {
         if genuine { self.modules[module].seen.note(clear.sequence) } else { Class::Forged }
     }
 
-    /// This came to the running host: what it was.
-    pub fn came_to_host(&mut self, datagram: &[u8]) -> Class {
+    /// This came to the running host in the tick at `now_us`, µs of its time: what it was.
+    pub fn came_to_host(&mut self, now_us: u64, datagram: &[u8]) -> Class {
         let clear = Clear::read(datagram);
         let of = clear.filter(|clear| {
             clear.fleet == self.fleet.0
@@ -262,10 +269,13 @@ impl Count {
         };
         let end = &mut self.hosts[usize::from(clear.module) - 1];
         let sealed_in = self.by_modules.get(datagram).copied();
+        // Looked at once in a tick, after what came in it.
+        let over = |at_us: u64| now_us - TICK_US >= at_us + DISPLACED_FOR_US;
+        end.displaced.take_if(|(_, _, at_us)| over(*at_us));
         let class = match (clear.kind, sealed_in) {
             (ANNOUNCE, None) => Class::Forged,
             (ANNOUNCE, Some(session)) => end.announced(clear, session),
-            (_, sealed_in) => end.said(clear, sealed_in.is_some()),
+            (_, sealed_in) => end.said(now_us, clear, sealed_in.is_some()),
         };
         count(&mut end.classes, class);
         class
@@ -283,6 +293,12 @@ impl HostEnd {
             let (_, seen) = self.next.insert(next.unwrap_or((clear.nonce, Seen::default())));
             return seen.note(clear.sequence);
         }
+        if let Some((_, next, _)) = self.displaced.as_mut().filter(|(live, ..)| live.session == Some(session))
+        {
+            let known = next.take().filter(|(nonce, _)| *nonce == clear.nonce);
+            let (_, seen) = next.insert(known.unwrap_or((clear.nonce, Seen::default())));
+            return seen.note(clear.sequence);
+        }
         if !self.offers.iter().any(|offer| offer.nonce == clear.nonce) {
             if self.offers.len() == OFFERS {
                 self.offers.pop_front();
@@ -295,7 +311,7 @@ impl HostEnd {
     }
 
     /// A datagram that claims to be of a session.
-    fn said(&mut self, clear: Clear, genuine: bool) -> Class {
+    fn said(&mut self, now_us: u64, clear: Clear, genuine: bool) -> Class {
         let of = |offer: &Offer| offer.session == Some(clear.session);
         if !self.live.as_ref().is_some_and(of) {
             let Some(offered) = self.offers.iter().position(of) else { return Class::Stale };
@@ -307,7 +323,13 @@ impl HostEnd {
                 self.former.pop_front();
             }
             self.former.push_back(offer.nonce);
-            (self.live, self.next) = (Some(offer), None);
+            let boot = |offer: &Offer| offer.nonce.first_chunk::<12>().copied();
+            let next = self.next.take();
+            if let Some(before) =
+                self.live.replace(offer.clone()).filter(|before| boot(before) != boot(&offer))
+            {
+                self.displaced = Some((before, next, now_us));
+            }
             self.offers.clear();
         }
         match &mut self.live {
