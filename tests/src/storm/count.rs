@@ -138,15 +138,18 @@ struct Offer {
     seen: Seen,
 }
 
+/// The nonce that a module's next session would have, once it has announced itself in this one, and the numbers of that.
+type Next = Option<([u8; 16], Seen)>;
+
 /// What a host knows of one module.
 #[derive(Clone, Debug, Default)]
 struct HostEnd {
     live: Option<Offer>,
     /// The nonce that the module's next session would have.
-    next: Option<([u8; 16], Seen)>,
+    next: Next,
     /// The session of another boot that `live` took the place of, with its next nonce, and when that was, µs: it is kept for a while, as it
     /// may be a second module's.
-    displaced: Option<(Offer, Option<([u8; 16], Seen)>, u64)>,
+    displaced: Option<(Offer, Next, u64)>,
     offers: VecDeque<Offer>,
     former: VecDeque<[u8; 16]>,
     classes: Classes,
