@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use link::identity::HostIdentity;
+use link::strangers::Silence;
 use link::udp::UdpRadio;
 use protocol::ModuleId;
 
@@ -220,7 +221,12 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
                 ("", _) | (_, None) => String::new(),
                 (_, Some(first)) => format!(" (start it with: flotilla module --id {first} {invitation})"),
             };
-            Failure::Bad(RunError::Silent { kind, modules, known, waited_s, hint }.to_string())
+            // One that is there and cannot be used is no mistake in what the host or the module was given.
+            let is_there =
+                |reason| matches!(reason, Silence::Doubled | Silence::Stopped | Silence::ServesAnotherHost);
+            let all_there = modules.is_empty() && known.iter().all(|(_, reason, _)| is_there(*reason));
+            let failure = if all_there { Failure::Could } else { Failure::Bad };
+            failure(RunError::Silent { kind, modules, known, waited_s, hint }.to_string())
         }
         RunError::Parameter(_) | RunError::Module { .. } => Failure::Bad(error.to_string()),
         RunError::Radio(_) | RunError::Rov { .. } | RunError::Execution(_) => {

@@ -24,7 +24,7 @@ use super::RunError;
 use super::clock::{Clock, Pace, Tick, WallClock};
 use super::fleet::{Address, Fleet};
 use super::host::{Controller, Host, Step};
-use super::orders::{ModuleStatus, Operator, Order, RunStatus};
+use super::orders::{ModuleStatus, Operator, Order, RunStatus, fault_names};
 use super::progress::Progress;
 use super::reporter::{Reporter, stopped};
 
@@ -383,9 +383,24 @@ where
         let (mut modules, mut known) = (Vec::new(), Vec::new());
         for index in controller.missing(links) {
             let id = controller.id(index, links);
-            match links.silence(now, links.modules()[index].id()) {
+            let link = &links.modules()[index];
+            match links.silence(now, link.id()) {
+                Some(Silence::Doubled) => {
+                    let places = link.doubled().into_iter().flatten().map(|address| format!("{address:?}"));
+                    let places = places.collect::<Vec<_>>().join(" and ");
+                    known.push((
+                        id,
+                        Silence::Doubled,
+                        format!("is there twice, at {places}: neither is used"),
+                    ));
+                }
+                Some(Silence::Stopped) => {
+                    let faults = fault_names(link.faults()).join(", ");
+                    let hint = format!("is stopped ({faults}); flotilla release --module {id} ends that");
+                    known.push((id, Silence::Stopped, hint));
+                }
                 None | Some(Silence::NeverHeard | Silence::Unanswered | Silence::Known) => modules.push(id),
-                Some(reason) => known.push((id, reason.to_string())),
+                Some(reason) => known.push((id, reason, reason.to_string())),
             }
         }
         let (waited_s, hint) = (controller.patience().join_s, String::new());

@@ -17,6 +17,7 @@
 //! | [`vehicles`] | ROVs by name or from files |
 //! | [`reconfigure`] | a run of ROVs that change their configuration |
 
+use link::strangers::Silence;
 use quantity::ParameterError;
 use sim::module::ModuleError;
 use sim::rov::RovError;
@@ -54,8 +55,8 @@ pub enum RunError {
         kind: &'static str,
         /// Ids of the modules that did not answer.
         modules: Vec<u16>,
-        /// Ids of those of which something else is known, and what.
-        known: Vec<(u16, String)>,
+        /// Ids of those of which something else is known, what, and in words.
+        known: Vec<(u16, Silence, String)>,
         /// How long they were waited for, s.
         waited_s: f64,
         /// What may help.
@@ -88,8 +89,8 @@ pub enum RunError {
     Parameter(#[from] ParameterError),
 }
 
-fn silent(kind: &str, modules: &[u16], known: &[(u16, String)], waited_s: f64) -> String {
-    let mut said: Vec<String> = known.iter().map(|(id, what)| format!("{kind} {id} {what}")).collect();
+fn silent(kind: &str, modules: &[u16], known: &[(u16, Silence, String)], waited_s: f64) -> String {
+    let mut said: Vec<String> = known.iter().map(|(id, _, what)| format!("{kind} {id} {what}")).collect();
     let ids: Vec<String> = modules.iter().map(u16::to_string).collect();
     said.extend(match ids.as_slice() {
         [] => None,

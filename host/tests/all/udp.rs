@@ -242,3 +242,23 @@ fn a_host_that_is_stopped_tells_the_gap() {
         assert!(!gaps.iter().any(within), "{summary}");
     }
 }
+
+/// A process that was left over, with the number of another. Both are there, neither is used, and the run does not end well.
+#[test]
+fn two_modules_with_one_number_are_named() {
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    let text = scenario(12.0).replace("join_s = 60", "join_s = 8");
+    std::fs::write(folder.path().join("t.toml"), text).expect("a file");
+    let (host, address) = host(folder.path(), &[]);
+    let _modules = ["1", "2", "3", "2"].map(|id| module(folder.path(), id, &address));
+    let finished = host.finish();
+    assert_eq!(finished.code, Some(1), "{finished:?}");
+    assert!(finished.err[0].starts_with("flotilla: "), "{finished:?}");
+    let named = |line: &String| {
+        line.contains("module 2 is there twice, at 127.0.0.1:")
+            || line.contains("module 2 took no part for ")
+                && line.ends_with("two modules have its number, and neither is used")
+    };
+    assert!(finished.err.iter().any(named), "{finished:?}");
+}
