@@ -13,5 +13,6 @@ mod plans;
 mod reach;
 mod reconfigurations;
 mod reconfigure_executed;
+mod stops;
 mod storms;
 mod transitions;
