@@ -7,7 +7,7 @@
 //!
 //! An announcement may be a recording. So the host answers it and believes nothing yet: only a datagram of the session that
 //! the answer opens, which needs the host's fresh nonce, shows that the module is there. Until then the session that
-//! was in force stays in force. How many are offered at once, and to whom again: [`offers`](super::offers).
+//! was in force stays in force. How many are offered at once, and to whom again: `offers`.
 
 use std::collections::VecDeque;
 

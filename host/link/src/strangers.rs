@@ -9,7 +9,7 @@
 //! | a datagram of another wire version | its first byte; the rest has our checksum | the checksum alone |
 //! | a module of the wrong kind | its reports | its seal |
 //!
-//! At most [`CAPACITY`] are remembered. One that is not heard for [`FORGET_AFTER`] gives its place to another; until then it keeps it, so a flood of
+//! At most `CAPACITY` are remembered. One that is not heard for `FORGET_AFTER` gives its place to another; until then it keeps it, so a flood of
 //! made-up strangers does not drive out who was there before.
 
 use std::fmt;
