@@ -315,6 +315,11 @@ impl Faults {
         (Self::INDEX, "encoder index misplaced"),
     ];
 
+    /// Names of those that are set.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMES.into_iter().filter(move |(fault, _)| self.has(*fault)).map(|(_, name)| name)
+    }
+
     /// Whether all of `which` are set.
     #[must_use]
     pub const fn has(self, which: Self) -> bool {

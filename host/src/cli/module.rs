@@ -138,7 +138,7 @@ fn live(
             break;
         }
         let now = FleetInstant(began.elapsed().as_micros() as u64);
-        let present = tick(now).map_err(|error| Failure::Could(error.to_string()))?;
+        let present = tick(now).map_err(could)?;
         if present != state {
             state = present;
             if let Some(present) = present {

@@ -24,7 +24,7 @@ use super::RunError;
 use super::clock::{Clock, Pace, Tick, WallClock};
 use super::fleet::{Address, Fleet};
 use super::host::{Controller, Host, Step};
-use super::orders::{ModuleStatus, Operator, Order, RunStatus, fault_names};
+use super::orders::{ModuleStatus, Operator, Order, RunStatus};
 use super::progress::Progress;
 use super::reporter::{Reporter, stopped};
 
@@ -395,7 +395,7 @@ where
                     ));
                 }
                 Some(Silence::Stopped) => {
-                    let faults = fault_names(link.faults()).join(", ");
+                    let faults = link.faults().names().collect::<Vec<_>>().join(", ");
                     let hint = format!("is stopped ({faults}); flotilla release --module {id} ends that");
                     known.push((id, Silence::Stopped, hint));
                 }

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use link::dispatcher::ModuleLink;
+use protocol::ModuleId;
 use protocol::time::FleetInstant;
-use protocol::{Faults, ModuleId};
 use serde::{Deserialize, Serialize};
 
 /// An order to a run.
@@ -98,15 +98,9 @@ impl ModuleStatus {
         Self {
             id,
             state: link.state().map(|state| format!("{state:?}")),
-            faults: fault_names(link.faults()),
+            faults: link.faults().names().map(str::to_owned).collect(),
             battery_v: battery.map(|battery| f64::from(battery.0)).filter(|volts| volts.is_finite()),
             silent_s: link.is_known().then(|| f64::from(now.since(link.heard()).as_secs_f32())),
         }
     }
-}
-
-/// Names of the faults that are set.
-#[must_use]
-pub fn fault_names(faults: Faults) -> Vec<String> {
-    Faults::NAMES.iter().filter(|(fault, _)| faults.has(*fault)).map(|(_, name)| (*name).to_owned()).collect()
 }

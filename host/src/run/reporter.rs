@@ -7,7 +7,6 @@ use protocol::ledger::Outgoing;
 use protocol::time::FleetInstant;
 
 use super::host::{Controller, Host};
-use super::orders::fault_names;
 use super::progress::Progress;
 
 /// Pause between two reports of time and link, µs.
@@ -84,7 +83,7 @@ fn missing<C: Controller, A: Copy>(now: FleetInstant, host: &Host<C, A>) -> Stri
 pub(super) fn stopped<C: Controller, A: Copy>(host: &Host<C, A>) -> Option<String> {
     let links = host.dispatcher();
     let index = links.modules().iter().position(|link| link.state() == Some(ModuleState::Stopped))?;
-    let names = fault_names(links.modules()[index].faults());
+    let names: Vec<_> = links.modules()[index].faults().names().collect();
     let id = host.controller.id(index, links);
     Some(format!("{} {id} has stopped: {}", C::MODULE, names.join(", ")))
 }

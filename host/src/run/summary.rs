@@ -4,7 +4,6 @@ use link::dispatcher::{Dispatcher, ModuleLink};
 use link::faults::FaultCount;
 use link::ledger::{Ledger, Quantiles};
 use modboat::motion::Wrench;
-use protocol::Faults;
 use protocol::ledger::{Incoming, Outgoing};
 use protocol::time::FleetInstant;
 use quantity::wrap_rad;
@@ -205,7 +204,6 @@ impl LinkFigures {
     /// Of the module that goes by the number `module`.
     fn new<A: Copy>(module: u16, link: &ModuleLink<A>) -> Self {
         let health = link.health();
-        let faults = Faults::NAMES.iter().filter(|(fault, _)| link.faults().has(*fault));
         Self {
             module,
             ledger: *link.ledger(),
@@ -217,7 +215,7 @@ impl LinkFigures {
             clock_drift_ppb: health.map(|health| health.drift_ppb),
             boots: link.boots(),
             sessions: link.sessions(),
-            faults: faults.map(|(_, name)| *name).collect(),
+            faults: link.faults().names().collect(),
         }
     }
 }

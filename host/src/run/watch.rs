@@ -49,9 +49,7 @@ impl Display for Reason {
 }
 
 fn named(faults: Faults) -> String {
-    let names: Vec<&str> =
-        Faults::NAMES.iter().filter(|(fault, _)| faults.has(*fault)).map(|(_, name)| *name).collect();
-    names.join(", ")
+    faults.names().collect::<Vec<_>>().join(", ")
 }
 
 const fn worded(refusal: Refusal) -> &'static str {

@@ -37,7 +37,7 @@ struct Reply {
 
 /// The run of process `pid`, or the only one; `None` where none is going on.
 pub(super) fn running(pid: Option<u32>) -> Result<Option<Running>, Failure> {
-    let folder = folder().map_err(|error| Failure::Could(error.to_string()))?;
+    let folder = folder().map_err(super::super::could)?;
     let entries = std::fs::read_dir(&folder)
         .map_err(|error| Failure::Could(format!("{}: {error}", folder.display())))?;
     let mut all: Vec<Running> = entries

@@ -8,7 +8,7 @@ use link::udp::UdpRadio;
 use protocol::time::FleetInstant;
 use protocol::{MAX_DATAGRAM, ModuleId, Radio};
 
-use super::super::keygen;
+use super::super::{could, keygen};
 use super::{Arguments, Failure, Wish};
 use crate::run::orders::ModuleStatus;
 
@@ -42,7 +42,6 @@ pub(super) fn ask(
         Wish::Release => dispatcher.release(now()),
         Wish::Hold | Wish::Status => {}
     }
-    let could = |error: link::udp::BrokenRadio| Failure::Could(error.to_string());
     let mut buffer = [0; MAX_DATAGRAM];
     let (mut heard, mut changed) = (0, began);
     let wait = Duration::from_secs_f64(arguments.wait);

@@ -9,6 +9,14 @@ fn announcement(bench: &mut Bench) -> Vec<u8> {
     link.seal_announcement(&hello, &mut [0; protocol::MAX_DATAGRAM]).unwrap().to_vec()
 }
 
+/// Another host calls it, and is let in.
+fn serve_a_second_host(bench: &mut Bench) {
+    bench.host = BenchHost::new(2);
+    let announcement = announcement(bench);
+    let call = bench.host.call(&announcement);
+    assert_eq!(bench.bring(&call), Ok(()));
+}
+
 fn is_call(datagram: &[u8]) -> bool {
     protocol::Frame::parse(datagram).unwrap().header.kind == protocol::Kind::Call
 }
@@ -164,12 +172,7 @@ fn everything_ever_recorded_is_stale_after_a_reboot() {
     // Another host's session, of the same boot.
     bench.host.tells_time = false;
     bench.run(5_500 * MS);
-    bench.host = BenchHost::new(2);
-    let call = {
-        let announcement = announcement(&mut bench);
-        bench.host.call(&announcement)
-    };
-    assert_eq!(bench.bring(&call), Ok(()));
+    serve_a_second_host(&mut bench);
     bench.run(6_000 * MS);
     assert_eq!(bench.ask(&direct(1, 6_500 * MS)), Verdict::Accepted);
     bench.run(6_600 * MS);
@@ -266,12 +269,7 @@ fn any_host_of_the_fleet_stops_it_in_mid_cycle_and_only_a_release_ends_it() {
     assert_eq!(bench.bring(&stop), Ok(()));
     bench.host.tells_time = false;
     bench.run(5_000 * MS);
-    bench.host = BenchHost::new(2);
-    let call = {
-        let announcement = announcement(&mut bench);
-        bench.host.call(&announcement)
-    };
-    assert_eq!(bench.bring(&call), Ok(()));
+    serve_a_second_host(&mut bench);
     bench.run(6_000 * MS);
     assert_eq!(bench.state(), ModuleState::Stopped);
     bench.say(&Message::Release);
@@ -325,10 +323,5 @@ fn forged_calls_are_looked_at_a_few_times_for_each_announcement() {
     }
     assert_eq!(bench.incoming().forged, u32::from(CALLS));
     // The next announcement is answered by its host.
-    bench.host = BenchHost::new(2);
-    let call = {
-        let announcement = announcement(&mut bench);
-        bench.host.call(&announcement)
-    };
-    assert_eq!(bench.bring(&call), Ok(()));
+    serve_a_second_host(&mut bench);
 }

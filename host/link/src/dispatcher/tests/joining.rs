@@ -199,16 +199,21 @@ fn recorded_announcements_keep_no_module_out() {
     }
 }
 
-/// Ten different announcements of an old boot, which served another host then.
-#[test]
-fn a_module_in_our_session_is_not_said_to_be_elsewhere() {
-    let mut bench = Bench::new(1);
+/// Module 0 takes up the call of another host.
+fn serve_another(bench: &mut Bench) {
     let mut other: Dispatcher<char> = Dispatcher::new(&[ModuleId(1)], &KEY, [5; 12]);
     let mut buffer = [0; MAX_DATAGRAM];
     let announcement = bench.modules[0].announce();
     other.handle_datagram(FleetInstant(0), 'a', &announcement).expect("genuine");
     let (_, call) = other.poll_transmit(FleetInstant(0), &mut buffer).expect("a call");
     bench.modules[0].handle_datagram(call).expect("it opens");
+}
+
+/// Ten different announcements of an old boot, which served another host then.
+#[test]
+fn a_module_in_our_session_is_not_said_to_be_elsewhere() {
+    let mut bench = Bench::new(1);
+    serve_another(&mut bench);
     let recordings: Vec<Vec<u8>> = (0..30).map(|_| bench.modules[0].announce()).collect();
     bench.modules[0].reboot();
     assert_eq!(bench.join(0), Some(DispatcherEvent::Joined(0)));
@@ -256,12 +261,7 @@ fn strangers_are_counted_and_otherwise_ignored() {
 #[test]
 fn a_module_that_serves_another_host_is_told_from_one_that_is_to_be_called() {
     let mut bench = Bench::new(1);
-    let mut other: Dispatcher<char> = Dispatcher::new(&[ModuleId(1)], &KEY, [5; 12]);
-    let mut buffer = [0; MAX_DATAGRAM];
-    let announcement = bench.modules[0].announce();
-    other.handle_datagram(FleetInstant(0), 'a', &announcement).expect("genuine");
-    let (_, call) = other.poll_transmit(FleetInstant(0), &mut buffer).expect("a call");
-    bench.modules[0].handle_datagram(call).expect("it opens");
+    serve_another(&mut bench);
     // It names the other's session, and answers none of our calls.
     let mut told = Vec::new();
     for round in 0..15 {
@@ -334,12 +334,7 @@ fn an_older_report_does_not_replace_a_newer_one() {
 #[test]
 fn a_module_of_another_host_is_stopped_when_it_announces_itself() {
     let mut bench = Bench::new(1);
-    let mut other: Dispatcher<char> = Dispatcher::new(&[ModuleId(1)], &KEY, [5; 12]);
-    let mut buffer = [0; MAX_DATAGRAM];
-    let announcement = bench.modules[0].announce();
-    other.handle_datagram(FleetInstant(0), 'a', &announcement).expect("genuine");
-    let (_, call) = other.poll_transmit(FleetInstant(0), &mut buffer).expect("a call");
-    bench.modules[0].handle_datagram(call).expect("it opens");
+    serve_another(&mut bench);
     bench.dispatcher.emergency_stop(bench.now);
     assert!(bench.sent().is_empty(), "it is not known where it is");
     let announcement = bench.modules[0].announce();
