@@ -109,7 +109,6 @@ impl From<PrivateFileError> for KeyFileError {
     fn from(error: PrivateFileError) -> Self {
         match error {
             PrivateFileError::Missing { path } => Self::Missing { path },
-            PrivateFileError::Entropy(error) => Self::Entropy(error),
             error => Self::File(error),
         }
     }

@@ -4,13 +4,12 @@
 //! if told so, all at once. One that its group or others may read or write is refused. Limits: modes are those of Unix; elsewhere a file
 //! has the rights of its folder.
 
-use std::fs::{self, DirBuilder, File, Metadata, OpenOptions};
+use std::fs::{self, DirBuilder, File, Metadata};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
+use tempfile::NamedTempFile;
 use thiserror::Error;
-
-use super::entropy::{self, EntropyError};
 
 /// Why a file cannot be had, or not be made.
 #[derive(Debug, Error)]
@@ -67,9 +66,6 @@ pub enum PrivateFileError {
         /// What the operating system said.
         source: io::Error,
     },
-    /// No random bytes for an unused name.
-    #[error(transparent)]
-    Entropy(#[from] EntropyError),
 }
 
 /// Reads as much of `path` as `buffer` holds.
@@ -101,64 +97,45 @@ pub fn read(path: &Path, buffer: &mut [u8]) -> Result<usize, PrivateFileError> {
 pub fn write(path: &Path, bytes: &[u8], force: bool) -> Result<(), PrivateFileError> {
     let unwritable = |source| PrivateFileError::Unwritable { path: path.to_owned(), source };
     let exists = || PrivateFileError::Exists { path: path.to_owned() };
-    let replaces = match fs::symlink_metadata(path) {
+    match fs::symlink_metadata(path) {
         Ok(there) if there.is_symlink() => return Err(PrivateFileError::Link { path: path.to_owned() }),
         Ok(there) if !there.is_file() => return Err(PrivateFileError::NotAFile { path: path.to_owned() }),
         Ok(_) if !force => return Err(exists()),
-        Ok(_) => true,
-        Err(error) if error.kind() == ErrorKind::NotFound => false,
+        Ok(_) => {}
+        Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(unwritable(error)),
-    };
+    }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder {
         create_folder(folder).map_err(unwritable)?;
     }
-    // The former file is whole until the new one is.
-    let target = if replaces { beside(path)? } else { path.to_owned() };
-    let mut file = create_new(&target).map_err(|error| match error.kind() {
+    let folder = folder.unwrap_or(Path::new("."));
+    // Under an unused name first, so that the former file is whole until the new one is; removed if it comes to nothing.
+    let mut file = NamedTempFile::new_in(folder).map_err(unwritable)?;
+    restrict(file.as_file()).map_err(unwritable)?;
+    check_private(path, &file.as_file().metadata().map_err(unwritable)?)?;
+    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(unwritable)?;
+    let named = if force { file.persist(path) } else { file.persist_noclobber(path) };
+    named.map_err(|failed| match failed.error.kind() {
         ErrorKind::AlreadyExists => exists(),
-        _ => unwritable(error),
+        _ => unwritable(failed.error),
     })?;
-    let outcome = fill(path, &mut file, bytes)
-        .and_then(|()| if replaces { fs::rename(&target, path).map_err(unwritable) } else { Ok(()) });
-    if outcome.is_err() {
-        let _ = fs::remove_file(&target);
-        return outcome;
-    }
     // That the folder names the file is on the disk too; not every file system can be asked to.
-    let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
     Ok(())
 }
 
-fn fill(path: &Path, file: &mut File, bytes: &[u8]) -> Result<(), PrivateFileError> {
-    let unwritable = |source| PrivateFileError::Unwritable { path: path.to_owned(), source };
-    // The umask may have taken from the owner what it was made with; a file system may know no modes.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        file.set_permissions(fs::Permissions::from_mode(0o600)).map_err(unwritable)?;
-    }
-    check_private(path, &file.metadata().map_err(unwritable)?)?;
-    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(unwritable)
+/// Mode 0600: the umask may have taken from the owner what the file was made with.
+#[cfg(unix)]
+fn restrict(file: &File) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(fs::Permissions::from_mode(0o600))
 }
 
-/// An unused name in the same folder.
-fn beside(path: &Path) -> Result<PathBuf, PrivateFileError> {
-    let mut number = [0; 8];
-    entropy::fill(&mut number)?;
-    let mut name = std::ffi::OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{:016x}", u64::from_le_bytes(number)));
-    Ok(path.with_file_name(name))
-}
-
-/// A new file; a symbolic link counts as one that is there.
-fn create_new(path: &Path) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    options.open(path)
+/// Modes are those of Unix.
+#[cfg(not(unix))]
+fn restrict(_: &File) -> io::Result<()> {
+    Ok(())
 }
 
 /// The folder and those it is in; such as are made are their owner's alone.

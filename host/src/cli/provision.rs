@@ -112,10 +112,8 @@ fn provision(arguments: &Arguments, ids: &BTreeSet<u16>, from: &str) -> Result<(
     let mut said = String::new();
     for (configuration, path) in configurations.iter().zip(&targets) {
         let bytes = image::encode(configuration, format).map_err(bad)?;
-        private_file::write(path, &bytes, arguments.force).map_err(|error| match error {
-            PrivateFileError::Entropy(_) => Failure::Could(error.to_string()),
-            _ => Failure::Bad(error.to_string()),
-        })?;
+        private_file::write(path, &bytes, arguments.force)
+            .map_err(|error| Failure::Bad(error.to_string()))?;
         // Writing to a String cannot fail.
         let _ = writeln!(said, "{}: {}", path.display(), summary(configuration));
     }
