@@ -4,6 +4,7 @@
 //! Modboats"`; equation numbers are the paper's. Pure: no clock, socket, thread or print.
 
 pub mod attraction;
+pub mod bounds;
 pub mod buffers;
 pub mod control;
 pub mod distance;

@@ -133,6 +133,7 @@ fn swim(
             turns,
             via: None,
             outside_envelope: false,
+            bounded: false,
             loss_tolerant: true,
             power_tolerant: true,
         });

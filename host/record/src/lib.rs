@@ -61,6 +61,8 @@ pub struct CycleRecord {
     pub outcome: &'static str,
     /// Wrench the controller asked for.
     pub demand: Wrench,
+    /// Whether it asked for less than the leg, to keep off the edge of the water.
+    pub bounded: bool,
     /// Wrench the plan yields by law (7).
     pub commanded: Wrench,
     /// Mean wrench of the tails on the water over the swim cycle, as simulated from the actual tail angles.

@@ -13,8 +13,8 @@ use super::RunError;
 use super::closed_loop::{PoseSource, Run, World};
 use super::pilot::Pilot;
 
-/// A run of Modboats with the fleet `F`.
-pub type BoatRun<'a, F> = Run<'a, Pilot, F, Tank, Cameras>;
+/// A run of Modboats with the fleet `F` and poses from `P`.
+pub type BoatRun<'a, F, P = Cameras> = Run<'a, Pilot, F, Tank, P>;
 
 impl World for Tank {
     type Actuation = TailState;

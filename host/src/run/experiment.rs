@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 use std::time::Instant;
 
+use modboat::observer::Fix;
 use protocol::time::FleetInstant;
 use record::{PoseSample, RunRecord};
 use sim::TailState;
@@ -12,7 +13,7 @@ use sim::tank::Tank;
 use super::RunError;
 use super::boats::{BoatRun, Cameras};
 use super::clock::{Clock, WallClock};
-use super::closed_loop::{Drive, Run};
+use super::closed_loop::{Drive, PoseSource, Run};
 use super::distances;
 use super::fleet::{Fleet, InProcess};
 use super::orders::Unattended;
@@ -64,16 +65,32 @@ pub fn run<F: Fleet<Actuation = TailState>>(
     drive: Drive<'_, Pilot, F>,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
-    run_by(Clock::new(drive.pace), scenario, seed, fleet, drive, progress)
+    run_with(scenario, seed, fleet, drive, cameras(scenario, seed)?, progress)
+}
+
+/// [`run`] with poses from anywhere.
+///
+/// # Errors
+/// [`RunError`].
+pub fn run_with<F: Fleet<Actuation = TailState>, P: PoseSource<Tank, Pose = Fix>>(
+    scenario: &Scenario,
+    seed: u64,
+    fleet: &mut F,
+    drive: Drive<'_, Pilot, F>,
+    poses: P,
+    progress: &mut dyn Progress,
+) -> Result<RunResult, RunError> {
+    run_by(Clock::new(drive.pace), scenario, seed, fleet, drive, poses, progress)
 }
 
 /// [`run`] by any clock.
-fn run_by<F: Fleet<Actuation = TailState>, T: WallClock>(
+fn run_by<F: Fleet<Actuation = TailState>, T: WallClock, P: PoseSource<Tank, Pose = Fix>>(
     clock: Clock<T>,
     scenario: &Scenario,
     seed: u64,
     fleet: &mut F,
     drive: Drive<'_, Pilot, F>,
+    poses: P,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
     let table = distances::table(&scenario.modboat, &scenario.planner, progress);
@@ -84,14 +101,13 @@ fn run_by<F: Fleet<Actuation = TailState>, T: WallClock>(
         ..PoseSample::default()
     };
     let tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, seed ^ 0x7A4B)?;
-    let cameras = Cameras::new(Mocap::new(&scenario.mocap, seed ^ 0x3C0D)?);
     let mut end_s = 0.0;
     let ends_s = scenario.legs.iter().map(|leg| {
         end_s += leg.duration_s;
         end_s
     });
     let (mut recorder, mut watch) = (Recorder::default(), Watch::new(ends_s.collect()));
-    let mut run: BoatRun<'_, F> = Run::new(pilot, fleet, Some(tank), cameras);
+    let mut run: BoatRun<'_, F, P> = Run::new(pilot, fleet, Some(tank), poses);
     let ending = run.drive(clock, drive, progress, &mut [&mut recorder, &mut watch])?;
 
     let clock_error_us = recorder.clock_error_us();
@@ -101,6 +117,11 @@ fn run_by<F: Fleet<Actuation = TailState>, T: WallClock>(
     summary.wall_s = ending.wall_s;
     summary.judge(ending.why);
     Ok(RunResult { summary, record, decisions: run.host.controller.decisions().to_vec() })
+}
+
+/// The simulated motion capture of a scenario.
+fn cameras(scenario: &Scenario, seed: u64) -> Result<Cameras, RunError> {
+    Ok(Cameras::new(Mocap::new(&scenario.mocap, seed ^ 0x3C0D)?))
 }
 
 /// Any clock that only goes forward.

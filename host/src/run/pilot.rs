@@ -30,6 +30,7 @@ use std::sync::Arc;
 
 use link::delivery::Knowledge;
 use link::dispatcher::{Dispatcher, ModuleLink};
+use modboat::bounds::{Governor, Place};
 use modboat::control::{Controller as Control, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
@@ -62,6 +63,11 @@ pub struct Pilot {
     scenario: Scenario,
     observer: Observer,
     control: Control,
+    governor: Option<Governor>,
+    /// When the newest pose is from.
+    seen: Option<FleetInstant>,
+    /// Whether the last decision was not made for want of a pose.
+    is_blind: bool,
     planner: Planner,
     distance: Arc<DistanceToCollision>,
     /// The planner without the missing modules.
@@ -107,6 +113,12 @@ impl Pilot {
             scenario: scenario.clone(),
             observer: Observer::new(structure, modboat, &scenario.observer)?,
             control: Control::new(structure, modboat, &scenario.control),
+            governor: scenario
+                .bounds
+                .as_ref()
+                .map(|bounds| Governor::new(bounds, structure, modboat, &scenario.control)),
+            seen: None,
+            is_blind: false,
             planner,
             distance,
             partial: None,
@@ -143,6 +155,12 @@ impl Pilot {
     /// How often a cycle that no module may miss was given up because a module might have missed it.
     pub fn dropped(&self) -> u32 {
         self.dropped
+    }
+
+    /// Whether the newest pose will be too old for a cycle that starts at `start`.
+    fn is_blind_at(&self, start: FleetInstant) -> bool {
+        let age_s = |seen: FleetInstant| start.as_secs_f64() - seen.as_secs_f64();
+        self.seen.is_none_or(|seen| age_s(seen) > self.scenario.pose.hold_after_s)
     }
 
     /// The second step of a transition is not sent any more.
@@ -222,6 +240,11 @@ impl Pilot {
         let poses = links.modules().iter().enumerate();
         self.known.clear();
         self.known.extend(poses.map(|(index, link)| pose_of(phase, last, index, link)));
+        self.is_blind = self.is_blind_at(start);
+        if self.is_blind {
+            self.handle_phase(PhaseEvent::Blind);
+            return None;
+        }
         let (true, Some(estimate)) = (self.is_enough(now, links), self.observer.estimate()) else {
             self.handle_phase(PhaseEvent::Lost);
             return None;
@@ -248,7 +271,14 @@ impl Pilot {
                 self.control.towards(station_m, estimate.position_m, &observed, horizon_s)
             }
         };
-        let target = Target { velocity_m_s, heading_rad };
+        let (mut target, mut bounded) = (Target { velocity_m_s, heading_rad }, false);
+        if let Some(governor) = &mut self.governor {
+            let ahead_s = start.as_secs_f64() - now.as_secs_f64();
+            let position_m = [0, 1].map(|k| estimate.position_m[k] + estimate.velocity_m_s[k] * ahead_s);
+            let place = Place { position_m, heading_rad: estimate.heading_rad };
+            let governed = governor.govern(&target, place, estimate.velocity_m_s, 2.0 * interval_s);
+            (target, bounded) = (governed.target, governed.is_limited);
+        }
         let demand = self.control.demand(&target, &observed, interval_s, horizon_s);
 
         let began = (self.stopwatch)();
@@ -265,7 +295,7 @@ impl Pilot {
         let previous = last.map(|decision| decision.plan.cycle.as_slice());
         planner.plan_into(demand, Some(poses), previous, &mut self.plan);
         let solve_us = u64::from((self.stopwatch)().since(began).0);
-        self.carry_out(start, demand, self.plan.clone(), solve_us)
+        self.carry_out(start, demand, bounded, self.plan.clone(), solve_us)
     }
 
     /// Whether a module knows the fleet time well enough to be begun with. Once the fleet swims,
@@ -291,6 +321,7 @@ impl Pilot {
         &mut self,
         start: FleetInstant,
         demand: Wrench,
+        bounded: bool,
         plan: Plan,
         solve_us: u64,
     ) -> Option<Dispatch> {
@@ -300,8 +331,19 @@ impl Pilot {
         let missing = self.known.iter().map(Option::is_none).collect();
         let (via, transition) = steps(&plan, &turns);
         let number = self.decisions.last().map_or(1, |decision| decision.last_number() + 1);
-        let decision =
-            Decision { number, start, transition, via, period, demand, missing, turns, plan, solve_us };
+        let decision = Decision {
+            number,
+            start,
+            transition,
+            via,
+            period,
+            demand,
+            bounded,
+            missing,
+            turns,
+            plan,
+            solve_us,
+        };
         let sent = if decision.plan.outcome == Outcome::Held {
             self.resumes = decision.end();
             self.handle_phase(PhaseEvent::Held);
@@ -318,19 +360,22 @@ impl Pilot {
 
     /// The second step of the last decision when it is due; gives it up if a module has not the first.
     fn send_second<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) -> Option<Dispatch> {
-        let decision = self.decisions.last_mut()?;
+        let decision = self.decisions.last()?;
         let start = decision.last_start();
         // A module keeps one cycle beside the one it runs: the first must have begun.
         if now < decision.start || now.after(self.lead) < start {
             return None;
         }
-        if all_have(links, decision, decision.number) {
+        let blind = self.is_blind_at(start);
+        let decision = self.decisions.last_mut()?;
+        if !blind && all_have(links, decision, decision.number) {
             let second = dispatch(decision, decision.last_number(), start, cycles(decision));
             self.handle_phase(PhaseEvent::SecondSent);
             return Some(second);
         }
         give_up_second(decision);
-        self.handle_phase(PhaseEvent::FirstMissed);
+        self.is_blind = blind;
+        self.handle_phase(if blind { PhaseEvent::Blind } else { PhaseEvent::FirstMissed });
         None
     }
 

@@ -36,8 +36,8 @@ pub struct Recorder {
     clock_error_us: Option<u64>,
 }
 
-impl<F: Fleet<Actuation = TailState>> Observer<BoatRun<'_, F>> for Recorder {
-    fn observe(&mut self, now: FleetInstant, run: &BoatRun<'_, F>) -> Result<(), RunError> {
+impl<F: Fleet<Actuation = TailState>, P> Observer<BoatRun<'_, F, P>> for Recorder {
+    fn observe(&mut self, now: FleetInstant, run: &BoatRun<'_, F, P>) -> Result<(), RunError> {
         let pilot = &run.host.controller;
         if run.is_blind() {
             return Ok(());
@@ -119,6 +119,7 @@ impl Recorder {
                     period_s: f64::from(decision.period.as_secs_f32()),
                     outcome: plan.outcome.name(),
                     demand: decision.demand,
+                    bounded: decision.bounded,
                     commanded: plan.wrench,
                     achieved,
                     error: plan.error,

@@ -1,6 +1,7 @@
 //! Scenarios: what is run, from a TOML file. A mistake in one is reported with its file, line, value and unit.
 
 use link::faults::FaultParameters;
+use modboat::bounds::{Bounds, Place, centres_m};
 use modboat::control::ControlConfig;
 use modboat::observer::ObserverParameters;
 use modboat::parameters::Parameters;
@@ -18,10 +19,12 @@ use sim::tank::TankParameters;
 pub use built_in::BUILT_IN;
 use leg::LegTable;
 pub use leg::{Demand, Leg};
+pub use pose::PoseParameters;
 use tracking::tail_is_kept;
 
 mod built_in;
 mod leg;
+mod pose;
 mod tracking;
 
 /// Everything a run needs to know.
@@ -49,6 +52,10 @@ pub struct Scenario {
     pub observer: ObserverParameters,
     /// When decisions are made.
     pub timing: Timing,
+    /// Where poses come from, and what is done without them.
+    pub pose: PoseParameters,
+    /// The edge of the water, if the structure is to keep off it.
+    pub bounds: Option<Bounds>,
     /// The water.
     pub tank: TankParameters,
     /// The motors.
@@ -117,6 +124,9 @@ struct Tables {
     observer: ObserverParameters,
     #[serde(default)]
     timing: Timing,
+    #[serde(default)]
+    pose: PoseParameters,
+    bounds: Option<Bounds>,
     #[serde(default)]
     tank: TankParameters,
     #[serde(default)]
@@ -191,6 +201,7 @@ impl Scenario {
         parsed.planner.validate().map_err(|error| number("planner", error))?;
         parsed.control.validate().map_err(|error| number("control", error))?;
         parsed.observer.validate().map_err(|error| number("observer", error))?;
+        parsed.pose.validate().map_err(|error| number("pose", error))?;
         parsed.tank.thrust.validate().map_err(|error| number("tank.thrust", error))?;
         parsed.tank.validate().map_err(|error| number("tank", error))?;
         parsed.motor.validate().map_err(|error| number("motor", error))?;
@@ -244,6 +255,9 @@ impl Scenario {
                 .map_err(|(key, message)| document.mistake_in(&["leg", &index.to_string()], key, message))?;
             legs.push(leg);
         }
+        if let Some(bounds) = &parsed.bounds {
+            within(document, bounds, &parsed.start, &legs, &structure.positions_m(parsed.modboat.pitch_m))?;
+        }
         Ok(Self {
             name: parsed.name,
             description: parsed.description,
@@ -256,6 +270,8 @@ impl Scenario {
             control: parsed.control,
             observer: parsed.observer,
             timing: parsed.timing,
+            pose: parsed.pose,
+            bounds: parsed.bounds,
             tank: parsed.tank,
             motor: parsed.motor,
             clock: parsed.clock,
@@ -286,6 +302,42 @@ impl Scenario {
     pub fn start_heading_rad(&self) -> f64 {
         self.start.heading_rad.unwrap_or(self.legs[0].heading_rad)
     }
+}
+
+/// Refuses bounds that are none, and a structure that starts, or a station that lies, outside of them.
+fn within(
+    document: &Document<'_>,
+    bounds: &Bounds,
+    start: &Start,
+    legs: &[Leg],
+    positions_m: &[[f64; 2]],
+) -> Result<(), Mistake> {
+    bounds
+        .validate()
+        .map_err(|error| document.mistake_in(&["bounds"], "edge_m", format!("edge_m: {error}")))?;
+    let range = 0.0..=1e6;
+    if !range.contains(&bounds.margin_m) {
+        let (value, reason) = (bounds.margin_m, "must lie between 0 and 1000000");
+        let error = ParameterError { key: "margin_m", value, unit: "m", reason };
+        return Err(document.mistake_in(&["bounds"], error.key, &error));
+    }
+    let heading_rad = start.heading_rad.unwrap_or(legs[0].heading_rad);
+    let place = Place { position_m: start.position_m, heading_rad };
+    for (module, [x, y]) in centres_m(positions_m, place).enumerate() {
+        if !bounds.contains([x, y]) {
+            let message = format!("module {} starts at [{x:.3}, {y:.3}] m, outside of it", module + 1);
+            return Err(document.mistake_in(&["bounds"], "edge_m", message));
+        }
+    }
+    for (index, leg) in legs.iter().enumerate() {
+        if let Demand::Station([x, y]) = leg.demand
+            && !bounds.contains([x, y])
+        {
+            let message = format!("position_m = [{x}, {y}] m: lies outside of [bounds]");
+            return Err(document.mistake_in(&["leg", &index.to_string()], "position_m", message));
+        }
+    }
+    Ok(())
 }
 
 /// What is wrong with the name of a scenario, if anything is.

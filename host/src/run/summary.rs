@@ -135,6 +135,8 @@ pub struct CycleFigures {
     pub mean_interval_s: f64,
     /// With a demand outside the envelope, which nothing could have met.
     pub outside_envelope: usize,
+    /// For less than what the leg asks, to keep off the edge of the water.
+    pub bounded: usize,
     /// Mean error of the wrench: relative, and in N where the demand is zero.
     pub mean_error: f64,
     /// Mean relative error of the wrench where one is demanded.
@@ -227,11 +229,11 @@ pub fn reboots<A: Copy>(links: &Dispatcher<A>) -> u32 {
 
 impl Summary {
     /// From what a run left behind.
-    pub(super) fn new<F: Fleet<Actuation = TailState>>(
+    pub(super) fn new<F: Fleet<Actuation = TailState>, P>(
         scenario: &Scenario,
         seed: u64,
         record: &RunRecord,
-        run: &BoatRun<'_, F>,
+        run: &BoatRun<'_, F, P>,
         watch: &Watch,
     ) -> Self {
         let (pilot, links) = (&run.host.controller, run.host.dispatcher());
@@ -429,6 +431,7 @@ fn cycle_figures(record: &RunRecord, reboots: u32, refusals: u32) -> CycleFigure
         power_tolerant_share: mean(&|cycle| f64::from(u8::from(cycle.power_tolerant))),
         mean_interval_s: record.mean_interval_s(),
         outside_envelope: cycles.iter().filter(|cycle| cycle.outside_envelope).count(),
+        bounded: cycles.iter().filter(|cycle| cycle.bounded).count(),
         mean_error: mean(&|cycle| cycle.error),
         mean_relative_error: mean_of(false, cycles.len() - zero_demands),
         zero_demands,

@@ -4,6 +4,8 @@
 //! `network` is a program of its own: it wants root, for namespaces of the network, and runs itself as the relay in one of them.
 
 mod bad_input;
+mod blind;
+mod bounds;
 mod common;
 mod compare;
 mod distance_table;

@@ -45,6 +45,7 @@ impl Controller for Pilot {
     }
 
     fn handle_pose(&mut self, fix: &Fix) {
+        self.seen = Some(FleetInstant((fix.t_s.max(0.0) * 1e6) as u64)).max(self.seen);
         self.observer.update(fix);
     }
 
@@ -117,6 +118,9 @@ impl Controller for Pilot {
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {
         if self.phase == Phase::Halted {
             return "the fleet is halted by an operator".to_owned();
+        }
+        if !self.is_under_way() && self.is_blind {
+            return "the fleet holds: there is no new pose".to_owned();
         }
         if !self.is_under_way() {
             return "the fleet holds: a module's tail is not known".to_owned();

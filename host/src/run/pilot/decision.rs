@@ -28,6 +28,8 @@ pub struct Decision {
     pub period: Duration,
     /// The wrench asked for.
     pub demand: Wrench,
+    /// Whether it is for less than what the leg asks, to keep off the edge of the water.
+    pub bounded: bool,
     /// By module: it was missing, and got nothing.
     pub missing: Vec<bool>,
     /// Each module's transition; from = to where it does not move.

@@ -43,6 +43,8 @@ pub enum PhaseEvent {
     PauseOver,
     /// A module does not run what it was sent, or too few tails are known.
     Lost,
+    /// The newest pose is too old to swim by.
+    Blind,
     /// A module reports that it has stopped, or turns out to be two.
     Stopped,
     /// An operator orders a stop or a hold.
@@ -89,6 +91,7 @@ pub const PHASE_TRANSITIONS: &[PhaseTransition] = table! {
     Dropped: Turning | Swimming => Pausing, "no module runs it: the next decision is made when it would have started";
     PauseOver: Pausing => Waiting, "the next decision is due";
     Lost: Swimming => Waiting, "the others finish their cycle and hold: from where to go on is seen when all rest";
+    Blind: Turning | Swimming => Waiting, "the modules finish their cycle and hold; the next decision is made when poses come again";
     Stopped: Turning | Swimming => Waiting, "it let go of its cycle, and its tail may be anywhere";
     Paused: Turning | Swimming => Waiting, "the modules have finished what they had and hold: from where to go on is seen in what they report next";
     Halted: Waiting | Pausing | Turning | Swimming => Halted, "the modules have stopped, or finish what runs and hold";
