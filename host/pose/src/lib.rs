@@ -1,0 +1,21 @@
+//! Poses from motion capture: what the program uses in a laboratory, and the servers that stand in for one.
+//!
+//! ```text
+//! natnet, qtm, vrpn ──▶ Source ──▶ clock ──▶ gate ──▶ axes ──▶ structure, robot
+//!                       frames     host time  ledger   world    poses
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | [`source`] | the trait over all protocols, and how a connection stands |
+//! | [`server`] | the trait over all servers |
+//! | [`frame`], [`time`] | frames of bodies; instants on the server's clock and the host's |
+//! | [`natnet`] | NatNet of OptiTrack Motive |
+//! | [`bytes`] | reading of wire bytes with bounds checked |
+
+pub mod bytes;
+pub mod frame;
+pub mod natnet;
+pub mod server;
+pub mod source;
+pub mod time;

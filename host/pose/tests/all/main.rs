@@ -1,0 +1,5 @@
+//! Clients and servers of this crate against each other over real sockets, and codecs against hostile bytes.
+
+mod hostile;
+mod natnet;
+mod rig;
