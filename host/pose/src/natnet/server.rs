@@ -178,8 +178,7 @@ impl NatNetServer {
             Some(("Bitstream", wanted)) => {
                 let mut numbers = wanted.split('.').map_while(|number| number.trim().parse().ok());
                 let wanted = numbers.next().zip(numbers.next());
-                let granted =
-                    wanted.is_some_and(|(major, minor)| self.agree(from, Version { major, minor }));
+                let granted = wanted.is_some_and(|(major, minor)| self.agree(from, Version { major, minor }));
                 message::message(kind::RESPONSE, |out| out.extend(i32::from(!granted).to_le_bytes()))
             }
             _ => message::message(kind::UNRECOGNIZED_REQUEST, |_| ()),
@@ -188,8 +187,7 @@ impl NatNetServer {
 
     fn wire_frame(&self, now: HostInstant, frame: &Frame) -> FrameOfData {
         let number_of = |label: &Label| {
-            let named =
-                self.models.iter().find(|model| Some(model.name.as_str()) == label.name.as_deref());
+            let named = self.models.iter().find(|model| Some(model.name.as_str()) == label.name.as_deref());
             label.number.or(named.map(|model| model.number))
         };
         let bodies = frame.bodies.iter().filter_map(|body| {

@@ -137,7 +137,11 @@ impl Session {
     ///
     /// # Errors
     /// A server of a version that is not read.
-    pub fn handle_datagram(&mut self, now: HostInstant, datagram: &[u8]) -> Result<Option<Frame>, SourceError> {
+    pub fn handle_datagram(
+        &mut self,
+        now: HostInstant,
+        datagram: &[u8],
+    ) -> Result<Option<Frame>, SourceError> {
         match self.take(now, datagram) {
             Ok(Ok(frame)) => {
                 self.heard = Some(now);

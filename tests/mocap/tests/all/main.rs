@@ -1,0 +1,3 @@
+//! Judges that are not ours, protocol by protocol.
+
+mod natnet;
