@@ -10,12 +10,14 @@
 //! | [`source`] | the trait over all protocols, and how a connection stands |
 //! | [`server`] | the trait over all servers |
 //! | [`frame`], [`time`] | frames of bodies; instants on the server's clock and the host's |
-//! | [`natnet`] | NatNet of OptiTrack Motive |
-//! | [`bytes`] | reading of wire bytes with bounds checked |
+//! | [`natnet`], [`qtm`] | NatNet of OptiTrack Motive; QTM RT of Qualisys |
+//! | [`bytes`], [`stream`] | wire bytes with bounds checked; TCP that never blocks |
 
 pub mod bytes;
 pub mod frame;
 pub mod natnet;
+pub mod qtm;
 pub mod server;
 pub mod source;
+pub mod stream;
 pub mod time;

@@ -5,6 +5,10 @@ use pose::natnet::frames::{self, FrameOfData, RigidBody};
 use pose::natnet::message::{ServerInfo, Version};
 use pose::natnet::models::{self, Model};
 use pose::natnet::session::Session;
+use pose::qtm::data::{self, Component, Data, SixD};
+use pose::qtm::packet::{self, Packet};
+use pose::qtm::{self, parameters};
+use pose::source::Status;
 use pose::time::HostInstant;
 use proptest::prelude::*;
 
@@ -71,6 +75,86 @@ fn natnet_takes(bytes: &[u8], version: Version) {
     session.handle_datagram(now, &info.encode()).expect("a version that is read");
     let _ = session.handle_datagram(now, bytes);
     session.handle_timer(now);
+}
+
+fn six_d() -> impl Strategy<Value = SixD> {
+    (prop::array::uniform3(-1e5_f32..1e5), prop::array::uniform4(-1.0..1.0_f64), any::<bool>())
+        .prop_filter("a turn", |(_, q, _)| q.iter().map(|q| q * q).sum::<f64>() > 0.01)
+        .prop_map(|(position, q, tracked)| SixD {
+            position: position.map(f64::from).into(),
+            attitude: nalgebra::UnitQuaternion::from_quaternion(q.into()).into_inner(),
+            residual: Some(0.5),
+            tracked,
+        })
+}
+
+fn data() -> impl Strategy<Value = Data> {
+    (any::<u64>(), any::<u32>(), prop::collection::vec(six_d(), 0..5))
+        .prop_map(|(timestamp_us, number, bodies)| Data { timestamp_us, number, bodies: Some(bodies) })
+}
+
+/// A session takes every packet of a stream, at every stage.
+fn qtm_takes(bytes: &[u8]) {
+    let _ = data::decode(bytes);
+    let text = String::from_utf8_lossy(bytes).into_owned();
+    let _ = parameters::bodies(&text);
+    let now = HostInstant::default();
+    let mut status = Status::default();
+    let mut session = qtm::session::Session::new(now, None);
+    let mut stream = bytes.to_vec();
+    let greeting =
+        ["QTM RT Interface connected", "Version set to 1.25"].map(|text| Packet::Command(text.into()));
+    let known = greeting.into_iter().chain([Packet::Xml(text), Packet::Data(bytes.to_vec())]);
+    for packet in known {
+        let _ = session.handle_packet(now, packet, &mut status);
+        session.handle_timer(now, &mut status);
+    }
+    while let Ok(Some(packet)) = packet::take(&mut stream) {
+        let _ = session.handle_packet(now, packet, &mut status);
+    }
+}
+
+proptest! {
+    #[test]
+    fn qtm_takes_any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
+        qtm_takes(&bytes);
+        for kind in 0..9 {
+            let size = u32::try_from(bytes.len() + 8).expect("short").to_le_bytes();
+            qtm_takes(&[&size[..], &[kind, 0, 0, 0], bytes.as_slice()].concat());
+        }
+    }
+
+    #[test]
+    fn qtm_takes_spoiled_packets(
+        bytes in data().prop_flat_map(|data| {
+            spoiled(Packet::Data(data::encode(&data, &[Component::Matrix, Component::MatrixResidual])).encode())
+        }),
+    ) {
+        qtm_takes(&bytes);
+        qtm_takes(bytes.get(8..).unwrap_or_default());
+    }
+
+    #[test]
+    fn qtm_takes_spoiled_settings(
+        bytes in prop::collection::vec("[^\0]{0,12}", 0..4)
+            .prop_flat_map(|names| spoiled(parameters::write(25, &names).into_bytes())),
+    ) {
+        qtm_takes(&bytes);
+    }
+
+    #[test]
+    fn qtm_frames_survive_the_wire(data in data()) {
+        let read = data::decode(&data::encode(&data, &[Component::MatrixResidual])).expect("its own packet");
+        prop_assert_eq!((read.timestamp_us, read.number), (data.timestamp_us, data.number));
+        for (read, sent) in read.bodies.unwrap_or_default().iter().zip(data.bodies.unwrap_or_default()) {
+            prop_assert_eq!(read.tracked, sent.tracked);
+            if sent.tracked {
+                prop_assert_eq!(read.position, sent.position);
+                let same = read.attitude.dot(&sent.attitude).abs();
+                prop_assert!((same - 1.0).abs() < 1e-6, "{} for {}", read.attitude, sent.attitude);
+            }
+        }
+    }
 }
 
 proptest! {

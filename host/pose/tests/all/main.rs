@@ -2,4 +2,5 @@
 
 mod hostile;
 mod natnet;
+mod qtm;
 mod rig;

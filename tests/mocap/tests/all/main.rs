@@ -1,3 +1,4 @@
 //! Judges that are not ours, protocol by protocol.
 
 mod natnet;
+mod qtm;
