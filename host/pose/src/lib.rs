@@ -10,7 +10,7 @@
 //! | [`source`] | the trait over all protocols, and how a connection stands |
 //! | [`server`] | the trait over all servers |
 //! | [`frame`], [`time`] | frames of bodies; instants on the server's clock and the host's |
-//! | [`natnet`], [`qtm`] | NatNet of OptiTrack Motive; QTM RT of Qualisys |
+//! | [`natnet`], [`qtm`], [`vrpn`] | NatNet of OptiTrack Motive; QTM RT of Qualisys; trackers of VRPN |
 //! | [`bytes`], [`stream`] | wire bytes with bounds checked; TCP that never blocks |
 
 pub mod bytes;
@@ -21,3 +21,4 @@ pub mod server;
 pub mod source;
 pub mod stream;
 pub mod time;
+pub mod vrpn;

@@ -142,7 +142,7 @@ impl QtmServer {
                 Packet::Command(text) => self.answer(client, &text)?,
                 // Settings cannot be changed here.
                 Packet::Xml(_) => {
-                    client.peer.send(&Packet::Error("Setting parameters failed".into()).encode())?
+                    client.peer.send(&Packet::Error("Setting parameters failed".into()).encode())?;
                 }
                 _ => {}
             }

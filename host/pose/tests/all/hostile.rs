@@ -9,7 +9,9 @@ use pose::qtm::data::{self, Component, Data, SixD};
 use pose::qtm::packet::{self, Packet};
 use pose::qtm::{self, parameters};
 use pose::source::Status;
-use pose::time::HostInstant;
+use pose::time::{HostInstant, ServerInstant};
+use pose::vrpn::message::{self, Message, Pose};
+use pose::vrpn::session::Session as VrpnSession;
 use proptest::prelude::*;
 
 /// A datagram with some of its bytes changed and its end cut.
@@ -198,5 +200,70 @@ proptest! {
     ) {
         let decoded = models::decode(&models::encode(&defined, version)[4..], version);
         prop_assert_eq!(decoded, Ok(defined));
+    }
+}
+
+/// A session takes a stream in pieces, after a genuine start.
+fn vrpn_takes(bytes: &[u8]) {
+    let _ = Pose::decode(bytes);
+    let now = HostInstant::default();
+    let mut status = Status::default();
+    let mut session = VrpnSession::new(now, &[]);
+    let start = [
+        Message::description(message::SENDER_DESCRIPTION, 1, "boat 1"),
+        Message::description(message::KIND_DESCRIPTION, 0, message::POSE),
+    ];
+    let genuine = message::cookie()
+        .into_iter()
+        .chain(start.iter().flat_map(Message::encode))
+        .chain(bytes.iter().copied());
+    let mut stream = Vec::new();
+    for byte in genuine {
+        stream.push(byte);
+        if !session.handle_bytes(now, &mut stream, &mut status).is_ok_and(|followed| followed.is_ok()) {
+            break;
+        }
+    }
+    session.handle_timer(now.after(std::time::Duration::from_secs(1)), &mut status);
+    while session.take_frame().is_some() {}
+    let mut fresh = VrpnSession::new(now, &[]);
+    let _ = fresh.handle_bytes(now, &mut bytes.to_vec(), &mut status);
+}
+
+fn vrpn_message() -> impl Strategy<Value = Message> {
+    let pose = (any::<i32>(), prop::array::uniform7(any::<f64>())).prop_map(|(sensor, n)| {
+        let [x, y, z, i, j, k, w] = n;
+        Pose { sensor, position: [x, y, z].into(), attitude: [i, j, k, w].into() }.encode()
+    });
+    let payload = prop_oneof![pose, prop::collection::vec(any::<u8>(), 0..80)];
+    (any::<u32>(), 0..1_000_000_i64, -3..3, -6..4, payload).prop_map(
+        |(seconds, micros, sender, kind, payload)| {
+            let time = ServerInstant(i64::from(seconds) * 1_000_000_000 + micros * 1000);
+            Message { time, sender, kind, payload }
+        },
+    )
+}
+
+proptest! {
+    #[test]
+    fn vrpn_takes_any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..600)) {
+        vrpn_takes(&bytes);
+    }
+
+    #[test]
+    fn vrpn_takes_spoiled_messages(
+        bytes in prop::collection::vec(vrpn_message(), 1..6)
+            .prop_flat_map(|messages| spoiled(messages.iter().flat_map(Message::encode).collect())),
+    ) {
+        vrpn_takes(&bytes);
+    }
+
+    #[test]
+    fn vrpn_messages_survive_the_wire(messages in prop::collection::vec(vrpn_message(), 0..6)) {
+        let mut stream: Vec<u8> = messages.iter().flat_map(Message::encode).collect();
+        for sent in messages {
+            prop_assert_eq!(message::take(&mut stream), Ok(Some(sent)));
+        }
+        prop_assert_eq!(message::take(&mut stream), Ok(None));
     }
 }

@@ -4,3 +4,4 @@ mod hostile;
 mod natnet;
 mod qtm;
 mod rig;
+mod vrpn;

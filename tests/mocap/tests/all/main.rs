@@ -2,3 +2,4 @@
 
 mod natnet;
 mod qtm;
+mod vrpn;

@@ -1,5 +1,7 @@
 //! NatNet: libmotioncapture, the Python package `natnet` and the crate `natnet`.
 
+#![expect(clippy::float_cmp, reason = "single precision holds all these numbers exactly")]
+
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::time::Duration;
 
@@ -138,7 +140,7 @@ fn full_frame(server: &SyntheticServer, number: i32) -> Vec<u8> {
     let marker = |id| LabeledMarker { id, position: [1.0; 3], size: 0.01, params: 2, residual: 0.001 };
     let newest = server.version == natnet::Version::V4_1;
     let sections = PlannedSections {
-        skeletons: vec![Skeleton { id: 1, rigid_bodies: vec![bone.clone(), bone.clone()] }],
+        skeletons: vec![Skeleton { id: 1, rigid_bodies: vec![bone, bone] }],
         assets: if newest {
             vec![Asset { id: 3, rigid_bodies: vec![bone], markers: vec![marker(4)] }]
         } else {
