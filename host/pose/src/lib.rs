@@ -1,0 +1,24 @@
+//! Poses from motion capture: what the program uses in a laboratory, and the servers that stand in for one.
+//!
+//! ```text
+//! natnet, qtm, vrpn ──▶ Source ──▶ clock ──▶ gate ──▶ axes ──▶ structure, robot
+//!                       frames     host time  ledger   world    poses
+//! ```
+//!
+//! | file | what |
+//! |---|---|
+//! | [`source`] | the trait over all protocols, and how a connection stands |
+//! | [`server`] | the trait over all servers |
+//! | [`frame`], [`time`] | frames of bodies; instants on the server's clock and the host's |
+//! | [`natnet`], [`qtm`], [`vrpn`] | NatNet of OptiTrack Motive; QTM RT of Qualisys; trackers of VRPN |
+//! | [`bytes`], [`stream`] | wire bytes with bounds checked; TCP that never blocks |
+
+pub mod bytes;
+pub mod frame;
+pub mod natnet;
+pub mod qtm;
+pub mod server;
+pub mod source;
+pub mod stream;
+pub mod time;
+pub mod vrpn;

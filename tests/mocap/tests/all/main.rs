@@ -1,0 +1,5 @@
+//! Judges that are not ours, protocol by protocol.
+
+mod natnet;
+mod qtm;
+mod vrpn;
