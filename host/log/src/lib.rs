@@ -20,3 +20,6 @@ pub mod table;
 pub mod units;
 pub mod value;
 pub mod writer;
+
+#[cfg(test)]
+mod tests;

@@ -211,7 +211,7 @@ mod tests {
     fn own_schemas_read_back() {
         for (name, text, count) in [
             (ros::Odometry::NAME, ros::Odometry::schema(), 10),
-            (ros::MarkerArray::NAME, ros::MarkerArray::schema(), 12),
+            (ros::MarkerArray::NAME, ros::MarkerArray::schema(), 13),
             (flotilla::Links::NAME, flotilla::Links::schema(), 5),
         ] {
             let schema = Schema::parse(name, &text).expect(name);

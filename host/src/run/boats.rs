@@ -46,6 +46,12 @@ impl Cameras {
     pub fn new(mocap: Mocap) -> Self {
         Self { mocap, fix: None }
     }
+
+    /// What they saw in this tick.
+    #[must_use]
+    pub fn fix(&self) -> Option<&Fix> {
+        self.fix.as_ref()
+    }
 }
 
 impl PoseSource<Tank> for Cameras {

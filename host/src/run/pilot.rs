@@ -34,7 +34,7 @@ use modboat::control::{Controller as Control, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
 use modboat::motion::{Turn, Wrench};
-use modboat::observer::Observer;
+use modboat::observer::{Estimate, Observer};
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
 use modboat::setting::Participation;
@@ -133,6 +133,11 @@ impl Pilot {
     /// All decisions so far.
     pub fn decisions(&self) -> &[Decision] {
         &self.decisions
+    }
+
+    /// How the structure moves, as observed.
+    pub fn estimate(&self) -> Option<Estimate> {
+        self.observer.estimate()
     }
 
     /// How often a module refused a cycle.

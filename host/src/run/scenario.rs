@@ -9,7 +9,7 @@ use modboat::structure::Structure;
 use quantity::ParameterError;
 use reader::file::{self, Source};
 use reader::{Document, FileError, Mistake};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use sim::clock::ClockParameters;
 use sim::mocap::MocapParameters;
 use sim::motor::MotorParameters;
@@ -21,6 +21,7 @@ pub use leg::{Demand, Leg};
 use tracking::tail_is_kept;
 
 mod built_in;
+mod document;
 mod leg;
 mod tracking;
 
@@ -62,7 +63,7 @@ pub struct Scenario {
 }
 
 /// Pose at time zero; the structure starts at rest.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Start {
     /// Centre of mass in the world, m.
@@ -74,7 +75,7 @@ pub struct Start {
 }
 
 /// When decisions are made.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Timing {
     /// A cycle is planned and first sent this long before it starts, s. *Assumed*: fifteen sends at 20 ms.
