@@ -7,13 +7,13 @@
 //! for vehicles of this kind.
 
 use quantity::{ParameterError, Range, check_ranges};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Standard acceleration of gravity g, m/s² (3rd CGPM, 1901).
 pub const GRAVITY_M_S2: f64 = 9.806_65;
 
 /// One rigid body under water.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Mass m, kg.

@@ -13,7 +13,8 @@ use super::pose::Pose;
 use super::vehicle::Vehicle;
 
 /// A robot at its start (g2, g5).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Robot {
     /// Its number in the fleet, from 1.
     pub id: u16,
@@ -26,7 +27,8 @@ pub struct Robot {
 }
 
 /// A tool: carried, never moved by itself (v4 asks that it keeps a connection).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Tool {
     /// What it is: index into [`Problem::vehicles`].
     pub vehicle: usize,
@@ -35,7 +37,8 @@ pub struct Tool {
 }
 
 /// A place in the goal configuration (g6).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Slot {
     /// Where a robot is to end.
     pub pose: Pose,
@@ -93,7 +96,8 @@ impl Default for Rules {
 }
 
 /// A reconfiguration problem: vehicles, start, goal and rules.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Problem {
     /// Its name.
     pub name: String,

@@ -56,7 +56,8 @@ pub struct Connector {
 }
 
 /// One kind of robot or tool.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Vehicle {
     /// Its name.
     pub name: String,

@@ -53,7 +53,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     signal::watch();
     let mut bar = Bar::new(&scenario.name);
     let compared = compare(&scenario, &planners, &seeds, &mut bar, &signal::STOP);
-    let compared = compared.map_err(|error| failure(error, "")).inspect_err(|_| folder.discard())?;
+    let compared = compared.map_err(|error| failure(error, "")).inspect_err(|_| folder.discard(&[]))?;
     drop(bar);
     let json = serde_json::to_string_pretty(&compared)
         .map_err(|error| Failure::Could(format!("summary: {error}")))?;

@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::Failure;
+use crate::run::log::Log;
 
 /// Where results go.
 pub(super) struct Folder {
@@ -59,8 +60,17 @@ impl Folder {
         Files::default()
     }
 
-    /// A run that was not to be leaves no empty folder.
-    pub(super) fn discard(&self) {
+    /// The log of a run, begun in it. The folder is there: it was probed.
+    pub(super) fn log(&self, name: &str) -> Result<(Log, PathBuf), Failure> {
+        let path = self.path.join(name);
+        Ok((Log::create(&path).map_err(Failure::Could)?, path))
+    }
+
+    /// A run that was not to be leaves no log and no empty folder.
+    pub(super) fn discard(&self, logs: &[PathBuf]) {
+        for path in logs {
+            let _ = std::fs::remove_file(path);
+        }
         if !self.old {
             let _ = std::fs::remove_dir(&self.path);
         }
@@ -83,6 +93,11 @@ impl Files {
             Ok(path) => self.paths.push(path),
             Err(error) => self.complaints.push(error.to_string()),
         }
+    }
+
+    /// Takes down what became of a log.
+    pub(super) fn log(&mut self, path: PathBuf, failure: Option<String>) {
+        self.add(failure.map_or(Ok(path), Err));
     }
 
     /// Writes a line, or lines, of JSON.

@@ -11,6 +11,7 @@ use clap::{Parser, Subcommand};
 
 mod compare;
 mod envelope;
+mod export;
 mod filter;
 mod folder;
 mod keygen;
@@ -22,6 +23,7 @@ mod planner;
 mod progress;
 mod provision;
 mod reconfigure;
+mod replay;
 mod report;
 mod request;
 mod run;
@@ -53,6 +55,10 @@ enum Command {
     Path(path::Arguments),
     /// Plan how ROVs change their configuration at least energy, and execute it in simulation
     Reconfigure(reconfigure::Arguments),
+    /// Figures and pictures of a run again, from its log
+    Replay(replay::Arguments),
+    /// The topics of a log as tables
+    Export(export::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
     Module(module::Arguments),
     /// Emergency stop: every drive off at once, tails braked, until a release
@@ -99,6 +105,8 @@ pub fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::main(&arguments),
         Command::Path(arguments) => path::main(&arguments),
         Command::Reconfigure(arguments) => reconfigure::main(&arguments),
+        Command::Replay(arguments) => replay::main(&arguments),
+        Command::Export(arguments) => export::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
         Command::Stop(arguments) => operator::main(operator::Wish::Stop, &arguments),
         Command::Hold(arguments) => operator::main(operator::Wish::Hold, &arguments),

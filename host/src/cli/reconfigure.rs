@@ -23,8 +23,10 @@ use super::{Failure, all_said, bad, could, keygen, signal, tell, untold, written
 use crate::run::closed_loop::Drive;
 use crate::run::experiment::Pace;
 use crate::run::fleet::{InProcess, OverUdp};
+use crate::run::log::Log;
+use crate::run::log::rovs::Title;
 use crate::run::progress::Progress;
-use crate::run::reconfigure::execution::{Executed, Options, run};
+use crate::run::reconfigure::execution::{Executed, Options, run_into};
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 
 mod table;
@@ -74,7 +76,7 @@ pub(super) struct Arguments {
     /// The fleet's key file, with --radio udp [default: flotilla/fleet.key in $XDG_CONFIG_HOME or ~/.config]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
-    /// Folder for plans, summary.json and the pictures [default: runs/NAME, a new one each time]
+    /// Folder for logs, plans, summary.json and the pictures [default: runs/NAME, a new one each time]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Print each plan as one line of JSON, and plan only
@@ -180,12 +182,18 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         return print_json(&columns);
     }
     let folder = Folder::of(arguments.out.as_deref(), &scenario.problem.name)?;
+    let mut logs = Vec::new();
     if !arguments.plan_only {
         signal::watch();
-        for column in &mut columns {
+        let several = columns.len() > 1;
+        for (index, column) in columns.iter_mut().enumerate() {
             bar.note(&format!("executing: {}", column.title));
-            let executed = execute(arguments, &scenario, &column.planned.plan, radio.take(), &mut bar);
-            column.executed = Some(executed.inspect_err(|_| folder.discard())?);
+            let name = if several { format!("log-{}.mcap", column.title) } else { "log.mcap".to_owned() };
+            let (log, path) = folder.log(&name)?;
+            logs.push(path);
+            let log = (log, index);
+            let executed = execute(arguments, &scenario, column, log, radio.take(), &mut bar);
+            column.executed = Some(executed.inspect_err(|_| folder.discard(&logs))?);
         }
     }
     drop(bar);
@@ -197,7 +205,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     // What was measured is told before anything is written, and written whether or not it could be told.
     let mut out = std::io::stdout().lock();
     let told = table::print(&mut out, &scenario.problem, &columns).and_then(|()| out.flush());
-    let files = save(&scenario.problem, &columns, &folder);
+    let files = save(&scenario.problem, &columns, logs, &folder);
     let listed = told.and_then(|()| list(&mut out, &files));
     complaints.extend(files.complaints);
     complaints.extend(untold(listed));
@@ -218,11 +226,13 @@ fn print_json(columns: &[Column]) -> Result<(), Failure> {
 fn execute(
     arguments: &Arguments,
     scenario: &ReconfigureScenario,
-    plan: &Plan,
+    column: &Column,
+    (log, index): (Log, usize),
     radio: Option<(UdpRadio, HostIdentity)>,
     bar: &mut Bar,
 ) -> Result<Executed, Failure> {
-    let problem = &scenario.problem;
+    let (problem, plan) = (&scenario.problem, &column.planned.plan);
+    let log = (log, Title { name: column.title.to_owned(), index });
     let faults = FaultParameters { loss: arguments.loss, ..FaultParameters::default() };
     let law = law(arguments.power, problem.rules.battery_v)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
@@ -231,7 +241,7 @@ fn execute(
         let mut fleet = InProcess::rovs(problem, faults, seed).map_err(could)?;
         let mut desk = Desk::signals();
         let drive = Drive { pace: Pace::Simulated, operator: &mut desk, hook: &mut |_, _, _| {} };
-        return run(problem, plan, &options, &mut fleet, drive, bar).map_err(could);
+        return run_into(log, problem, plan, &options, &mut fleet, drive, bar).map_err(could);
     };
     let address = radio.local_address().map_err(could)?;
     tell(&format!(
@@ -241,12 +251,15 @@ fn execute(
     let mut fleet = OverUdp::rovs(problem, radio, host, faults, seed);
     let mut desk = super::run::desk(&problem.name, bar);
     let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
-    run(problem, plan, &options, &mut fleet, drive, bar).map_err(could)
+    run_into(log, problem, plan, &options, &mut fleet, drive, bar).map_err(could)
 }
 
 /// Plans, figures and pictures.
-fn save(problem: &Problem, columns: &[Column], folder: &Folder) -> Files {
+fn save(problem: &Problem, columns: &[Column], logs: Vec<PathBuf>, folder: &Folder) -> Files {
     let mut files = folder.files();
+    for (path, column) in logs.into_iter().zip(columns) {
+        files.log(path, column.executed.as_ref().and_then(|executed| executed.log_failure.clone()));
+    }
     for column in columns {
         let path = folder.path.join(format!("plan-{}.json", column.title));
         files.json(path, serde_json::to_string_pretty(&column.planned.plan));

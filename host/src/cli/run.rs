@@ -17,8 +17,9 @@ use super::progress::Bar;
 use super::{Failure, all_said, bad, could, keygen, report, signal, tell, untold};
 use crate::run::RunError;
 use crate::run::closed_loop::Drive;
-use crate::run::experiment::{Pace, RunResult, run};
+use crate::run::experiment::{Pace, RunResult, run_into};
 use crate::run::fleet::{InProcess, OverUdp};
+use crate::run::log::Log;
 use crate::run::progress::Progress;
 use crate::run::roster::Roster;
 use crate::run::scenario::Scenario;
@@ -60,7 +61,7 @@ pub(super) struct Arguments {
     /// Follow the wall clock (always so with --radio udp)
     #[arg(long)]
     realtime: bool,
-    /// Folder for summary.json and the pictures [default: runs/NAME, a new one each time]
+    /// Folder for log.mcap, summary.json and the pictures [default: runs/NAME, a new one each time]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Print the summary as JSON
@@ -103,7 +104,9 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
     };
     let folder = Folder::of(arguments.out.as_deref(), &scenario.name)?;
     signal::watch();
-    let result = swim(&arguments, &scenario, seed, radio).inspect_err(|_| folder.discard())?;
+    let (log, path) = folder.log("log.mcap")?;
+    let result = swim(&arguments, &scenario, seed, radio, log);
+    let result = result.inspect_err(|_| folder.discard(std::slice::from_ref(&path)))?;
     let mut complaints = result.summary.complaints();
     // What was measured is told before anything is written, and written whether or not it could be told.
     let json = || serde_json::to_string_pretty(&result.summary);
@@ -115,6 +118,7 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
     };
     let told = told.and_then(|()| out.flush());
     let mut files = folder.files();
+    files.log(path, result.log_failure);
     files.json(folder.path.join("summary.json"), json());
     plot::write_all(&result.record, &folder.path).into_iter().for_each(|picture| files.add(picture));
     let listed = told.and_then(|()| if arguments.json { Ok(()) } else { list(&mut out, &files) });
@@ -160,6 +164,7 @@ fn swim(
     scenario: &Scenario,
     seed: u64,
     remote: Option<Remote>,
+    log: Log,
 ) -> Result<RunResult, Failure> {
     let mut bar = Bar::new(&scenario.name);
     let Some(Remote { radio, host, roster }) = remote else {
@@ -167,7 +172,7 @@ fn swim(
         let mut fleet = InProcess::boats(scenario, seed).map_err(|error| failure(error, ""))?;
         let mut desk = if arguments.realtime { desk(&scenario.name, &mut bar) } else { Desk::signals() };
         let drive = Drive { pace, operator: &mut desk, hook: &mut |_, _, _| {} };
-        let result = run(scenario, seed, &mut fleet, drive, &mut bar);
+        let result = run_into(log, scenario, seed, &mut fleet, drive, &mut bar);
         return result.map_err(|error| failure(error, ""));
     };
     let address = radio.local_address().map_err(could)?;
@@ -181,7 +186,7 @@ fn swim(
     let mut fleet = OverUdp::boats(scenario, radio, host, roster, seed);
     let mut desk = desk(&scenario.name, &mut bar);
     let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
-    let result = run(scenario, seed, &mut fleet, drive, &mut bar);
+    let result = run_into(log, scenario, seed, &mut fleet, drive, &mut bar);
     result.map_err(|error| failure(error, &invitation(arguments, address)))
 }
 
@@ -229,7 +234,7 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
             failure(RunError::Silent { kind, modules, known, waited_s, hint }.to_string())
         }
         RunError::Parameter(_) | RunError::Module { .. } => Failure::Bad(error.to_string()),
-        RunError::Radio(_) | RunError::Rov { .. } | RunError::Execution(_) => {
+        RunError::Radio(_) | RunError::Rov { .. } | RunError::Execution(_) | RunError::Log(_) => {
             Failure::Could(error.to_string())
         }
     }

@@ -14,7 +14,7 @@
 //! | [`Fleet`] | [`InProcess`](super::fleet::InProcess), [`OverUdp`](super::fleet::OverUdp) | the same |
 //! | [`World`] | [`Tank`](sim::tank::Tank) | [`Water`](super::reconfigure::water::Water) |
 //! | [`PoseSource`] | [`Cameras`](super::boats::Cameras) | [`ExactPoses`](super::reconfigure::water::ExactPoses) |
-//! | [`Observer`] | [`Recorder`](super::recorder::Recorder) | [`Recorder`](super::reconfigure::recorder::Recorder) |
+//! | [`Observer`] | [`BoatLog`](super::log::boats::BoatLog) | [`RovLog`](super::log::rovs::RovLog) |
 
 use link::strangers::Silence;
 use protocol::time::{Duration, FleetInstant};
@@ -188,6 +188,7 @@ where
         now: FleetInstant,
         clock: impl Fn() -> FleetInstant,
     ) -> Result<Step<C::Coupling>, RunError> {
+        self.host.forget_events();
         self.fleet.advance(now)?;
         let mut buffer = [0; MAX_DATAGRAM];
         let mut received = clock();

@@ -1,5 +1,6 @@
 //! One run of Modboats: pilot, fleet, tank and motion capture in the [closed loop](super::closed_loop).
 
+use std::cell::RefCell;
 use std::sync::OnceLock;
 use std::time::Instant;
 
@@ -16,13 +17,13 @@ use super::clock::{Clock, WallClock};
 use super::closed_loop::{Drive, PoseSource, Run};
 use super::distances;
 use super::fleet::{Fleet, InProcess};
+use super::log::boats::{self, BoatLog};
+use super::log::{Log, counts};
 use super::orders::Unattended;
 use super::pilot::{Decision, Pilot};
-use super::progress::{Progress, Quiet};
-use super::recorder::Recorder;
+use super::progress::{Noted, Progress, Quiet};
 use super::scenario::Scenario;
 use super::summary::Summary;
-use super::watch::Watch;
 
 pub use super::clock::Pace;
 pub use super::closed_loop::FaultHook;
@@ -36,6 +37,8 @@ pub struct RunResult {
     pub record: RunRecord,
     /// Every decision, as it was dispatched.
     pub decisions: Vec<Decision>,
+    /// What became of the log, if that was not good.
+    pub log_failure: Option<String>,
 }
 
 /// Runs `scenario` with modules in this process, from `seed`, as fast as the machine can.
@@ -65,14 +68,30 @@ pub fn run<F: Fleet<Actuation = TailState>>(
     drive: Drive<'_, Pilot, F>,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
-    run_with(scenario, seed, fleet, drive, cameras(scenario, seed)?, progress)
+    run_with(Log::default(), scenario, seed, fleet, drive, cameras(scenario, seed)?, progress)
 }
 
-/// [`run`] with poses from anywhere.
+/// [`run`], with a log.
 ///
 /// # Errors
-/// [`RunError`].
+/// As for [`run`].
+pub fn run_into<F: Fleet<Actuation = TailState>>(
+    log: Log,
+    scenario: &Scenario,
+    seed: u64,
+    fleet: &mut F,
+    drive: Drive<'_, Pilot, F>,
+    progress: &mut dyn Progress,
+) -> Result<RunResult, RunError> {
+    run_with(log, scenario, seed, fleet, drive, cameras(scenario, seed)?, progress)
+}
+
+/// [`run_into`], with poses from anywhere.
+///
+/// # Errors
+/// As for [`run`].
 pub fn run_with<F: Fleet<Actuation = TailState>, P: PoseSource<Tank, Pose = Fix>>(
+    log: Log,
     scenario: &Scenario,
     seed: u64,
     fleet: &mut F,
@@ -80,12 +99,14 @@ pub fn run_with<F: Fleet<Actuation = TailState>, P: PoseSource<Tank, Pose = Fix>
     poses: P,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
-    run_by(Clock::new(drive.pace), scenario, seed, fleet, drive, poses, progress)
+    run_by(Clock::new(drive.pace), log, scenario, seed, fleet, drive, poses, progress)
 }
 
-/// [`run`] by any clock.
+/// [`run_with`] by any clock.
+#[expect(clippy::too_many_arguments, reason = "what a run is made of")]
 fn run_by<F: Fleet<Actuation = TailState>, T: WallClock, P: PoseSource<Tank, Pose = Fix>>(
     clock: Clock<T>,
+    log: Log,
     scenario: &Scenario,
     seed: u64,
     fleet: &mut F,
@@ -101,22 +122,15 @@ fn run_by<F: Fleet<Actuation = TailState>, T: WallClock, P: PoseSource<Tank, Pos
         ..PoseSample::default()
     };
     let tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, seed ^ 0x7A4B)?;
-    let mut end_s = 0.0;
-    let ends_s = scenario.legs.iter().map(|leg| {
-        end_s += leg.duration_s;
-        end_s
-    });
-    let (mut recorder, mut watch) = (Recorder::default(), Watch::new(ends_s.collect()));
+    let notes = RefCell::new(Vec::new());
     let mut run: BoatRun<'_, F, P> = Run::new(pilot, fleet, Some(tank), poses);
-    let ending = run.drive(clock, drive, progress, &mut [&mut recorder, &mut watch])?;
+    let ids = counts::ids(&run.host.controller, run.host.dispatcher());
+    let mut log = BoatLog::new(log, scenario, &boats::head(scenario, seed, ids), &notes);
+    let ending = run.drive(clock, drive, &mut Noted { progress, notes: &notes }, &mut [&mut log])?;
 
-    let clock_error_us = recorder.clock_error_us();
-    let record = recorder.finish(scenario, &run.host.controller, &run.gaps);
-    let mut summary = Summary::new(scenario, seed, &record, &run, &watch);
-    summary.clock_error_us = clock_error_us;
-    summary.wall_s = ending.wall_s;
-    summary.judge(ending.why);
-    Ok(RunResult { summary, record, decisions: run.host.controller.decisions().to_vec() })
+    let (outcome, log_failure) = log.finish(&ending, &run).map_err(RunError::Log)?;
+    let decisions = run.host.controller.decisions().to_vec();
+    Ok(RunResult { summary: outcome.summary, record: outcome.record, decisions, log_failure })
 }
 
 /// The simulated motion capture of a scenario.

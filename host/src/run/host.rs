@@ -130,18 +130,30 @@ pub struct Host<C, A> {
     dispatcher: Dispatcher<A>,
     /// Why each module refused the last cycle that it answered, if it did.
     refusals: Vec<Option<Refusal>>,
+    /// What datagrams changed since the last tick.
+    events: Vec<(FleetInstant, DispatcherEvent)>,
 }
 
 impl<C: Controller, A: Copy> Host<C, A> {
     /// For the modules of `roster`, by this identity.
     pub fn new(controller: C, identity: &HostIdentity, roster: &[ModuleId]) -> Self {
         let dispatcher = Dispatcher::new(roster, &identity.key, identity.boot).of_kind(C::KIND);
-        Self { controller, dispatcher, refusals: vec![None; roster.len()] }
+        Self { controller, dispatcher, refusals: vec![None; roster.len()], events: Vec::new() }
     }
 
     /// Why each module refused the last cycle that it answered, if it did.
     pub fn refusals(&self) -> &[Option<Refusal>] {
         &self.refusals
+    }
+
+    /// What datagrams changed in this tick, and when they came; not that modules reported.
+    pub fn events(&self) -> &[(FleetInstant, DispatcherEvent)] {
+        &self.events
+    }
+
+    /// Another tick begins.
+    pub fn forget_events(&mut self) {
+        self.events.clear();
     }
 
     /// The link.
@@ -169,6 +181,9 @@ impl<C: Controller, A: Copy> Host<C, A> {
             };
             if let Some((module, refusal)) = verdict {
                 self.refusals[module] = refusal;
+            }
+            if !matches!(event, DispatcherEvent::Reported(_)) {
+                self.events.push((now, event));
             }
             self.controller.handle_event(event, &self.dispatcher);
         }

@@ -10,7 +10,7 @@
 //! | [`scenario`], [`roster`] | what is run, and which modules a fleet has, from TOML files |
 //! | [`pilot`] | the controller of Modboats |
 //! | [`experiment`], [`boats`] | a run of Modboats, and what its loop is made of |
-//! | [`recorder`], [`summary`] | what is measured meanwhile; its figures |
+//! | [`log`], [`summary`] | what is written meanwhile, and read again; its figures |
 //! | [`watch`], [`shortfall`] | how much of the time modules took no part and the fleet held; what a run was to do and did not |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
 //! | [`compare`] | several planners on one scenario |
@@ -32,11 +32,11 @@ pub mod experiment;
 pub mod fleet;
 pub mod host;
 mod leg_figures;
+pub mod log;
 pub mod orders;
 pub mod pilot;
 pub mod progress;
 pub mod reconfigure;
-pub mod recorder;
 mod reporter;
 pub mod roster;
 pub mod scenario;
@@ -84,6 +84,9 @@ pub enum RunError {
     /// A plan of ROVs is not executed.
     #[error(transparent)]
     Execution(#[from] reconfigure::ExecutionError),
+    /// What was told of the run makes no sense.
+    #[error("the log of this run: {0}")]
+    Log(String),
     /// A number that cannot be.
     #[error(transparent)]
     Parameter(#[from] ParameterError),

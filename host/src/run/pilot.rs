@@ -35,7 +35,7 @@ use modboat::control::{Controller as Control, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
 use modboat::motion::{Turn, Wrench};
-use modboat::observer::Observer;
+use modboat::observer::{Estimate, Fix, Observer};
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
 use modboat::setting::Participation;
@@ -64,8 +64,8 @@ pub struct Pilot {
     observer: Observer,
     control: Control,
     governor: Option<Governor>,
-    /// When the newest pose is from.
-    seen: Option<FleetInstant>,
+    /// The newest pose.
+    fix: Option<Fix>,
     /// Whether the last decision was not made for want of a pose.
     is_blind: bool,
     planner: Planner,
@@ -117,7 +117,7 @@ impl Pilot {
                 .bounds
                 .as_ref()
                 .map(|bounds| Governor::new(bounds, structure, modboat, &scenario.control)),
-            seen: None,
+            fix: None,
             is_blind: false,
             planner,
             distance,
@@ -147,6 +147,11 @@ impl Pilot {
         &self.decisions
     }
 
+    /// How the structure moves, as observed.
+    pub fn estimate(&self) -> Option<Estimate> {
+        self.observer.estimate()
+    }
+
     /// How often a module refused a cycle.
     pub fn refusals(&self) -> u32 {
         self.refusals
@@ -157,10 +162,14 @@ impl Pilot {
         self.dropped
     }
 
+    /// The newest pose.
+    pub fn fix(&self) -> Option<&Fix> {
+        self.fix.as_ref()
+    }
+
     /// Whether the newest pose will be too old for a cycle that starts at `start`.
     fn is_blind_at(&self, start: FleetInstant) -> bool {
-        let age_s = |seen: FleetInstant| start.as_secs_f64() - seen.as_secs_f64();
-        self.seen.is_none_or(|seen| age_s(seen) > self.scenario.pose.hold_after_s)
+        self.fix.is_none_or(|fix| start.as_secs_f64() - fix.t_s > self.scenario.pose.hold_after_s)
     }
 
     /// The second step of a transition is not sent any more.

@@ -1,5 +1,7 @@
 //! Progress of a run, for a person to follow.
 
+use std::cell::RefCell;
+
 /// What a run reports while it goes on.
 pub trait Progress {
     /// `t_s` of `duration_s` seconds have passed.
@@ -10,6 +12,33 @@ pub trait Progress {
     fn link(&mut self, _text: &str) {}
     /// Something worth a line: a module joins, the fleet holds.
     fn note(&mut self, text: &str);
+}
+
+/// Takes down what is noted, for a log, and passes it on.
+pub(super) struct Noted<'a> {
+    /// To whom.
+    pub(super) progress: &'a mut dyn Progress,
+    /// What was noted since the log took it.
+    pub(super) notes: &'a RefCell<Vec<String>>,
+}
+
+impl Progress for Noted<'_> {
+    fn at(&mut self, t_s: f64, duration_s: f64) {
+        self.progress.at(t_s, duration_s);
+    }
+
+    fn preparing(&mut self, what: &str, done: u64, total: u64) {
+        self.progress.preparing(what, done, total);
+    }
+
+    fn link(&mut self, text: &str) {
+        self.progress.link(text);
+    }
+
+    fn note(&mut self, text: &str) {
+        self.notes.borrow_mut().push(text.to_owned());
+        self.progress.note(text);
+    }
 }
 
 /// Reports nothing.

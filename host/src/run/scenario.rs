@@ -10,7 +10,7 @@ use modboat::structure::Structure;
 use quantity::ParameterError;
 use reader::file::{self, Source};
 use reader::{Document, FileError, Mistake};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use sim::clock::ClockParameters;
 use sim::mocap::MocapParameters;
 use sim::motor::MotorParameters;
@@ -23,6 +23,7 @@ pub use pose::PoseParameters;
 use tracking::tail_is_kept;
 
 mod built_in;
+mod document;
 mod leg;
 mod pose;
 mod tracking;
@@ -69,7 +70,7 @@ pub struct Scenario {
 }
 
 /// Pose at time zero; the structure starts at rest.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Start {
     /// Centre of mass in the world, m.
@@ -81,7 +82,7 @@ pub struct Start {
 }
 
 /// When decisions are made.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Timing {
     /// A cycle is planned and first sent this long before it starts, s. *Assumed*: fifteen sends at 20 ms.

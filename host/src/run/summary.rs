@@ -1,6 +1,5 @@
 //! The figures of a run: `summary.json`, and what is printed.
 
-use link::dispatcher::{Dispatcher, ModuleLink};
 use link::faults::FaultCount;
 use link::ledger::{Ledger, Quantiles};
 use modboat::motion::Wrench;
@@ -8,17 +7,14 @@ use protocol::ledger::{Incoming, Outgoing};
 use protocol::time::FleetInstant;
 use quantity::wrap_rad;
 use record::{LegRecord, PoseSample, RunRecord};
+use runlog::flotilla;
 use serde::Serialize;
-use sim::TailState;
 
-use super::boats::BoatRun;
 use super::clock::Gap;
-use super::fleet::Fleet;
-use super::host::Controller;
 pub use super::leg_figures::{LegFigures, StationFigures};
 use super::scenario::Scenario;
 use super::shortfall::{self, FLOOR, Shortfall, attainable_m_s};
-use super::watch::{LegWatch, Watch};
+use super::watch::LegWatch;
 
 /// Velocity is averaged over the last so many seconds of a leg.
 const MEAN_OVER_S: f64 = 60.0;
@@ -196,61 +192,56 @@ pub struct LinkFigures {
     pub faults: Vec<&'static str>,
 }
 
-impl LinkFigures {
-    /// Of every module, in order.
-    pub fn of_all<A: Copy>(controller: &impl Controller, links: &Dispatcher<A>) -> Vec<Self> {
-        let all = links.modules().iter().enumerate();
-        all.map(|(index, link)| Self::new(controller.id(index, links), link)).collect()
-    }
-
-    /// Of the module that goes by the number `module`.
-    fn new<A: Copy>(module: u16, link: &ModuleLink<A>) -> Self {
-        let health = link.health();
-        Self {
-            module,
-            ledger: *link.ledger(),
-            to_module: link.outgoing(),
-            from_module: *link.incoming(),
-            module_received: health.map(|health| health.incoming),
-            answer: link.answers().quantiles(),
-            clock_uncertainty_us: health.map(|health| health.uncertainty.0),
-            clock_drift_ppb: health.map(|health| health.drift_ppb),
-            boots: link.boots(),
-            sessions: link.sessions(),
-            faults: link.faults().names().collect(),
-        }
-    }
+/// How often modules were seen to reboot.
+pub fn reboots(links: &[LinkFigures]) -> u32 {
+    links.iter().map(|link| link.boots.saturating_sub(1)).sum()
 }
 
-/// How often modules were seen to reboot.
-pub fn reboots<A: Copy>(links: &Dispatcher<A>) -> u32 {
-    links.modules().iter().map(|link| link.boots().saturating_sub(1)).sum()
+/// What was counted in a run, by its log.
+#[derive(Debug, Default)]
+pub(super) struct Counts {
+    /// Numbers that persons know the modules by.
+    pub(super) ids: Vec<u16>,
+    /// Time zero.
+    pub(super) origin: Option<FleetInstant>,
+    /// Spans in which the host did not run.
+    pub(super) gaps: Vec<Gap>,
+    /// Times two tails touched.
+    pub(super) contacts: Vec<flotilla::Contact>,
+    /// Each module's link.
+    pub(super) links: Vec<LinkFigures>,
+    /// See [`Summary::strays`].
+    pub(super) strays: Incoming,
+    /// See [`Summary::faults`].
+    pub(super) faults: Option<FaultCount>,
+    /// What was seen in each leg.
+    pub(super) watched: Vec<LegWatch>,
+    /// Cycles refused by modules.
+    pub(super) refusals: u32,
+    /// Infinite where no two tails can meet.
+    pub(super) least_clearance_m: Option<f64>,
+    /// See [`Summary::clock_error_us`].
+    pub(super) clock_error_us: Option<u64>,
+    /// See [`Summary::wall_s`].
+    pub(super) wall_s: f64,
 }
 
 impl Summary {
     /// From what a run left behind.
-    pub(super) fn new<F: Fleet<Actuation = TailState>, P>(
-        scenario: &Scenario,
-        seed: u64,
-        record: &RunRecord,
-        run: &BoatRun<'_, F, P>,
-        watch: &Watch,
-    ) -> Self {
-        let (pilot, links) = (&run.host.controller, run.host.dispatcher());
-        let origin = pilot.origin().unwrap_or_default();
-        let zero_s = origin.as_secs_f64();
+    pub(super) fn new(scenario: &Scenario, seed: u64, record: &RunRecord, counts: Counts) -> Self {
+        let Counts { ids, origin, gaps, contacts, links, strays, faults, watched, .. } = counts;
+        let zero_s = origin.unwrap_or_default().as_secs_f64();
         let duration_s = record.poses.last().map_or(0.0, |pose| pose.t_s);
-        let id = |index: usize| usize::from(pilot.id(index, links));
-        let tank = run.world.as_ref();
-        let contacts = tank.into_iter().flat_map(|tank| tank.contacts()).map(|contact| ContactFigures {
-            t_s: contact.t_s - zero_s,
-            modules: [id(contact.modules.0), id(contact.modules.1)],
-            overlap_m: -contact.clearance_m,
+        let id = |index: usize| ids.get(index).copied().unwrap_or_default();
+        let contacts = contacts.iter().map(|contact| ContactFigures {
+            t_s: contact.began_s - zero_s,
+            modules: contact.modules.map(usize::from),
+            overlap_m: contact.overlap_m,
         });
-        let least_clearance_m = tank.map(|tank| tank.least_clearance_m());
-        let legs: Vec<(usize, LegFigures)> = leg_figures_of_all(scenario, record, watch);
-        let shortfalls = shortfalls(scenario, &legs, watch, |module| pilot.id(module, links));
-        let begun = |gap: &&Gap| pilot.origin().is_some_and(|origin| gap.end > origin);
+        let legs: Vec<(usize, LegFigures)> = leg_figures_of_all(scenario, record, &watched);
+        let shortfalls = shortfalls(scenario, &legs, &watched, id);
+        let begun = |gap: &&Gap| origin.is_some_and(|origin| gap.end > origin);
+        let figures = |gap| GapFigures::new(gap, origin.unwrap_or_default());
         Self {
             scenario: scenario.name.clone(),
             modules: scenario.structure.len(),
@@ -261,17 +252,17 @@ impl Summary {
             complete: duration_s >= scenario.duration_s() - 0.1,
             failure: None,
             shortfalls,
-            gaps: run.gaps.iter().filter(begun).map(|gap| GapFigures::new(gap, origin)).collect(),
-            absences: AbsenceFigures::of_all(watch.legs(), |module| pilot.id(module, links)),
+            gaps: gaps.iter().filter(begun).map(figures).collect(),
+            absences: AbsenceFigures::of_all(&watched, id),
             legs: legs.into_iter().map(|(_, figures)| figures).collect(),
-            cycles: cycle_figures(record, reboots(links), pilot.refusals()),
+            cycles: cycle_figures(record, reboots(&links), counts.refusals),
             contacts: contacts.collect(),
-            least_clearance_m: least_clearance_m.filter(|least_m| least_m.is_finite()),
-            link: LinkFigures::of_all(pilot, links),
-            strays: *links.strays(),
-            faults: run.fleet.faults(),
-            clock_error_us: None,
-            wall_s: 0.0,
+            least_clearance_m: counts.least_clearance_m.filter(|least_m| least_m.is_finite()),
+            link: links,
+            strays,
+            faults,
+            clock_error_us: counts.clock_error_us,
+            wall_s: counts.wall_s,
         }
     }
 
@@ -332,8 +323,12 @@ pub(super) fn complaints(failure: Option<&str>, shortfalls: &[Shortfall]) -> Vec
 }
 
 /// Figures of the legs that were begun, with their indices.
-fn leg_figures_of_all(scenario: &Scenario, record: &RunRecord, watch: &Watch) -> Vec<(usize, LegFigures)> {
-    let legs = record.legs.iter().zip(&scenario.legs).zip(watch.legs()).enumerate();
+fn leg_figures_of_all(
+    scenario: &Scenario,
+    record: &RunRecord,
+    watched: &[LegWatch],
+) -> Vec<(usize, LegFigures)> {
+    let legs = record.legs.iter().zip(&scenario.legs).zip(watched).enumerate();
     let figures = legs.filter_map(|(index, ((leg, asked), seen))| {
         let figures = leg_figures(leg, record)?;
         let attainable_m_s = attainable_m_s(&scenario.structure, &scenario.modboat, asked);
@@ -345,13 +340,13 @@ fn leg_figures_of_all(scenario: &Scenario, record: &RunRecord, watch: &Watch) ->
 fn shortfalls(
     scenario: &Scenario,
     legs: &[(usize, LegFigures)],
-    watch: &Watch,
+    watched: &[LegWatch],
     id: impl Fn(usize) -> u16,
 ) -> Vec<Shortfall> {
     let Scenario { modboat, timing, .. } = scenario;
     let floor_s = FLOOR * (modboat.period_s + modboat.transition_s);
     let mut all = Vec::new();
-    for (index, (seen, asked)) in watch.legs().iter().zip(&scenario.legs).enumerate() {
+    for (index, (seen, asked)) in watched.iter().zip(&scenario.legs).enumerate() {
         let leg = index + 1;
         let found = shortfall::of_watch(Some(leg), seen, floor_s, "module", &id);
         // Where fewer are required, those that are missing may be left out.

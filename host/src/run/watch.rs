@@ -48,11 +48,58 @@ impl Display for Reason {
     }
 }
 
+impl Reason {
+    /// As two numbers, for a log.
+    #[must_use]
+    pub const fn numbers(self) -> (u8, u8) {
+        match self {
+            Self::Silent => (0, 0),
+            Self::Doubled => (1, 0),
+            Self::Elsewhere => (2, 0),
+            Self::Stopped(faults) => (3, faults.0),
+            Self::Faulty(faults) => (4, faults.0),
+            Self::Unsynchronised => (5, 0),
+            Self::Refuses(refusal) => (6, refusal as u8),
+        }
+    }
+
+    /// The same, back.
+    #[must_use]
+    pub fn from_numbers(reason: u8, detail: u8) -> Option<Self> {
+        Some(match reason {
+            0 => Self::Silent,
+            1 => Self::Doubled,
+            2 => Self::Elsewhere,
+            3 => Self::Stopped(Faults(detail)),
+            4 => Self::Faulty(Faults(detail)),
+            5 => Self::Unsynchronised,
+            6 => Self::Refuses(REFUSALS.into_iter().find(|refusal| *refusal as u8 == detail)?),
+            _ => return None,
+        })
+    }
+}
+
+/// All of them.
+const REFUSALS: [Refusal; 12] = [
+    Refusal::Late,
+    Refusal::TooFarAhead,
+    Refusal::AlreadyRun,
+    Refusal::Conflict,
+    Refusal::PoseMismatch,
+    Refusal::BeyondLimits,
+    Refusal::NotSynchronised,
+    Refusal::WrongKind,
+    Refusal::Stopped,
+    Refusal::Unsure,
+    Refusal::LowBattery,
+    Refusal::NotPrepared,
+];
+
 fn named(faults: Faults) -> String {
     faults.names().collect::<Vec<_>>().join(", ")
 }
 
-const fn worded(refusal: Refusal) -> &'static str {
+pub(super) const fn worded(refusal: Refusal) -> &'static str {
     match refusal {
         Refusal::Late => "they come after their start",
         Refusal::TooFarAhead => "they lie too far ahead",
@@ -173,5 +220,21 @@ impl<C: Controller, F: Fleet, W, P> Observer<Run<'_, C, F, W, P>> for Watch {
             });
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_comes_back_from_its_numbers() {
+        let plain = [Reason::Silent, Reason::Doubled, Reason::Elsewhere, Reason::Unsynchronised];
+        let faults = [Reason::Stopped(Faults(5)), Reason::Faulty(Faults(128))];
+        for reason in plain.into_iter().chain(faults).chain(REFUSALS.map(Reason::Refuses)) {
+            let (number, detail) = reason.numbers();
+            assert_eq!(Reason::from_numbers(number, detail), Some(reason));
+        }
+        assert_eq!((Reason::from_numbers(7, 0), Reason::from_numbers(6, 12)), (None, None));
     }
 }

@@ -6,6 +6,7 @@ use host::run::boats::Cameras;
 use host::run::closed_loop::{Drive, PoseSource};
 use host::run::experiment::{Pace, run_with};
 use host::run::fleet::InProcess;
+use host::run::log::Log;
 use host::run::orders::Unattended;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
@@ -58,7 +59,8 @@ fn a_blind_fleet_holds_until_it_sees_again() {
             }
         };
         let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut hook };
-        let result = run_with(&scenario, seed, &mut fleet, drive, covered, &mut Quiet).expect("it runs");
+        let result = run_with(Log::default(), &scenario, seed, &mut fleet, drive, covered, &mut Quiet)
+            .expect("it runs");
         // A cycle begins with a pose of at most hold_after_s, and takes its transition and its period.
         let (_, oldest_s) = starts.iter().copied().fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
         let cycle_s = result.decisions.iter().map(|d| f64::from(d.transition.as_secs_f32()) + 1.5);

@@ -44,7 +44,7 @@ fn paused(text: &str, seed: u64, at_s: f64, length_s: f64) -> (RunResult, Vec<St
     let clock = Clock::over(Pace::Real, Fake(&time));
     let mut notes = Notes::default();
     let poses = cameras(&scenario, seed).expect("valid");
-    let result = run_by(clock, &scenario, seed, &mut fleet, drive, poses, &mut notes);
+    let result = run_by(clock, Log::default(), &scenario, seed, &mut fleet, drive, poses, &mut notes);
     (result.unwrap_or_else(|error| panic!("seed {seed}: {error}")), notes.0, phases)
 }
 
@@ -61,7 +61,7 @@ fn a_host_that_was_stopped_goes_on_from_now() {
     {
         let of = format!("{size}, seed {seed}, stopped at {at_s} s for {length_s} s");
         let (result, notes, phases) = paused(&scenario(size, 90.0, ""), seed, at_s, length_s);
-        let RunResult { summary, record, decisions } = result;
+        let RunResult { summary, record, decisions, .. } = result;
         assert_eq!(phases, [Phase::Swimming, Phase::Waiting], "{of}");
         let said = notes.iter().filter(|note| note.starts_with("the host did not run for ")).count();
         assert_eq!(said, 1, "{of}: {notes:?}");

@@ -45,7 +45,7 @@ impl Controller for Pilot {
     }
 
     fn handle_pose(&mut self, fix: &Fix) {
-        self.seen = Some(FleetInstant((fix.t_s.max(0.0) * 1e6) as u64)).max(self.seen);
+        self.fix = Some(*fix);
         self.observer.update(fix);
     }
 

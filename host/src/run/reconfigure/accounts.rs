@@ -96,9 +96,8 @@ impl Accounts {
     }
 
     /// The moves that were begun.
-    #[must_use]
-    pub fn finish(self) -> Vec<MoveFigures> {
-        self.moves.into_iter().filter(|figures| figures.executed.time_s > 0.0).collect()
+    pub fn moves(&self) -> impl Iterator<Item = &MoveFigures> {
+        self.moves.iter().filter(|figures| figures.executed.time_s > 0.0)
     }
 }
 

@@ -2,6 +2,8 @@
 //!
 //! Energy and time count from plan time 0, when the water lets go.
 
+use std::cell::RefCell;
+
 use link::faults::FaultParameters;
 use reconfiguration::plan::Plan;
 use reconfiguration::problem::Problem;
@@ -14,22 +16,15 @@ use super::super::RunError;
 use super::super::clock::{Clock, Pace, WallClock};
 use super::super::closed_loop::{Drive, Run};
 use super::super::fleet::{Fleet, InProcess};
-use super::super::host::Controller;
+use super::super::log::Log;
+use super::super::log::rovs::{Document, RovLog, RovRun, Title};
 use super::super::orders::Unattended;
-use super::super::progress::Progress;
-use super::super::shortfall;
-use super::super::summary::{AbsenceFigures, GapFigures, LinkFigures, all_of, reboots};
-use super::super::watch::Watch;
+use super::super::progress::{Noted, Progress};
 use super::ExecutionError;
 use super::accounts::Accounts;
 use super::controller::Execution;
-use super::recorder::{Recorder, RovRun};
-use super::summary::{Energy, MoveFigures, Summary};
+use super::summary::Summary;
 use super::water::{ExactPoses, Water};
-
-/// A robot that takes no part, or is waited for, for less than this in all is no shortfall, s: what a move waits for a robot that is not
-/// quite there. *Assumed.*
-const FLOOR_S: f64 = 4.0;
 
 /// How a plan is executed.
 #[derive(Clone, Debug)]
@@ -49,6 +44,8 @@ pub struct Executed {
     pub record: Record,
     /// The figures.
     pub summary: Summary,
+    /// What became of the log, if that was not good.
+    pub log_failure: Option<String>,
 }
 
 /// Executes `plan` with ROVs in this process, as fast as the machine can.
@@ -85,12 +82,30 @@ pub fn run<'p, F: Fleet<Actuation = RovActuation>>(
     drive: Drive<'_, Execution<'p>, F>,
     progress: &mut dyn Progress,
 ) -> Result<Executed, RunError> {
-    run_by(Clock::new(drive.pace), problem, plan, options, fleet, drive, progress)
+    run_into((Log::default(), Title::default()), problem, plan, options, fleet, drive, progress)
 }
 
-/// [`run`] by any clock.
+/// [`run`], with a log, and what it is called.
+///
+/// # Errors
+/// As for [`execute`].
+pub fn run_into<'p, F: Fleet<Actuation = RovActuation>>(
+    log: (Log, Title),
+    problem: &'p Problem,
+    plan: &'p Plan,
+    options: &Options,
+    fleet: &mut F,
+    drive: Drive<'_, Execution<'p>, F>,
+    progress: &mut dyn Progress,
+) -> Result<Executed, RunError> {
+    run_by(Clock::new(drive.pace), log, problem, plan, options, fleet, drive, progress)
+}
+
+/// [`run_into`] by any clock.
+#[expect(clippy::too_many_arguments, reason = "the same, and a clock")]
 fn run_by<'p, F: Fleet<Actuation = RovActuation>, T: WallClock>(
     clock: Clock<T>,
+    (log, title): (Log, Title),
     problem: &'p Problem,
     plan: &'p Plan,
     options: &Options,
@@ -101,43 +116,15 @@ fn run_by<'p, F: Fleet<Actuation = RovActuation>, T: WallClock>(
     let controller = Execution::new(problem, plan, options.law.clone())?;
     let bodies = controller.conductor().bodies();
     let accounts = Accounts::new(problem, plan, &options.law).map_err(ExecutionError::from)?;
-    let recorder = Recorder::new(accounts, bodies, problem.robots.len()).map_err(BasinError::from);
-    let mut recorder = recorder.map_err(ExecutionError::from)?;
-    let mut watch = Watch::new(vec![f64::INFINITY]);
+    let document = Document { title, problem: problem.clone(), plan: plan.clone() };
+    let notes = RefCell::new(Vec::new());
+    let log = RovLog::new(log, document, options.seed, accounts, bodies, &notes).map_err(BasinError::from);
+    let mut log = log.map_err(ExecutionError::from)?;
     let water = Water::new(bodies).map_err(ExecutionError::from)?;
     let mut run: RovRun<'_, '_, F> = Run::new(controller, fleet, Some(water), ExactPoses);
-    let ending = run.drive(clock, drive, progress, &mut [&mut recorder, &mut watch])?;
-
-    let (samples, moves) = recorder.finish(ending.at, &run);
-    let sum = |of: fn(&MoveFigures) -> Energy| moves.iter().map(of).sum::<Energy>();
-    let (planned, executed) = (sum(|m| m.planned), sum(|m| m.executed));
-    let links = run.host.dispatcher();
-    let id = |robot: usize| run.host.controller.id(robot, links);
-    let seen = &watch.legs()[0];
-    let shortfalls = shortfall::of_watch(None, seen, FLOOR_S, Execution::MODULE, id);
-    let gaps = run.host.controller.gaps().iter();
-    let summary = Summary {
-        problem: problem.name.clone(),
-        criterion: plan.criterion,
-        manner: plan.manner,
-        seed: options.seed,
-        failure: ending.why.or_else(|| all_of(&shortfalls)),
-        shortfalls,
-        gaps: gaps.map(|&(start_s, length_s)| GapFigures { start_s, length_s }).collect(),
-        absences: AbsenceFigures::of_all(watch.legs(), id),
-        planned,
-        expected: sum(|m| m.expected),
-        executed,
-        by_table: sum(|m| m.by_table),
-        ratio: (planned.total_j > 0.0).then(|| executed.total_j / planned.total_j),
-        reboots: reboots(links).into(),
-        link: LinkFigures::of_all(&run.host.controller, links),
-        strays: *links.strays(),
-        faults: run.fleet.faults(),
-        wall_s: ending.wall_s,
-        moves,
-    };
-    Ok(Executed { record: Record { problem: problem.clone(), plan: plan.clone(), samples }, summary })
+    let ending = run.drive(clock, drive, &mut Noted { progress, notes: &notes }, &mut [&mut log])?;
+    let (outcome, log_failure) = log.finish(&ending, &run).map_err(RunError::Log)?;
+    Ok(Executed { record: outcome.record, summary: outcome.summary, log_failure })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 //! | [`conductor`] | which action, which thrusts |
 //! | [`controller`] | the controller of the closed loop: who answers, when the plan begins, what is sent |
 //! | [`water`] | the water and the poses in it |
-//! | [`recorder`], [`accounts`] | what is measured meanwhile |
+//! | [`accounts`] | what is measured meanwhile; the [log](super::log::rovs) takes it down |
 //! | [`execution`] | a run |
 //! | [`summary`] | its figures |
 
@@ -20,7 +20,6 @@ pub mod accounts;
 pub mod conductor;
 pub mod controller;
 pub mod execution;
-pub mod recorder;
 pub mod scenario;
 pub mod summary;
 pub mod water;

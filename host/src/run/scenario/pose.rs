@@ -1,10 +1,10 @@
 //! `[pose]`: where poses come from, and what is done without them.
 
 use quantity::{ParameterError, check_within};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// See the module's documentation.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoseParameters {
     /// No cycle starts with a pose older than this, s: the fleet finishes its cycle and holds until poses come again. *Assumed*: at

@@ -9,6 +9,7 @@ use super::super::super::clock::Fake;
 use super::super::super::progress::Quiet;
 use super::super::scenario::ReconfigureScenario;
 use super::*;
+use crate::run::host::Controller;
 use protocol::time::FleetInstant;
 use reconfiguration::plan::{Criterion, Manner};
 use sim::module::TICK;
@@ -50,7 +51,18 @@ fn paused(stops_s: &[f64], length_s: f64) -> Summary {
     };
     let drive = Drive { pace: Pace::Real, operator: &mut Unattended, hook: &mut hook };
     let clock = Clock::over(Pace::Real, Fake(&time));
-    run_by(clock, &problem, &plan, &options, &mut fleet, drive, &mut Quiet).expect("begun").summary
+    run_by(
+        clock,
+        (Log::default(), Title::default()),
+        &problem,
+        &plan,
+        &options,
+        &mut fleet,
+        drive,
+        &mut Quiet,
+    )
+    .expect("begun")
+    .summary
 }
 
 #[test]

@@ -1,0 +1,313 @@
+//! The log of an executed reconfiguration: what is told and shown after each step of the closed loop, at last the accounts.
+//!
+//! | topics | how often |
+//! |---|---|
+//! | `/robots`, `/tf` | 20 Hz of the plan's time |
+//! | `/markers` | 5 Hz |
+//! | `/acknowledgement` is not kept: robots answer twenty times a second | |
+//! | counts, `/moves`, `/pauses`, `/diagnostics`, batteries | 1 Hz, and at the end |
+
+use std::cell::RefCell;
+
+use protocol::time::{Duration, FleetInstant};
+use reconfiguration::plan::Plan;
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::Problem;
+use reconfiguration::vehicle::Vehicle;
+use rov::configuration_matrix::{ConfigurationMatrix, ThrusterError};
+use runlog::flotilla;
+use serde::{Deserialize, Serialize};
+use sim::rov::RovActuation;
+
+use super::super::RunError;
+use super::super::closed_loop::{Ending, Observer, Run};
+use super::super::fleet::Fleet;
+use super::super::host::Controller;
+use super::super::reconfigure::accounts::Accounts;
+use super::super::reconfigure::conductor::PERIOD;
+use super::super::reconfigure::controller::Execution;
+use super::super::reconfigure::water::{ExactPoses, STEP, STEP_S, Water, is_step};
+use super::super::watch::Watch;
+use super::shown::modules;
+use super::shown::rovs::Scene;
+use super::topics::{Shown, Told};
+use super::{Log, counts, stamp};
+
+pub use reading::{Outcome, Reading};
+
+mod reading;
+
+/// Pause between two sets of counts.
+const COUNTS_EVERY: Duration = Duration(1_000_000);
+/// Every so manyth set of robots is drawn.
+const DRAWN: u32 = 4;
+
+/// The closed loop of a reconfiguration with the fleet `F`.
+pub type RovRun<'a, 'p, F> = Run<'a, Execution<'p>, F, Water, ExactPoses>;
+
+/// What an execution is called beside others of the same problem.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Title {
+    /// In tables and names of files.
+    pub name: String,
+    /// Which of them it is, from 0.
+    pub index: usize,
+}
+
+/// What is kept of what was asked, as JSON.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Document {
+    /// What it is called.
+    pub title: Title,
+    /// What was asked.
+    pub problem: Problem,
+    /// What was planned.
+    pub plan: Plan,
+}
+
+impl Document {
+    /// The first message of its log.
+    #[must_use]
+    pub fn head(&self, seed: u64) -> flotilla::Scenario {
+        let ids = self.problem.robots.iter().map(|robot| robot.id).collect();
+        // Numbers and texts have a form in JSON.
+        let document = serde_json::to_string(self).unwrap_or_default();
+        super::head("rovs", &self.problem.name, seed, ids, document)
+    }
+}
+
+/// See the module's documentation.
+pub struct RovLog<'a> {
+    log: Log,
+    reading: Reading,
+    watch: Watch,
+    scene: Scene,
+    ids: Vec<u16>,
+    /// What was said to a person meanwhile.
+    notes: &'a RefCell<Vec<String>>,
+    accounts: Accounts,
+    /// Of robots, then tools.
+    vehicles: Vec<&'a Vehicle>,
+    /// Of robots, about their own origins.
+    matrices: Vec<ConfigurationMatrix>,
+    /// The beginning of the next step, whose thrusts are not known yet.
+    open: Option<flotilla::Robots>,
+    sampled_s: Option<f64>,
+    samples: u32,
+    /// The move that was under way when the step began, with its robot.
+    moving: Option<(usize, usize)>,
+    counted: Option<FleetInstant>,
+}
+
+impl<'a> RovLog<'a> {
+    /// Of the execution of `document` from `seed`, with these bodies, robots first.
+    ///
+    /// # Errors
+    /// [`ThrusterError`] for a robot whose thrusters cannot be.
+    pub fn new(
+        mut log: Log,
+        document: Document,
+        seed: u64,
+        accounts: Accounts,
+        bodies: &[(Pose, &'a Vehicle)],
+        notes: &'a RefCell<Vec<String>>,
+    ) -> Result<Self, ThrusterError> {
+        let head = document.head(seed);
+        let robots = head.modules.len();
+        let vehicles: Vec<&Vehicle> = bodies.iter().map(|(_, vehicle)| *vehicle).collect();
+        let matrices = vehicles.iter().take(robots).map(|vehicle| ConfigurationMatrix::of_vehicle(vehicle));
+        let matrices = matrices.collect::<Result<_, _>>()?;
+        let scene = Scene::new(bodies, &head.modules);
+        log.tell(FleetInstant(0), Told::Scenario(&head));
+        log.show(FleetInstant(0), Shown::Fixed(&scene.fixed()));
+        Ok(Self {
+            log,
+            reading: Reading::new(document, seed),
+            watch: Watch::new(vec![f64::INFINITY]),
+            scene,
+            ids: head.modules,
+            notes,
+            accounts,
+            vehicles,
+            matrices,
+            open: None,
+            sampled_s: None,
+            samples: 0,
+            moving: None,
+            counted: None,
+        })
+    }
+
+    fn tell(&mut self, now: FleetInstant, told: Told<'_>) {
+        self.reading.take(told);
+        self.log.tell(now, told);
+    }
+
+    /// Tells the end. What became of the execution, and of its log. The last sample is of the end, whenever that was.
+    ///
+    /// # Errors
+    /// As for [`Reading::finish`].
+    pub fn finish<F: Fleet<Actuation = RovActuation>>(
+        mut self,
+        ending: &Ending,
+        run: &RovRun<'_, '_, F>,
+    ) -> Result<(Outcome, Option<String>), String> {
+        let now = ending.at;
+        self.events(now);
+        self.close(now);
+        let t_s = plan_time_s(now, run);
+        if self.sampled_s.is_none_or(|last_s| last_s < t_s) {
+            self.open = self.sample(now, t_s, run);
+            self.close(now);
+        }
+        self.count(now, run);
+        let end = flotilla::End { stamp: stamp(now), why: ending.why.clone(), wall_s: ending.wall_s };
+        self.tell(now, Told::End(&end));
+        Ok((self.reading.finish()?, self.log.finish()))
+    }
+
+    fn events(&mut self, now: FleetInstant) {
+        for text in self.notes.borrow_mut().drain(..) {
+            self.log.show(now, Shown::Event(&flotilla::Event { stamp: stamp(now), module: 0, text }));
+        }
+    }
+
+    fn sample<F: Fleet<Actuation = RovActuation>>(
+        &mut self,
+        now: FleetInstant,
+        t_s: f64,
+        run: &RovRun<'_, '_, F>,
+    ) -> Option<flotilla::Robots> {
+        let water = run.world.as_ref()?;
+        let (conductor, states) = (run.host.controller.conductor(), water.states());
+        self.accounts.look(conductor, states, &self.vehicles);
+        let reference = conductor.reference();
+        let robots = self.ids.iter().enumerate().map(|(robot, &id)| flotilla::Robot {
+            id,
+            eta: states[robot].eta(),
+            nu: states[robot].nu.into(),
+            reference: reference
+                .filter(|(mover, _)| *mover == robot)
+                .map(|(_, reference)| place(&reference.pose)),
+            arrived: conductor.arrived()[robot],
+            ..flotilla::Robot::default()
+        });
+        let robots: Vec<flotilla::Robot> = robots.collect();
+        let tool = (robots.len() < states.len()).then_some(robots.len());
+        self.sampled_s = Some(t_s);
+        let mut sample = flotilla::Robots {
+            stamp: stamp(now),
+            t_s,
+            moving: conductor.moving().map_or(-1, |moving| moving as i32),
+            restoring_nm: tool.map_or([0.0; 2], |tool| water.restoring_nm(tool)),
+            robots,
+        };
+        self.note_thrusts(&mut sample, &run.actuation);
+        Some(sample)
+    }
+
+    /// What robots do.
+    fn note_thrusts(&self, sample: &mut flotilla::Robots, actuation: &[RovActuation]) {
+        for ((robot, matrix), RovActuation { thrusts_n, pulses_us }) in
+            sample.robots.iter_mut().zip(&self.matrices).zip(actuation)
+        {
+            (robot.tau, robot.power_w) = (matrix.wrench(thrusts_n), self.accounts.power_w(thrusts_n));
+            robot.thrusts_n.clone_from(thrusts_n);
+            robot.pulses_us.clone_from(pulses_us);
+        }
+    }
+
+    /// Tells the sample whose thrusts are known now.
+    fn close(&mut self, now: FleetInstant) {
+        let Some(sample) = self.open.take() else { return };
+        self.tell(now, Told::Robots(&sample));
+        if self.log.is_kept() {
+            self.log.show(now, Shown::Transforms(&self.scene.transforms(&sample)));
+            if self.samples.is_multiple_of(DRAWN) {
+                self.log.show(now, Shown::Markers(self.scene.markers(&sample)));
+            }
+        }
+        self.samples += 1;
+    }
+
+    /// Everything that is counted, so far.
+    fn count<F: Fleet<Actuation = RovActuation>>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F>) {
+        self.counted = Some(now);
+        let links = run.host.dispatcher();
+        self.tell(now, Told::Links(&counts::links(stamp(now), &self.ids, links)));
+        let ledger = flotilla::Ledger {
+            stamp: stamp(now),
+            strays: counts::incoming(links.strays()),
+            medium: run.fleet.faults().as_ref().map(counts::medium),
+            ..flotilla::Ledger::default()
+        };
+        self.tell(now, Told::Ledger(&ledger));
+        let (legs, absences) = counts::legs(stamp(now), self.watch.legs());
+        self.tell(now, Told::Legs(&legs));
+        self.tell(now, Told::Absences(&absences));
+        let moves =
+            flotilla::Moves { stamp: stamp(now), moves: self.accounts.moves().map(reading::told).collect() };
+        self.tell(now, Told::Moves(&moves));
+        let (start_s, length_s) = run.host.controller.gaps().iter().copied().unzip();
+        self.tell(now, Told::Pauses(&flotilla::Pauses { stamp: stamp(now), start_s, length_s }));
+        if self.log.is_kept() {
+            self.log.show(now, Shown::Diagnostics(&modules::diagnostics(now, &self.ids, links)));
+            for (place, (link, &id)) in links.modules().iter().zip(&self.ids).enumerate() {
+                self.log.battery(now, place, id, &modules::battery(now, id, link));
+            }
+        }
+    }
+}
+
+/// Time since the water let go, in whole steps, s; 0 before.
+fn plan_time_s<F: Fleet>(now: FleetInstant, run: &RovRun<'_, '_, F>) -> f64 {
+    let since_us = run.host.controller.origin().map_or(0, |origin| now.0.saturating_sub(origin.0));
+    (since_us / u64::from(STEP.0)) as f64 * STEP_S
+}
+
+fn place(pose: &Pose) -> flotilla::Place {
+    let [x_m, y_m, z_m, yaw_rad] = <[f64; 4]>::from(*pose);
+    flotilla::Place { x_m, y_m, z_m, yaw_rad }
+}
+
+impl<F: Fleet<Actuation = RovActuation>> Observer<RovRun<'_, '_, F>> for RovLog<'_> {
+    fn observe(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F>) -> Result<(), RunError> {
+        self.events(now);
+        self.step(now, run);
+        self.watch.observe(now, run)?;
+        let is_due = self.counted.is_none_or(|counted| now.since(counted) >= COUNTS_EVERY);
+        if is_due && self.log.is_kept() {
+            self.count(now, run);
+        }
+        Ok(())
+    }
+}
+
+impl RovLog<'_> {
+    fn step<F: Fleet<Actuation = RovActuation>>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F>) {
+        let controller = &run.host.controller;
+        let Some(origin) = controller.origin().filter(|_| is_step(now)) else { return };
+        if run.is_blind() {
+            return;
+        }
+        let conductor = controller.conductor();
+        if let Some(mut sample) = self.open.take() {
+            self.note_thrusts(&mut sample, &run.actuation);
+            self.open = Some(sample);
+            self.close(now);
+        }
+        if let Some((number, mover)) = self.moving.filter(|_| now > origin) {
+            self.accounts.spend(STEP_S, number, mover, &run.actuation);
+            let ended = conductor.moving() != Some(number);
+            if ended && let Some(misfit) = run.world.as_ref().and_then(Water::drawn_in) {
+                self.accounts.end(number, misfit);
+            }
+        }
+        self.moving = conductor.moving().zip(conductor.mover());
+        if now >= origin && (now.0 - origin.0).is_multiple_of(u64::from(PERIOD.0)) {
+            self.open = self.sample(now, plan_time_s(now, run), run);
+        }
+    }
+}
