@@ -10,11 +10,20 @@
 //! | [`source`] | the trait over all protocols, and how a connection stands |
 //! | [`server`] | the trait over all servers |
 //! | [`frame`], [`time`] | frames of bodies; instants on the server's clock and the host's |
+//! | [`address`] | sources in words, and opening them |
+//! | [`clock`] | the server's clock on the host's |
+//! | [`gate`], [`ledger`] | which frames are fixes; what became of every one |
+//! | [`axes`] | from the laboratory's axes to the world's |
 //! | [`natnet`], [`qtm`], [`vrpn`] | NatNet of OptiTrack Motive; QTM RT of Qualisys; trackers of VRPN |
 //! | [`bytes`], [`stream`] | wire bytes with bounds checked; TCP that never blocks |
 
+pub mod address;
+pub mod axes;
 pub mod bytes;
+pub mod clock;
 pub mod frame;
+pub mod gate;
+pub mod ledger;
 pub mod natnet;
 pub mod qtm;
 pub mod server;
