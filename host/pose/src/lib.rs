@@ -14,6 +14,8 @@
 //! | [`clock`] | the server's clock on the host's |
 //! | [`gate`], [`ledger`] | which frames are fixes; what became of every one |
 //! | [`axes`] | from the laboratory's axes to the world's |
+//! | [`roster`], [`structure`] | which body is which module; where a structure of boats is |
+//! | [`velocity`] | velocities of a body from its fixes |
 //! | [`natnet`], [`qtm`], [`vrpn`] | NatNet of OptiTrack Motive; QTM RT of Qualisys; trackers of VRPN |
 //! | [`bytes`], [`stream`] | wire bytes with bounds checked; TCP that never blocks |
 
@@ -26,8 +28,11 @@ pub mod gate;
 pub mod ledger;
 pub mod natnet;
 pub mod qtm;
+pub mod roster;
 pub mod server;
 pub mod source;
 pub mod stream;
+pub mod structure;
 pub mod time;
+pub mod velocity;
 pub mod vrpn;

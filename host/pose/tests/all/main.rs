@@ -6,4 +6,6 @@ mod hostile;
 mod natnet;
 mod qtm;
 mod rig;
+mod structure;
+mod velocity;
 mod vrpn;
