@@ -10,15 +10,29 @@
 //! | [`source`] | the trait over all protocols, and how a connection stands |
 //! | [`server`] | the trait over all servers |
 //! | [`frame`], [`time`] | frames of bodies; instants on the server's clock and the host's |
+//! | [`address`] | sources in words, and opening them |
+//! | [`clock`] | the server's clock on the host's |
+//! | [`gate`], [`ledger`] | which frames are fixes; what became of every one |
+//! | [`axes`] | from the laboratory's axes to the world's |
+//! | [`roster`], [`structure`] | which body is which module; where a structure of boats is |
+//! | [`velocity`] | velocities of a body from its fixes |
 //! | [`natnet`], [`qtm`], [`vrpn`] | NatNet of OptiTrack Motive; QTM RT of Qualisys; trackers of VRPN |
 //! | [`bytes`], [`stream`] | wire bytes with bounds checked; TCP that never blocks |
 
+pub mod address;
+pub mod axes;
 pub mod bytes;
+pub mod clock;
 pub mod frame;
+pub mod gate;
+pub mod ledger;
 pub mod natnet;
 pub mod qtm;
+pub mod roster;
 pub mod server;
 pub mod source;
 pub mod stream;
+pub mod structure;
 pub mod time;
+pub mod velocity;
 pub mod vrpn;

@@ -1,7 +1,11 @@
 //! Clients and servers of this crate against each other over real sockets, and codecs against hostile bytes.
 
+mod clock;
+mod gate;
 mod hostile;
 mod natnet;
 mod qtm;
 mod rig;
+mod structure;
+mod velocity;
 mod vrpn;
