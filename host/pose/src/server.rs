@@ -15,6 +15,9 @@ pub trait Server {
     /// Sends a frame to all clients that asked for frames.
     fn send(&mut self, now: HostInstant, frame: &Frame);
 
+    /// Sets what the server's clock shows more than the host's, ns, where the protocol lets clients ask for it.
+    fn set_clock_ahead_ns(&mut self, _clock_ahead_ns: i64) {}
+
     /// Clients at present. Listeners of a multicast are not known and do not count.
     fn clients(&self) -> usize;
 

@@ -16,6 +16,7 @@
 mod body;
 pub mod clock;
 mod contact;
+pub mod lab;
 pub mod mocap;
 pub mod module;
 pub mod motor;

@@ -20,6 +20,7 @@ mod operator;
 mod path;
 mod plan;
 mod planner;
+mod poses;
 mod progress;
 mod provision;
 mod reconfigure;
@@ -29,6 +30,7 @@ mod request;
 mod run;
 mod signal;
 mod simulate;
+mod tank;
 
 /// Swim a fleet of docked Modboats, or reconfigure a cluster of ROVs, from one PC.
 #[derive(Parser)]
@@ -61,6 +63,8 @@ enum Command {
     Export(export::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
     Module(module::Arguments),
+    /// A laboratory in a box: the scenario's modules on UDP, the water, and a motion-capture server over it
+    Tank(tank::Arguments),
     /// Emergency stop: every drive off at once, tails braked, until a release
     Stop(operator::Arguments),
     /// The fleet finishes its cycle and holds, until a release
@@ -108,6 +112,7 @@ pub fn main() -> ExitCode {
         Command::Replay(arguments) => replay::main(&arguments),
         Command::Export(arguments) => export::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
+        Command::Tank(arguments) => tank::main(&arguments),
         Command::Stop(arguments) => operator::main(operator::Wish::Stop, &arguments),
         Command::Hold(arguments) => operator::main(operator::Wish::Hold, &arguments),
         Command::Release(arguments) => operator::main(operator::Wish::Release, &arguments),

@@ -69,10 +69,10 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// A process has a clock of its own already: real, and wrong by its own start.
-const CLOCK: ClockParameters = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
+pub(super) const CLOCK: ClockParameters = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
 
 /// Tells its lives apart.
-fn seed() -> u64 {
+pub(super) fn seed() -> u64 {
     u64::from(std::process::id()) << 32 | since_epoch_us() & 0xFFFF_FFFF
 }
 
@@ -149,7 +149,7 @@ fn live(
     Ok(())
 }
 
-fn resolve(address: &str) -> Result<SocketAddr, Failure> {
+pub(super) fn resolve(address: &str) -> Result<SocketAddr, Failure> {
     let mut found = address
         .to_socket_addrs()
         .map_err(|error| Failure::Bad(format!("--host {address}: {error} (it takes ADDRESS:PORT)")))?;
@@ -161,7 +161,7 @@ fn resolve(address: &str) -> Result<SocketAddr, Failure> {
 }
 
 /// Any free port where `host` can be reached from: a socket on the loopback reaches no other machine.
-fn any_port(host: SocketAddr) -> String {
+pub(super) fn any_port(host: SocketAddr) -> String {
     let ip: IpAddr = match (host, host.ip().is_loopback()) {
         (SocketAddr::V4(_), true) => Ipv4Addr::LOCALHOST.into(),
         (SocketAddr::V4(_), false) => Ipv4Addr::UNSPECIFIED.into(),

@@ -13,12 +13,14 @@ use protocol::ModuleId;
 use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
 use super::planner::PlannerArguments;
+use super::poses::PoseArguments;
 use super::progress::Bar;
 use super::{Failure, all_said, bad, could, keygen, report, signal, tell, untold};
 use crate::run::RunError;
 use crate::run::closed_loop::Drive;
-use crate::run::experiment::{Pace, RunResult, run_into};
+use crate::run::experiment::{Pace, RunResult, Site, run_into, run_with};
 use crate::run::fleet::{InProcess, OverUdp};
+use crate::run::lab::LabPoses;
 use crate::run::log::Log;
 use crate::run::progress::Progress;
 use crate::run::roster::Roster;
@@ -29,7 +31,8 @@ pub(super) const DEFAULT: &str = "holonomic-1";
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flotilla run\n  flotilla run holonomic-4 --seed 7 --loss 0.3\n  \
-                        flotilla run my-boats.toml --radio udp --listen 0.0.0.0:4870")]
+                        flotilla run my-boats.toml --radio udp --listen 0.0.0.0:4870\n  \
+                        flotilla run my-boats.toml --radio udp --listen 0.0.0.0:4870 --pose natnet:192.168.1.10 --up y")]
 pub(super) struct Arguments {
     /// A scenario file, or one that comes with the program: holonomic-1, holonomic-2, holonomic-3, holonomic-4, six, nine,
     /// twenty-five, ring, line-12, station-keeping, square-path
@@ -50,6 +53,8 @@ pub(super) struct Arguments {
     /// Which modules there are and where each sits, with --radio udp [default: 1, 2, … in the structure's order]
     #[arg(long, value_name = "FILE")]
     roster: Option<PathBuf>,
+    #[command(flatten)]
+    pose: PoseArguments,
     /// Swim with so many modules at least, and leave out those that are missing: all, or a number [default: the scenario's, all]
     #[arg(long, value_name = "all|N", value_parser = required)]
     require: Option<u32>,
@@ -96,9 +101,15 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
             scenario.name
         )));
     }
+    arguments.pose.apply(&mut scenario.pose);
     let seed = arguments.seed.unwrap_or(scenario.seed);
     // Port and folder come first: a run that no module can join, or whose results have nowhere to go, is not begun.
     let radio = match arguments.radio {
+        RadioKind::Loopback if arguments.pose.pose.is_some() => {
+            return Err(Failure::Bad(
+                "--pose needs --radio udp: modules in this process swim in simulated water".to_owned(),
+            ));
+        }
         RadioKind::Loopback => None,
         RadioKind::Udp => Some(remote(&arguments, &scenario)?),
     };
@@ -146,16 +157,20 @@ struct Remote {
     radio: UdpRadio,
     host: HostIdentity,
     roster: Vec<ModuleId>,
+    /// A motion capture; without one the water is simulated here.
+    poses: Option<LabPoses>,
 }
 
 fn remote(arguments: &Arguments, scenario: &Scenario) -> Result<Remote, Failure> {
     let host = keygen::host(arguments.key.as_deref())?;
-    let roster = match &arguments.roster {
-        Some(path) => Roster::read(path).and_then(|roster| roster.seats(&scenario.structure)),
-        None => Roster::numbered(scenario.structure.len()).seats(&scenario.structure),
+    let all = match &arguments.roster {
+        Some(path) => Roster::read(path).map_err(bad)?,
+        None => Roster::numbered(scenario.structure.len()),
     };
+    let roster = all.seats(&scenario.structure).map_err(bad)?;
+    let poses = arguments.pose.open(scenario, &all, &roster)?;
     let radio = UdpRadio::bind(arguments.listen.as_str()).map_err(bad)?;
-    Ok(Remote { radio, host, roster: roster.map_err(bad)? })
+    Ok(Remote { radio, host, roster, poses })
 }
 
 /// Runs `scenario` on the chosen radio.
@@ -167,7 +182,7 @@ fn swim(
     log: Log,
 ) -> Result<RunResult, Failure> {
     let mut bar = Bar::new(&scenario.name);
-    let Some(Remote { radio, host, roster }) = remote else {
+    let Some(Remote { radio, host, roster, poses }) = remote else {
         let pace = if arguments.realtime { Pace::Watched } else { Pace::Simulated };
         let mut fleet = InProcess::boats(scenario, seed).map_err(|error| failure(error, ""))?;
         let mut desk = if arguments.realtime { desk(&scenario.name, &mut bar) } else { Desk::signals() };
@@ -186,7 +201,13 @@ fn swim(
     let mut fleet = OverUdp::boats(scenario, radio, host, roster, seed);
     let mut desk = desk(&scenario.name, &mut bar);
     let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
-    let result = run_into(log, scenario, seed, &mut fleet, drive, &mut bar);
+    let result = match poses {
+        Some(poses) => {
+            let site = Site { water: None, poses };
+            run_with(log, scenario, seed, &mut fleet, drive, site, &mut bar)
+        }
+        None => run_into(log, scenario, seed, &mut fleet, drive, &mut bar),
+    };
     result.map_err(|error| failure(error, &invitation(arguments, address)))
 }
 
@@ -234,8 +255,10 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
             failure(RunError::Silent { kind, modules, known, waited_s, hint }.to_string())
         }
         RunError::Parameter(_) | RunError::Module { .. } => Failure::Bad(error.to_string()),
-        RunError::Radio(_) | RunError::Rov { .. } | RunError::Execution(_) | RunError::Log(_) => {
-            Failure::Could(error.to_string())
-        }
+        RunError::Pose(_)
+        | RunError::Radio(_)
+        | RunError::Rov { .. }
+        | RunError::Execution(_)
+        | RunError::Log(_) => Failure::Could(error.to_string()),
     }
 }

@@ -51,9 +51,9 @@ impl Cameras {
 impl PoseSource<Tank> for Cameras {
     type Pose = Fix;
 
-    fn poll<'a>(&'a mut self, _now: FleetInstant, tank: Option<&'a Tank>) -> Option<&'a Fix> {
-        let pose = tank?.pose();
+    fn poll<'a>(&'a mut self, _: FleetInstant, tank: Option<&'a Tank>) -> Result<Option<&'a Fix>, RunError> {
+        let Some(pose) = tank.map(Tank::pose) else { return Ok(None) };
         self.fix = self.mocap.sample(pose.t_s, &pose);
-        self.fix.as_ref()
+        Ok(self.fix.as_ref())
     }
 }

@@ -24,6 +24,7 @@ use super::RunError;
 use super::clock::{Clock, Pace, Tick, WallClock};
 use super::fleet::{Address, Fleet};
 use super::host::{Controller, Host, Step};
+use super::lab::PoseAccount;
 use super::orders::{ModuleStatus, Operator, Order, RunStatus};
 use super::progress::Progress;
 use super::reporter::{Reporter, stopped};
@@ -56,7 +57,24 @@ pub trait PoseSource<W> {
     type Pose: ?Sized;
 
     /// The newest pose, if one has come by `now` that was not told before; the time in it is fleet time.
-    fn poll<'a>(&'a mut self, now: FleetInstant, world: Option<&'a W>) -> Option<&'a Self::Pose>;
+    ///
+    /// # Errors
+    /// What waiting does not mend.
+    fn poll<'a>(
+        &'a mut self,
+        now: FleetInstant,
+        world: Option<&'a W>,
+    ) -> Result<Option<&'a Self::Pose>, RunError>;
+
+    /// Why there are no poses, if there are none.
+    fn trouble(&self) -> Option<&str> {
+        None
+    }
+
+    /// What became of what a motion capture sent, where there is one.
+    fn account(&self) -> Option<PoseAccount> {
+        None
+    }
 }
 
 /// What looks at a run after each of its steps: a recorder, a log, a console.
@@ -205,7 +223,7 @@ where
                 let begun = self.host.controller.origin().is_some_and(|origin| origin < now);
                 world.step(now, begun, &self.actuation);
             }
-            self.look(now);
+            self.look(now)?;
         }
         let step = self.act(now)?;
         self.transmit(clock)?;
@@ -220,10 +238,11 @@ where
         now.as_secs_f64() - self.idle_since.as_secs_f64()
     }
 
-    fn look(&mut self, now: FleetInstant) {
-        if let Some(pose) = self.poses.poll(now, self.world.as_ref()) {
+    fn look(&mut self, now: FleetInstant) -> Result<(), RunError> {
+        if let Some(pose) = self.poses.poll(now, self.world.as_ref())? {
             self.host.handle_pose(pose);
         }
+        Ok(())
     }
 
     /// Does what the controller decides, connectors first.
@@ -239,7 +258,7 @@ where
                 None => Some(coupling),
             };
             if let Some(coupled) = coupled {
-                self.look(now);
+                self.look(now)?;
                 self.host.controller.handle_coupled(coupled)?;
             }
         }
@@ -266,7 +285,7 @@ where
         observers: &mut [&mut dyn Observer<Self>],
     ) -> Result<Ending, RunError> {
         let Drive { operator, hook, .. } = drive;
-        let mut reporter = Reporter::default();
+        let (mut reporter, mut seen_trouble) = (Reporter::default(), None::<String>);
         let (at, why) = loop {
             let Tick { now, gap } = clock.next_tick();
             if let Some(gap) = gap {
@@ -288,6 +307,13 @@ where
                 }
                 step => step?,
             };
+            if self.poses.trouble() != seen_trouble.as_deref() {
+                seen_trouble = self.poses.trouble().map(str::to_owned);
+                match &seen_trouble {
+                    Some(trouble) => progress.note(&format!("no pose: {trouble}")),
+                    None => progress.note("poses come again"),
+                }
+            }
             for observer in observers.iter_mut() {
                 observer.observe(now, self)?;
             }
@@ -301,7 +327,9 @@ where
             }
             let idle_s = self.idle_s(now);
             reporter.report(now, idle_s, &self.host, progress);
-            if idle_s > self.host.controller.patience().join_s {
+            // Poses are waited for until the run's time is over, but not before it has begun.
+            let waits = self.host.controller.is_blind() && self.host.controller.origin().is_some();
+            if idle_s > self.host.controller.patience().join_s && !waits {
                 break (now, Some(self.silence(now)?));
             }
         };
@@ -381,6 +409,10 @@ where
     /// Why the run ends for modules that do not answer. What was measured before a module fell silent is kept.
     fn silence(&self, now: FleetInstant) -> Result<String, RunError> {
         let (controller, links) = (&self.host.controller, self.host.dispatcher());
+        if controller.is_blind() {
+            let waited = || format!("none came within {} s", controller.patience().join_s);
+            return Err(RunError::Pose(self.poses.trouble().map_or_else(waited, str::to_owned)));
+        }
         let (mut modules, mut known) = (Vec::new(), Vec::new());
         for index in controller.missing(links) {
             let id = controller.id(index, links);

@@ -41,6 +41,31 @@ pub struct RunResult {
     pub log_failure: Option<String>,
 }
 
+/// Where a run takes place.
+pub struct Site<P> {
+    /// The water; `None` where it is real.
+    pub water: Option<Tank>,
+    /// What tells the poses.
+    pub poses: P,
+}
+
+impl Site<Cameras> {
+    /// Water and cameras of `scenario`, in this process, from `seed`.
+    ///
+    /// # Errors
+    /// [`RunError::Parameter`].
+    pub fn simulated(scenario: &Scenario, seed: u64) -> Result<Self, RunError> {
+        let start = PoseSample {
+            position_m: scenario.start.position_m,
+            heading_rad: scenario.start_heading_rad(),
+            ..PoseSample::default()
+        };
+        let Scenario { structure, modboat, tank, mocap, .. } = scenario;
+        let water = Tank::new(structure, modboat, tank, &start, seed ^ 0x7A4B)?;
+        Ok(Self { water: Some(water), poses: Cameras::new(Mocap::new(mocap, seed ^ 0x3C0D)?) })
+    }
+}
+
 /// Runs `scenario` with modules in this process, from `seed`, as fast as the machine can.
 ///
 /// # Errors
@@ -68,7 +93,7 @@ pub fn run<F: Fleet<Actuation = TailState>>(
     drive: Drive<'_, Pilot, F>,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
-    run_with(Log::default(), scenario, seed, fleet, drive, cameras(scenario, seed)?, progress)
+    run_with(Log::default(), scenario, seed, fleet, drive, Site::simulated(scenario, seed)?, progress)
 }
 
 /// [`run`], with a log.
@@ -83,7 +108,7 @@ pub fn run_into<F: Fleet<Actuation = TailState>>(
     drive: Drive<'_, Pilot, F>,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
-    run_with(log, scenario, seed, fleet, drive, cameras(scenario, seed)?, progress)
+    run_with(log, scenario, seed, fleet, drive, Site::simulated(scenario, seed)?, progress)
 }
 
 /// [`run_into`], with poses from anywhere.
@@ -96,10 +121,10 @@ pub fn run_with<F: Fleet<Actuation = TailState>, P: PoseSource<Tank, Pose = Fix>
     seed: u64,
     fleet: &mut F,
     drive: Drive<'_, Pilot, F>,
-    poses: P,
+    site: Site<P>,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
-    run_by(Clock::new(drive.pace), log, scenario, seed, fleet, drive, poses, progress)
+    run_by(Clock::new(drive.pace), log, scenario, seed, fleet, drive, site, progress)
 }
 
 /// [`run_with`] by any clock.
@@ -111,19 +136,13 @@ fn run_by<F: Fleet<Actuation = TailState>, T: WallClock, P: PoseSource<Tank, Pos
     seed: u64,
     fleet: &mut F,
     drive: Drive<'_, Pilot, F>,
-    poses: P,
+    site: Site<P>,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
     let table = distances::table(&scenario.modboat, &scenario.planner, progress);
     let pilot = Pilot::new(scenario, table, stopwatch)?;
-    let start = PoseSample {
-        position_m: scenario.start.position_m,
-        heading_rad: scenario.start_heading_rad(),
-        ..PoseSample::default()
-    };
-    let tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, seed ^ 0x7A4B)?;
     let notes = RefCell::new(Vec::new());
-    let mut run: BoatRun<'_, F, P> = Run::new(pilot, fleet, Some(tank), poses);
+    let mut run: BoatRun<'_, F, P> = Run::new(pilot, fleet, site.water, site.poses);
     let ids = counts::ids(&run.host.controller, run.host.dispatcher());
     let mut log = BoatLog::new(log, scenario, &boats::head(scenario, seed, ids), &notes);
     let ending = run.drive(clock, drive, &mut Noted { progress, notes: &notes }, &mut [&mut log])?;
@@ -131,11 +150,6 @@ fn run_by<F: Fleet<Actuation = TailState>, T: WallClock, P: PoseSource<Tank, Pos
     let (outcome, log_failure) = log.finish(&ending, &run).map_err(RunError::Log)?;
     let decisions = run.host.controller.decisions().to_vec();
     Ok(RunResult { summary: outcome.summary, record: outcome.record, decisions, log_failure })
-}
-
-/// The simulated motion capture of a scenario.
-fn cameras(scenario: &Scenario, seed: u64) -> Result<Cameras, RunError> {
-    Ok(Cameras::new(Mocap::new(&scenario.mocap, seed ^ 0x3C0D)?))
 }
 
 /// Any clock that only goes forward.

@@ -75,6 +75,11 @@ pub trait Controller {
         self.is_under_way()
     }
 
+    /// Whether it holds because no pose is new enough.
+    fn is_blind(&self) -> bool {
+        false
+    }
+
     /// What the fleet does, for a person.
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String;
 

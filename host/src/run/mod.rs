@@ -9,7 +9,7 @@
 //! | [`progress`], `reporter` | what a run reports while it goes on |
 //! | [`scenario`], [`roster`] | what is run, and which modules a fleet has, from TOML files |
 //! | [`pilot`] | the controller of Modboats |
-//! | [`experiment`], [`boats`] | a run of Modboats, and what its loop is made of |
+//! | [`experiment`], [`boats`], [`lab`] | a run of Modboats, and what its loop is made of; poses from a motion capture |
 //! | [`log`], [`summary`] | what is written meanwhile, and read again; its figures |
 //! | [`watch`], [`shortfall`] | how much of the time modules took no part and the fleet held; what a run was to do and did not |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
@@ -31,6 +31,7 @@ pub mod distances;
 pub mod experiment;
 pub mod fleet;
 pub mod host;
+pub mod lab;
 mod leg_figures;
 pub mod log;
 pub mod orders;
@@ -87,6 +88,9 @@ pub enum RunError {
     /// What was told of the run makes no sense.
     #[error("the log of this run: {0}")]
     Log(String),
+    /// There are no poses, and waiting does not mend that.
+    #[error("no poses: {0}")]
+    Pose(String),
     /// A number that cannot be.
     #[error(transparent)]
     Parameter(#[from] ParameterError),

@@ -12,12 +12,15 @@
 //! A structure has places, a fleet has modules: [`Roster::seats`] says which module has which place. With cells, the module that has the
 //! place's cell; without, the Modboats in the order of the file. Modules that are left over stay out of it.
 //!
+//! A motion capture tracks bodies: `body` says which is the module's, `body_offset_m` and `body_turn_rad` how it is mounted.
+//!
 //! Limits: numbers from 1 to 1024, each once, so that there are no more modules than that.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use modboat::structure::{COORDINATE_MAX, Structure};
+use pose::roster::{Entry, Name};
 use protocol::{ModuleId, ModuleKind};
 use quantity::MODULE_IDS;
 use reader::file::{WRITTEN_MAX, text_of};
@@ -43,6 +46,22 @@ pub struct Member {
     pub kind: ModuleKind,
     /// Its place `[col, row]` in a structure; all of a roster have one, or none.
     pub cell: Option<[i32; 2]>,
+    /// How the motion capture calls its body; `None` for what [`Roster::bodies`] says.
+    pub body: Option<Name>,
+    /// The body's origin on the module, from its pivot, m: x to the right, y forward, z up of a Modboat; x forward, y right, z down of
+    /// an ROV.
+    pub body_offset_m: [f64; 3],
+    /// How the body's x axis is turned from the module's forward direction, counter-clockwise seen from above of a Modboat, clockwise of
+    /// an ROV, rad.
+    pub body_turn_rad: f64,
+}
+
+impl Member {
+    /// One that nothing is said of but its number and kind.
+    #[must_use]
+    pub const fn plain(id: ModuleId, kind: ModuleKind) -> Self {
+        Self { id, name: None, kind, cell: None, body: None, body_offset_m: [0.0; 3], body_turn_rad: 0.0 }
+    }
 }
 
 /// Why there is no roster, or not the one that is needed.
@@ -107,6 +126,19 @@ struct ModuleTable {
     kind: Kind,
     #[serde(default)]
     cell: Option<[i32; 2]>,
+    #[serde(default)]
+    body: Option<BodyName>,
+    #[serde(default)]
+    body_offset_m: [f64; 3],
+    #[serde(default)]
+    body_turn_rad: f64,
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(untagged, expecting = "must be a name or a number")]
+enum BodyName {
+    Number(i32),
+    Name(String),
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
@@ -148,7 +180,7 @@ impl Roster {
         let Some(first) = tables.modules.first() else {
             return Err(document.mistake(&["module"], "a roster needs at least one [[module]]"));
         };
-        let (mut ids, mut cells) = (HashMap::new(), HashMap::new());
+        let (mut ids, mut cells, mut bodies) = (HashMap::new(), HashMap::new(), HashMap::new());
         let mut members = Vec::with_capacity(tables.modules.len());
         for (index, module) in tables.modules.iter().enumerate() {
             let number = index + 1;
@@ -182,7 +214,27 @@ impl Roster {
                 Kind::Modboat => ModuleKind::Modboat,
                 Kind::Rov => ModuleKind::Rov,
             };
-            members.push(Member { id: ModuleId(id), name: module.name.clone(), kind, cell: module.cell });
+            let body = module.body.clone().map(|body| match body {
+                BodyName::Number(number) => Name::Number(number),
+                BodyName::Name(name) => Name::Name(name),
+            });
+            if let Some(body) = &body
+                && let Some(earlier) = bodies.insert(body.to_string(), number)
+            {
+                return Err(at("body", format!("body = {body}: [[module]] {earlier} has it already")));
+            }
+            let &ModuleTable { ref name, cell, body_offset_m, body_turn_rad, .. } = module;
+            for (key, value, unit) in body_offset_m
+                .map(|value| ("body_offset_m", value, "m"))
+                .into_iter()
+                .chain([("body_turn_rad", body_turn_rad, "rad")])
+            {
+                if !(-100.0..=100.0).contains(&value) {
+                    return Err(at(key, format!("{key} = {value} {unit}: must lie within ±100")));
+                }
+            }
+            let (id, name) = (ModuleId(id), name.clone());
+            members.push(Member { id, name, kind, cell, body, body_offset_m, body_turn_rad });
         }
         Ok(Self { name: tables.name, members })
     }
@@ -191,9 +243,28 @@ impl Roster {
     #[must_use]
     pub fn numbered(count: usize) -> Self {
         let kind = ModuleKind::Modboat;
-        let members =
-            MODULE_IDS.take(count).map(|id| Member { id: ModuleId(id), name: None, kind, cell: None });
+        let members = MODULE_IDS.take(count).map(|id| Member::plain(ModuleId(id), kind));
         Self { name: "numbered".to_owned(), members: members.collect() }
+    }
+
+    /// Which body is which module, for a motion capture that tells bodies by number, or by name alone. Where the roster does not say,
+    /// the body has the module's number, or the name `module-NUMBER`.
+    ///
+    /// # Errors
+    /// Two modules with one body.
+    pub fn bodies(&self, by_number: bool) -> Result<pose::roster::Roster, pose::roster::RosterError> {
+        let entries = self.members.iter().map(|member| {
+            let id = member.id.0;
+            let own =
+                || if by_number { Name::Number(i32::from(id)) } else { Name::Name(format!("module-{id}")) };
+            Entry {
+                module: id,
+                body: member.body.clone().unwrap_or_else(own),
+                offset_m: member.body_offset_m.into(),
+                turn_rad: member.body_turn_rad,
+            }
+        });
+        pose::roster::Roster::new(entries.collect())
     }
 
     /// The fleet's name, perhaps empty.

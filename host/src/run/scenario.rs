@@ -19,7 +19,7 @@ use sim::tank::TankParameters;
 pub use built_in::BUILT_IN;
 use leg::LegTable;
 pub use leg::{Demand, Leg};
-pub use pose::PoseParameters;
+pub use pose::{LengthUnit, PoseParameters, UpAxis};
 use tracking::tail_is_kept;
 
 mod built_in;

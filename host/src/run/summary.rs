@@ -54,6 +54,9 @@ pub struct Summary {
     pub contacts: Vec<ContactFigures>,
     /// Least distance between the surfaces of two tails, m; null where no two can meet.
     pub least_clearance_m: Option<f64>,
+    /// What came of the motion capture; left out where poses are simulated in this process.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poses: Option<PoseFigures>,
     /// Each module's link, in order.
     pub link: Vec<LinkFigures>,
     /// Datagrams that no module can be charged with: damaged ones, other fleets', strangers'.
@@ -105,6 +108,98 @@ impl AbsenceFigures {
             }
         }
         all
+    }
+}
+
+/// What came of a motion capture: frames and bodies by what became of them, and its time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PoseFigures {
+    /// Where poses come from.
+    pub source: String,
+    /// Frames received, and of those accepted, doubled, off the server's clock, out of order, frozen and without a body.
+    pub frames: FrameFigures,
+    /// Bodies of frames that got as far as their bodies, and of those accepted, untracked, not finite and teleported.
+    pub bodies: BodyFigures,
+    /// Connections that were made.
+    pub connects: u32,
+    /// Jumps of the server's clock.
+    pub clock_jumps: u64,
+    /// Least time from exposure to arrival, s; null where the protocol does not show it.
+    pub least_delay_s: Option<f64>,
+    /// How far off that may be, s.
+    pub least_delay_error_s: Option<f64>,
+    /// Mean time that frames took beyond the least, s.
+    pub late_mean_s: f64,
+    /// Greatest, s.
+    pub late_most_s: f64,
+    /// Why the fleet held for want of poses, and for how long.
+    pub troubles: Vec<TroubleFigures>,
+}
+
+/// Frames by what became of them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the classes are those of `pose::ledger`")]
+pub struct FrameFigures {
+    pub received: u64,
+    pub accepted: u64,
+    pub doubled: u64,
+    pub off_the_clock: u64,
+    pub out_of_order: u64,
+    pub frozen: u64,
+    pub without_body: u64,
+}
+
+/// Bodies by what became of them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the classes are those of `pose::ledger`")]
+pub struct BodyFigures {
+    pub received: u64,
+    pub accepted: u64,
+    pub untracked: u64,
+    pub not_finite: u64,
+    pub teleported: u64,
+}
+
+/// Why the fleet held for want of poses.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TroubleFigures {
+    /// In words.
+    pub reason: String,
+    /// For how long, s.
+    pub time_s: f64,
+}
+
+impl From<flotilla::Poses> for PoseFigures {
+    fn from(poses: flotilla::Poses) -> Self {
+        let troubles = poses.troubles.into_iter();
+        Self {
+            source: poses.source,
+            frames: FrameFigures {
+                received: poses.frames,
+                accepted: poses.frames_accepted,
+                doubled: poses.frames_doubled,
+                off_the_clock: poses.frames_off_the_clock,
+                out_of_order: poses.frames_out_of_order,
+                frozen: poses.frames_frozen,
+                without_body: poses.frames_without_body,
+            },
+            bodies: BodyFigures {
+                received: poses.bodies,
+                accepted: poses.bodies_accepted,
+                untracked: poses.bodies_untracked,
+                not_finite: poses.bodies_not_finite,
+                teleported: poses.bodies_teleported,
+            },
+            connects: poses.connects,
+            clock_jumps: poses.clock_jumps,
+            least_delay_s: poses.least_delay_s,
+            least_delay_error_s: poses.least_delay_error_s,
+            late_mean_s: poses.late_mean_s,
+            late_most_s: poses.late_most_s,
+            troubles: troubles
+                .map(|trouble| TroubleFigures { reason: trouble.text, time_s: trouble.time_s })
+                .collect(),
+        }
     }
 }
 
@@ -220,6 +315,8 @@ pub(super) struct Counts {
     pub(super) refusals: u32,
     /// Infinite where no two tails can meet.
     pub(super) least_clearance_m: Option<f64>,
+    /// Of a motion capture.
+    pub(super) poses: Option<flotilla::Poses>,
     /// See [`Summary::clock_error_us`].
     pub(super) clock_error_us: Option<u64>,
     /// See [`Summary::wall_s`].
@@ -261,6 +358,7 @@ impl Summary {
             link: links,
             strays,
             faults,
+            poses: counts.poses.map(PoseFigures::from),
             clock_error_us: counts.clock_error_us,
             wall_s: counts.wall_s,
         }

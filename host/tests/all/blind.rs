@@ -2,9 +2,10 @@
 
 use std::cell::Cell;
 
+use host::run::RunError;
 use host::run::boats::Cameras;
 use host::run::closed_loop::{Drive, PoseSource};
-use host::run::experiment::{Pace, run_with};
+use host::run::experiment::{Pace, Site, run_with};
 use host::run::fleet::InProcess;
 use host::run::log::Log;
 use host::run::orders::Unattended;
@@ -12,7 +13,6 @@ use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use modboat::observer::Fix;
 use protocol::time::FleetInstant;
-use sim::mocap::Mocap;
 use sim::tank::Tank;
 
 /// Cameras that see nothing for a while.
@@ -26,14 +26,18 @@ struct Covered<'a> {
 impl PoseSource<Tank> for Covered<'_> {
     type Pose = Fix;
 
-    fn poll<'a>(&'a mut self, now: FleetInstant, tank: Option<&'a Tank>) -> Option<&'a Fix> {
+    fn poll<'a>(
+        &'a mut self,
+        now: FleetInstant,
+        tank: Option<&'a Tank>,
+    ) -> Result<Option<&'a Fix>, RunError> {
         let [from_s, to_s] = self.blind_s;
-        let fix = self.cameras.poll(now, tank);
+        let fix = self.cameras.poll(now, tank)?;
         let fix = fix.filter(|fix| !(from_s..to_s).contains(&fix.t_s));
         if let Some(fix) = fix {
             self.told.set(fix.t_s);
         }
-        fix
+        Ok(fix)
     }
 }
 
@@ -44,8 +48,9 @@ fn a_blind_fleet_holds_until_it_sees_again() {
     let scenario = Scenario::parse("t.toml", text).expect("valid");
     for (seed, from_s) in [(1, 20.0), (2, 20.7), (3, 21.3), (4, 21.9)] {
         let told = Cell::new(0.0);
-        let cameras = Cameras::new(Mocap::new(&scenario.mocap, seed).expect("valid"));
+        let Site { water, poses: cameras } = Site::simulated(&scenario, seed).expect("valid");
         let covered = Covered { cameras, blind_s: [from_s, from_s + 10.0], told: &told };
+        let site = Site { water, poses: covered };
         let mut fleet = InProcess::boats(&scenario, seed).expect("valid");
         let mut starts = Vec::new();
         let mut hook = |now: FleetInstant, _: &_, fleet: &mut InProcess| {
@@ -59,8 +64,8 @@ fn a_blind_fleet_holds_until_it_sees_again() {
             }
         };
         let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut hook };
-        let result = run_with(Log::default(), &scenario, seed, &mut fleet, drive, covered, &mut Quiet)
-            .expect("it runs");
+        let result =
+            run_with(Log::default(), &scenario, seed, &mut fleet, drive, site, &mut Quiet).expect("it runs");
         // A cycle begins with a pose of at most hold_after_s, and takes its transition and its period.
         let (_, oldest_s) = starts.iter().copied().fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
         let cycle_s = result.decisions.iter().map(|d| f64::from(d.transition.as_secs_f32()) + 1.5);

@@ -93,11 +93,6 @@ impl NatNetServer {
         Ok(Self { command, address, group, settings, models, listeners, latest, buffer })
     }
 
-    /// Sets the server's clock, as seen from the host's: a jump of it.
-    pub fn set_clock_ahead_ns(&mut self, clock_ahead_ns: i64) {
-        self.settings.clock_ahead_ns = clock_ahead_ns;
-    }
-
     fn ticks(&self, now: HostInstant) -> u64 {
         let host = i64::try_from(now.0.as_nanos()).unwrap_or(i64::MAX);
         ServerInstant(host.saturating_add(self.settings.clock_ahead_ns)).ticks(CLOCK_HZ)
@@ -234,6 +229,10 @@ impl Server for NatNetServer {
             let _ = self.command.send_to(&frames::encode(&frame, listener.version), listener.address);
         }
         self.latest = Some(frame);
+    }
+
+    fn set_clock_ahead_ns(&mut self, clock_ahead_ns: i64) {
+        self.settings.clock_ahead_ns = clock_ahead_ns;
     }
 
     fn clients(&self) -> usize {

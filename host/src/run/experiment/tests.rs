@@ -43,8 +43,8 @@ fn paused(text: &str, seed: u64, at_s: f64, length_s: f64) -> (RunResult, Vec<St
     let drive = Drive { pace: Pace::Real, operator: &mut Unattended, hook: &mut hook };
     let clock = Clock::over(Pace::Real, Fake(&time));
     let mut notes = Notes::default();
-    let poses = cameras(&scenario, seed).expect("valid");
-    let result = run_by(clock, Log::default(), &scenario, seed, &mut fleet, drive, poses, &mut notes);
+    let site = Site::simulated(&scenario, seed).expect("valid");
+    let result = run_by(clock, Log::default(), &scenario, seed, &mut fleet, drive, site, &mut notes);
     (result.unwrap_or_else(|error| panic!("seed {seed}: {error}")), notes.0, phases)
 }
 

@@ -17,10 +17,11 @@ use record::PoseSample;
 use runlog::{flotilla, ros};
 use sim::TailState;
 use sim::module::TICK;
+use sim::tank::Tank;
 
 use super::super::RunError;
 use super::super::boats::BoatRun;
-use super::super::closed_loop::{Ending, Observer};
+use super::super::closed_loop::{Ending, Observer, PoseSource};
 use super::super::fleet::Fleet;
 use super::super::host::Controller;
 use super::super::pilot::Decision;
@@ -101,6 +102,8 @@ pub struct BoatLog<'a> {
     gaps: usize,
     /// By contact: the overlap that was told.
     contacts: Vec<f64>,
+    /// Why there were no poses, and for how long the fleet held for it.
+    troubles: Vec<flotilla::Trouble>,
     clock_error_us: Option<u64>,
     counted: Option<FleetInstant>,
 }
@@ -142,6 +145,7 @@ impl<'a> BoatLog<'a> {
             closed: 0,
             gaps: 0,
             contacts: Vec::new(),
+            troubles: Vec::new(),
             clock_error_us: None,
             counted: None,
             log,
@@ -157,7 +161,7 @@ impl<'a> BoatLog<'a> {
     ///
     /// # Errors
     /// As for [`Reading::finish`].
-    pub fn finish<F: Fleet<Actuation = TailState>, P>(
+    pub fn finish<F: Fleet<Actuation = TailState>, P: PoseSource<Tank>>(
         mut self,
         ending: &Ending,
         run: &BoatRun<'_, F, P>,
@@ -356,7 +360,7 @@ impl<'a> BoatLog<'a> {
     }
 
     /// Everything that is counted, so far.
-    fn count<F: Fleet, P>(&mut self, now: FleetInstant, run: &BoatRun<'_, F, P>) {
+    fn count<F: Fleet, P: PoseSource<Tank>>(&mut self, now: FleetInstant, run: &BoatRun<'_, F, P>) {
         self.counted = Some(now);
         let (pilot, links) = (&run.host.controller, run.host.dispatcher());
         let tank = run.world.as_ref();
@@ -370,6 +374,9 @@ impl<'a> BoatLog<'a> {
             least_clearance_m: tank.map(|tank| tank.least_clearance_m()),
         };
         self.tell(now, Told::Ledger(&ledger));
+        if let Some(account) = run.poses.account() {
+            self.tell(now, Told::Poses(&counts::poses(stamp(now), &account, &self.troubles)));
+        }
         let (legs, absences) = counts::legs(stamp(now), self.watch.legs());
         self.tell(now, Told::Legs(&legs));
         self.tell(now, Told::Absences(&absences));
@@ -403,7 +410,7 @@ impl<'a> BoatLog<'a> {
     }
 }
 
-impl<F: Fleet<Actuation = TailState>, P> Observer<BoatRun<'_, F, P>> for BoatLog<'_> {
+impl<F: Fleet<Actuation = TailState>, P: PoseSource<Tank>> Observer<BoatRun<'_, F, P>> for BoatLog<'_> {
     fn observe(&mut self, now: FleetInstant, run: &BoatRun<'_, F, P>) -> Result<(), RunError> {
         self.watch.observe(now, run)?;
         let pilot = &run.host.controller;
@@ -418,6 +425,13 @@ impl<F: Fleet<Actuation = TailState>, P> Observer<BoatRun<'_, F, P>> for BoatLog
         self.decisions(now, pilot.decisions());
         // A gap whose end is not known yet is told of later.
         self.tell_gaps(now, run, run.gaps.len() - usize::from(run.is_blind()));
+        if let Some(text) = run.poses.trouble().filter(|_| !pilot.gets_on() && self.origin.is_some()) {
+            let time_s = f64::from(TICK.as_secs_f32());
+            match self.troubles.iter_mut().find(|known| known.text == text) {
+                Some(known) => known.time_s += time_s,
+                None => self.troubles.push(flotilla::Trouble { text: text.to_owned(), time_s }),
+            }
+        }
         if !run.is_blind() {
             self.motion(now, run);
             if pilot.is_under_way() {

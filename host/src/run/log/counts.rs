@@ -9,6 +9,7 @@ use runlog::flotilla;
 use runlog::ros::Time;
 
 use super::super::host::Controller;
+use super::super::lab::PoseAccount;
 use super::super::summary::LinkFigures;
 use super::super::watch::{Absence, LegWatch, Reason};
 
@@ -140,6 +141,35 @@ pub fn fault_count(medium: &flotilla::Medium) -> FaultCount {
         },
         delivered: medium.delivered,
         under_way: medium.under_way,
+    }
+}
+
+/// What became of what a motion capture sent.
+#[must_use]
+pub fn poses(stamp: Time, account: &PoseAccount, troubles: &[flotilla::Trouble]) -> flotilla::Poses {
+    let (frames, bodies) = (&account.ledger.frames, &account.ledger.bodies);
+    flotilla::Poses {
+        stamp,
+        source: account.source.clone(),
+        frames: frames.received,
+        frames_accepted: frames.accepted,
+        frames_doubled: frames.doubled,
+        frames_off_the_clock: frames.off_the_clock,
+        frames_out_of_order: frames.out_of_order,
+        frames_frozen: frames.frozen,
+        frames_without_body: frames.without_body,
+        bodies: bodies.received,
+        bodies_accepted: bodies.accepted,
+        bodies_untracked: bodies.untracked,
+        bodies_not_finite: bodies.not_finite,
+        bodies_teleported: bodies.teleported,
+        connects: account.connects,
+        clock_jumps: account.clock_jumps,
+        least_delay_s: account.least_delay_s.map(|(delay_s, _)| delay_s),
+        least_delay_error_s: account.least_delay_s.map(|(_, error_s)| error_s),
+        late_mean_s: account.late_mean_s,
+        late_most_s: account.late_most_s,
+        troubles: troubles.to_vec(),
     }
 }
 

@@ -80,6 +80,8 @@ topics! {
         Links, links: flotilla::Links = "/links";
         /// Counts so far.
         Ledger, ledger: flotilla::Ledger = "/ledger";
+        /// What a motion capture sent, so far.
+        Poses, poses: flotilla::Poses = "/poses";
         /// Legs so far.
         Legs, legs: flotilla::Legs = "/legs";
         /// Absences so far.

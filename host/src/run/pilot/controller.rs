@@ -109,6 +109,10 @@ impl Controller for Pilot {
         self.phase.is_under_way()
     }
 
+    fn is_blind(&self) -> bool {
+        !self.is_under_way() && self.is_blind
+    }
+
     /// A fleet that rests because no wrench is asked for does what it is to do.
     fn gets_on(&self) -> bool {
         let rests = || self.decisions.last().is_some_and(|last| last.demand == Wrench::default());
@@ -119,7 +123,7 @@ impl Controller for Pilot {
         if self.phase == Phase::Halted {
             return "the fleet is halted by an operator".to_owned();
         }
-        if !self.is_under_way() && self.is_blind {
+        if Controller::is_blind(self) {
             return "the fleet holds: there is no new pose".to_owned();
         }
         if !self.is_under_way() {

@@ -102,7 +102,11 @@ pub struct ExactPoses;
 impl PoseSource<Water> for ExactPoses {
     type Pose = [State];
 
-    fn poll<'a>(&'a mut self, _now: FleetInstant, water: Option<&'a Water>) -> Option<&'a [State]> {
-        water.map(Water::states)
+    fn poll<'a>(
+        &'a mut self,
+        _: FleetInstant,
+        water: Option<&'a Water>,
+    ) -> Result<Option<&'a [State]>, RunError> {
+        Ok(water.map(Water::states))
     }
 }

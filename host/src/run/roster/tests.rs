@@ -20,10 +20,9 @@ fn a_roster_is_read_as_it_stands() {
     assert_eq!(roster.name(), "tank fleet");
     assert_eq!(roster.ids().map(|id| id.0).collect::<Vec<_>>(), [3, 1, 1024]);
     let ada = Member {
-        id: ModuleId(3),
         name: Some("Ada".to_owned()),
-        kind: ModuleKind::Modboat,
         cell: Some([0, 0]),
+        ..Member::plain(ModuleId(3), ModuleKind::Modboat)
     };
     assert_eq!(roster.members()[0], ada);
     assert_eq!(roster.member(ModuleId(3)), Some(&ada));
@@ -32,10 +31,7 @@ fn a_roster_is_read_as_it_stands() {
     assert!(roster.has_cells());
     let least = Roster::parse("t.toml", "[[module]]\nid = 7\n").unwrap();
     assert_eq!((least.name(), least.has_cells()), ("", false));
-    assert_eq!(
-        least.members(),
-        [Member { id: ModuleId(7), name: None, kind: ModuleKind::Modboat, cell: None }]
-    );
+    assert_eq!(least.members(), [Member::plain(ModuleId(7), ModuleKind::Modboat)]);
 }
 
 #[test]

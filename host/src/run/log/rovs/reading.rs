@@ -95,6 +95,7 @@ impl Reading {
             | Told::Decision(_)
             | Told::Cycle(_)
             | Told::Gap(_)
+            | Told::Poses(_)
             | Told::Contact(_) => {}
         }
     }

@@ -1,0 +1,274 @@
+//! `flotilla tank`: a laboratory in a box. The scenario's modules as firmware on UDP sockets of their own, the water around them, and a
+//! motion-capture server over it: what `flotilla run --radio udp --pose …` meets here is what it meets in a laboratory.
+
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use clap::ValueEnum;
+use link::udp::UdpRadio;
+use modboat::bounds::{Place, centres_m};
+use nalgebra::{UnitQuaternion, Vector3};
+use pose::axes::{Axes, Pose, Unit, Up};
+use pose::frame::Label;
+use pose::natnet::message::{COMMAND_PORT, DATA_PORT, GROUP, Version};
+use pose::natnet::server::{NatNetServer, Settings, Transport};
+use pose::qtm::server::QtmServer;
+use pose::server::Server;
+use pose::time::HostInstant;
+use pose::vrpn::server::VrpnServer;
+use protocol::time::{Duration, FleetInstant};
+use record::PoseSample;
+use sim::TailState;
+use sim::lab::{CameraParameters, Cameras, Fault, LabError};
+use sim::module::{Boat, SimModule, TICK};
+use sim::node::Setup;
+use sim::tank::Tank;
+
+use super::keygen::module_credentials;
+use super::module::{CLOCK, any_port, resolve, seed};
+use super::poses::LabArguments;
+use super::{Failure, bad, could, signal, tell};
+use crate::run::roster::Roster;
+use crate::run::scenario::{PoseParameters, Scenario, UpAxis};
+
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example, in two terminals:\n  flotilla tank holonomic-1 --mocap natnet --latency 0.02 --jitter 0.01 --loss 0.02\n  \
+                        flotilla run holonomic-1 --radio udp --pose natnet:127.0.0.1 --up z\n\n\
+                        Faults: KIND[:BODIES]@START[+LENGTH], such as blind@20+10, swap:1,2@30, clock:3600@15;\n\
+                        there are blind, dead, frozen, swap:A,B, lost:A, away:A, nan:A, clock:SECONDS, slow and doubled"
+)]
+pub(super) struct Arguments {
+    /// A scenario file, or one that comes with the program, as for `flotilla run`
+    #[arg(default_value = super::run::DEFAULT)]
+    scenario: String,
+    /// Where the host listens for modules
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:4870")]
+    host: String,
+    /// The fleet's key file [default: flotilla/fleet.key in $XDG_CONFIG_HOME or ~/.config]
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
+    /// Which modules there are and where each sits [default: 1, 2, … in the structure's order]
+    #[arg(long, value_name = "FILE")]
+    roster: Option<PathBuf>,
+    /// Seed of everything random, instead of the scenario's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// What the motion capture speaks
+    #[arg(long, value_enum, default_value_t = Protocol::Natnet)]
+    mocap: Protocol,
+    /// Where it listens [default: the protocol's own port on this machine alone]
+    #[arg(long, value_name = "ADDRESS")]
+    listen: Option<SocketAddr>,
+    /// Version of NatNet
+    #[arg(long, value_name = "VERSION", default_value = "4.1", value_parser = ["3.0", "3.1", "4.0", "4.1"])]
+    natnet: String,
+    /// Let NatNet send to the group 239.255.42.99 out of the interface with this address
+    #[arg(long, value_name = "ADDRESS")]
+    multicast: Option<Ipv4Addr>,
+    #[command(flatten)]
+    lab: LabArguments,
+    /// Mean time from a frame's exposure to its sending, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.004)]
+    latency: f64,
+    /// Greatest deviation from it, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    jitter: f64,
+    /// Share of frames that are lost
+    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
+    loss: f64,
+    /// Noise of each coordinate, m, instead of the scenario's
+    #[arg(long, value_name = "METRES")]
+    noise: Option<f64>,
+    /// The server's clock less this machine's, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 86_400.0, allow_hyphen_values = true)]
+    clock: f64,
+    /// What goes wrong, and when; may be repeated
+    #[arg(long, value_name = "FAULT", value_parser = clap::value_parser!(Fault))]
+    fault: Vec<Fault>,
+    /// End by itself after so many seconds
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+}
+
+/// What a motion capture speaks.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Protocol {
+    /// As OptiTrack Motive
+    Natnet,
+    /// As Qualisys Track Manager
+    Qtm,
+    /// As a VRPN server
+    Vrpn,
+}
+
+pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
+    let scenario = Scenario::open(&arguments.scenario).map_err(bad)?;
+    if let Some(seconds) = arguments.duration.filter(|seconds| !(*seconds > 0.0 && *seconds <= 1e7)) {
+        return Err(Failure::Bad(format!("--duration = {seconds} s: must lie between 0 and 10000000")));
+    }
+    let mut boats = boats(arguments, &scenario)?;
+    let labels: Vec<Label> =
+        boats.ids.iter().map(|id| Label::new(i32::from(*id), &format!("module-{id}"))).collect();
+    let mut server = serve(arguments, &labels)?;
+    let axes = axes(arguments, &scenario);
+    let mut cameras = cameras(arguments, &scenario, axes, labels)?;
+    tell(&format!("{} modules, host at {}", boats.modules.len(), arguments.host));
+    tell(&format!("motion capture on {}", server.address()));
+    signal::watch();
+    let began = Instant::now();
+    for turn in 1.. {
+        let due_us = turn * u64::from(TICK.0);
+        let due = began + std::time::Duration::from_micros(due_us);
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        let tick_s = due_us as f64 * 1e-6;
+        let ends = arguments.duration.is_some_and(|seconds| tick_s >= seconds);
+        if signal::STOP.load(Ordering::Relaxed) || ends {
+            break;
+        }
+        let elapsed = began.elapsed();
+        boats.step(FleetInstant(elapsed.as_micros() as u64))?;
+        let now = HostInstant(elapsed);
+        cameras.look(tick_s, &boats.poses());
+        server.set_clock_ahead_ns((cameras.clock_ahead_s(tick_s) * 1e9) as i64);
+        while let Some(frame) = cameras.poll(tick_s) {
+            server.send(now, &frame);
+        }
+        if !cameras.is_dead(tick_s) {
+            server.poll(now);
+        }
+    }
+    Ok(())
+}
+
+/// Modboats on sockets of their own, in one water.
+struct Boats {
+    ids: Vec<u16>,
+    modules: Vec<SimModule<UdpRadio>>,
+    tails: Vec<TailState>,
+    water: Tank,
+    positions_m: Vec<[f64; 2]>,
+}
+
+impl Boats {
+    /// One tick at `now`.
+    fn step(&mut self, now: FleetInstant) -> Result<(), Failure> {
+        for (module, tail) in self.modules.iter_mut().zip(&mut self.tails) {
+            module.tick(now).map_err(could)?;
+            module.actuate(tail);
+        }
+        self.water.step(f64::from(TICK.as_secs_f32()), &self.tails);
+        Ok(())
+    }
+
+    /// Every module in the world.
+    fn poses(&self) -> Vec<Pose> {
+        let PoseSample { position_m, heading_rad, .. } = self.water.pose();
+        let attitude = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading_rad);
+        let centres = centres_m(&self.positions_m, Place { position_m, heading_rad });
+        centres.map(|[x, y]| Pose { position: Vector3::new(x, y, 0.0), attitude }).collect()
+    }
+}
+
+fn boats(arguments: &Arguments, scenario: &Scenario) -> Result<Boats, Failure> {
+    let host = resolve(&arguments.host)?;
+    let roster = match &arguments.roster {
+        Some(path) => Roster::read(path).and_then(|roster| roster.seats(&scenario.structure)),
+        None => Roster::numbered(scenario.structure.len()).seats(&scenario.structure),
+    };
+    let ids: Vec<u16> = roster.map_err(bad)?.into_iter().map(|id| id.0).collect();
+    let seed_of = |id: u16| seed().wrapping_mul(1_000_003).wrapping_add(u64::from(id));
+    let module = |&id: &u16| {
+        let credentials = module_credentials(arguments.key.as_deref(), id)?;
+        let radio = UdpRadio::bind(any_port(host)).map_err(bad)?.patient();
+        let setup = Setup {
+            id: credentials.id,
+            fleet: credentials.fleet,
+            key: credentials.key,
+            report_every: Duration(10_000),
+            clock: &CLOCK,
+            seed: seed_of(id),
+        };
+        let motors = arguments.seed.unwrap_or(scenario.seed).wrapping_add(u64::from(id));
+        let boat =
+            Boat::new(&scenario.modboat, &scenario.motor, scenario.start.tail_rad, motors).map_err(bad)?;
+        SimModule::new(&setup, boat, radio, host).map_err(bad)
+    };
+    let modules = ids.iter().map(module).collect::<Result<Vec<_>, Failure>>()?;
+    let start = PoseSample {
+        position_m: scenario.start.position_m,
+        heading_rad: scenario.start_heading_rad(),
+        ..PoseSample::default()
+    };
+    let seed = arguments.seed.unwrap_or(scenario.seed) ^ 0x7A4B;
+    let water =
+        Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, seed).map_err(bad)?;
+    let positions_m = scenario.structure.positions_m(scenario.modboat.pitch_m);
+    Ok(Boats { tails: vec![TailState::default(); ids.len()], ids, modules, water, positions_m })
+}
+
+/// The laboratory: as the scenario says, z up where it does not.
+fn axes(arguments: &Arguments, scenario: &Scenario) -> Axes {
+    let mut parameters = PoseParameters { up: Some(UpAxis::Z), ..PoseParameters::default() };
+    parameters.up = scenario.pose.up.or(parameters.up);
+    parameters.unit = scenario.pose.unit;
+    (parameters.origin_m, parameters.heading_rad) = (scenario.pose.origin_m, scenario.pose.heading_rad);
+    arguments.lab.apply(&mut parameters);
+    let standard = if arguments.mocap == Protocol::Qtm { Unit::Millimetre } else { Unit::Metre };
+    parameters.axes(standard).unwrap_or(Axes::new(Up::Z, standard))
+}
+
+fn cameras(
+    arguments: &Arguments,
+    scenario: &Scenario,
+    axes: Axes,
+    labels: Vec<Label>,
+) -> Result<Cameras, Failure> {
+    let parameters = CameraParameters {
+        rate_hz: scenario.mocap.rate_hz,
+        position_noise_m: arguments.noise.unwrap_or(scenario.mocap.position_noise_m),
+        attitude_noise_rad: scenario.mocap.heading_noise_rad,
+        latency_s: arguments.latency,
+        jitter_s: arguments.jitter,
+        loss: arguments.loss,
+        doubled: 0.0,
+        clock_ahead_s: arguments.clock,
+    };
+    let seed = arguments.seed.unwrap_or(scenario.seed) ^ 0x3C0D;
+    Cameras::new(parameters, axes, labels, arguments.fault.clone(), seed).map_err(|error| match error {
+        LabError::Parameter(error) => Failure::Bad(format!("--{error}")),
+        LabError::Fault(error) => Failure::Bad(format!("--fault: {error}")),
+    })
+}
+
+fn serve(arguments: &Arguments, labels: &[Label]) -> Result<Box<dyn Server>, Failure> {
+    let port = match arguments.mocap {
+        Protocol::Natnet => COMMAND_PORT,
+        Protocol::Qtm => pose::qtm::packet::PORT,
+        Protocol::Vrpn => pose::vrpn::message::PORT,
+    };
+    let address = arguments.listen.unwrap_or_else(|| SocketAddrV4::new(Ipv4Addr::LOCALHOST, port).into());
+    Ok(match arguments.mocap {
+        Protocol::Natnet => {
+            let version = match arguments.natnet.as_str() {
+                "3.0" => Version::V3_0,
+                "3.1" => Version::V3_1,
+                "4.0" => Version::V4_0,
+                _ => Version::V4_1,
+            };
+            let transport = match arguments.multicast {
+                None => Transport::Unicast,
+                Some(interface) => {
+                    let group = SocketAddrV4::new(GROUP, DATA_PORT);
+                    Transport::Multicast { group, interface }
+                }
+            };
+            let settings = Settings { version, transport, clock_ahead_ns: (arguments.clock * 1e9) as i64 };
+            Box::new(NatNetServer::new(address, settings, labels).map_err(bad)?)
+        }
+        Protocol::Qtm => Box::new(QtmServer::new(address, labels).map_err(bad)?),
+        Protocol::Vrpn => Box::new(VrpnServer::new(address, labels).map_err(bad)?),
+    })
+}
