@@ -6,12 +6,15 @@
 //! | `swap` | the leads of the motor are swapped |
 //! | `block` | something holds the tail |
 //! | `lose` | the counter misses an edge every millisecond, [`LOST`] in all |
+//! | `hang` | the control loop hangs, until the watchdog resets the board; the time begins again then |
 //! | `sag` | the battery shows [`SAGGED`], for [`SAGS_FOR`] |
+//!
+//! `turned` has an angle in its place, in thousandths of a radian: so far a hand turns the tail while the board restarts.
 
 use protocol::time::{Duration, LocalInstant};
 use protocol::units::Volts;
 
-use crate::{motor, semihosting};
+use crate::{motor, semihosting, watchdog};
 
 /// Edges that are missed: 0.08 rad of 4800 in a turn.
 pub const LOST: u32 = 60;
@@ -28,22 +31,31 @@ pub struct Disturbances {
     swap: Option<LocalInstant>,
     block: Option<LocalInstant>,
     lose: Option<LocalInstant>,
+    hang: Option<LocalInstant>,
     sag: Option<LocalInstant>,
 }
 
 impl Disturbances {
-    /// Those of the command line.
+    /// Those of the command line. Where the loop is to hang the watchdog runs.
     #[must_use]
     pub fn asked_for() -> Self {
         let at = |word| Some(LocalInstant(u64::from(semihosting::number_after(word)?) * 1_000));
-        Self { swap: at("swap"), block: at("block"), lose: at("lose"), sag: at("sag") }
+        let hang = at("hang");
+        if hang.is_some() {
+            watchdog::start();
+        }
+        Self { swap: at("swap"), block: at("block"), lose: at("lose"), hang, sag: at("sag") }
     }
 
-    /// Lets it be `now` at the motor.
+    /// Lets it be `now` at the motor. Does not return once the loop hangs.
     pub fn act(&self, now: LocalInstant) {
         let is = |from: Option<LocalInstant>| from.is_some_and(|from| from <= now);
         let lost = self.lose.map_or(0, |from| (now.since(from).0 / 1_000).min(LOST));
         motor::disturb(is(self.swap), is(self.block), lost);
+        while is(self.hang) {
+            core::hint::spin_loop();
+        }
+        watchdog::feed();
     }
 
     /// What the battery shows, whose voltage is `full` otherwise.
