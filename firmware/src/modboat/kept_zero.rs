@@ -48,7 +48,7 @@ const NOTHING: [u32; WORDS] = [0; WORDS];
 /// In word 1: the index is on.
 const INDEX_ON: u32 = 1 << 31;
 
-/// A tail that stays within so much of where it stood is at rest, rad: two counts of 4800 in a turn, a quarter of the index' tolerance.
+/// A tail that stays within so much of where it stood is at rest, rad: two counts of 4800 in a turn, a third of what the index may be off by.
 /// *Assumed.*
 pub const REST_RAD: f32 = 0.0026;
 
