@@ -14,7 +14,6 @@
 //! | [`semihosting`] | what only an emulator has: dice of the PC, a status to end with |
 //! | [`control`] | the loop that calls the firmware |
 //! | [`retained`] | what outlives a reset |
-//! | [`watchdog`] | what resets the board when its control loop hangs |
 //! | [`steps`] | lock step with a test |
 //! | [`stack`] | how deep the stack has been |
 #![no_std]
@@ -35,4 +34,3 @@ pub mod status_led;
 pub mod steps;
 pub mod uart;
 mod vectors;
-pub mod watchdog;

@@ -16,7 +16,7 @@ const MEMORY: Registers = unsafe { Registers::at(0x2002_0000) };
 /// Bytes of a word.
 const WORD: usize = 4;
 
-/// The record of the tail's zero. Nothing but the watchdog resets this board, and its memory is clear at a power-on.
+/// The record of the tail's zero. Nothing but a loop that hangs resets this board, and its memory is clear at a power-on.
 #[derive(Debug)]
 pub struct Retained;
 

@@ -16,7 +16,7 @@ use board_qemu::network::{self, Memory, Network};
 use board_qemu::stack::Stack;
 use board_qemu::status_led::StatusLed;
 use board_qemu::uart::Uart;
-use board_qemu::{clock, configuration, motor, semihosting, steps, watchdog};
+use board_qemu::{clock, configuration, motor, semihosting, steps};
 use cortex_m_rt::{entry, exception};
 use firmware::{indicator, provision};
 use heapless::Vec;
@@ -148,10 +148,4 @@ unsafe fn DefaultHandler(number: i16) {
         STEP => steps::interrupted(),
         other => panic!("interrupt {other} has no handler"),
     }
-}
-
-// SAFETY: it touches nothing that the interrupted code holds, for it does not return.
-#[exception]
-unsafe fn NonMaskableInt() -> ! {
-    watchdog::timed_out()
 }
