@@ -12,7 +12,7 @@
 use protocol::time::LocalInstant;
 use protocol::{Faults, ModuleState};
 
-/// Whether the lamp is lit at `now`, own clock.
+/// Whether the status LED is lit at `now`, own clock.
 #[must_use]
 pub fn is_lit(now: LocalInstant, state: ModuleState, faults: Faults) -> bool {
     // Of 32 bits, which small processors divide: every nine hours one flash is cut short.
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
     use crate::link::failsafe::STATES;
 
-    /// The lamp over four seconds, in steps of 50 ms.
+    /// The status LED over four seconds, in steps of 50 ms.
     fn seen(state: ModuleState, faults: Faults) -> Vec<bool> {
         (0..80).map(|step| is_lit(LocalInstant(step * 50_000), state, faults)).collect()
     }

@@ -19,7 +19,7 @@
 //! | [`modboat`] | one motor, one tail |
 //! | [`rov`] | thrusters |
 //! | [`provision`] | from the configuration to a module |
-//! | [`indicator`] | what the lamp shows |
+//! | [`indicator`] | what the status LED shows |
 //!
 //! Newtypes of [`protocol::units`] stand at the boundary of the crate; inside, `f32` with unit suffixes.
 #![no_std]

@@ -30,6 +30,7 @@ pub mod disturbance;
 pub mod encoder;
 pub mod following;
 pub mod homing;
+pub mod kept_zero;
 pub mod limits;
 pub mod motor;
 pub mod quadrature;

@@ -11,6 +11,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 
 use crate::modboat::encoder::Encoder;
+use crate::modboat::kept_zero::{KeptQuadrature, REST_DRIVE, RetainedMemory, WORDS};
 use crate::modboat::motor::Bridge;
 use crate::modboat::quadrature::{Quadrature, READINGS};
 use crate::modboat::servo::NoSense;
@@ -40,6 +41,9 @@ struct State {
     swapped: bool,
     lost: i64,
     weed: f64,
+    retained: [u32; WORDS],
+    /// The last reset was the watchdog's.
+    by_watchdog: bool,
 }
 
 impl State {
@@ -76,7 +80,8 @@ impl Rig {
     /// With an incremental encoder that counts from now on, and the magnet of its index at `magnet_rad`.
     pub fn indexed_tail(&self, magnet_rad: f64) -> RigTail<RigIndexed> {
         let start = self.0.borrow().edges();
-        let encoder = RigIndexed { rig: self.clone(), start, quadrature: Quadrature::new(EDGES) };
+        let quadrature = KeptQuadrature::boot(Quadrature::new(EDGES), RigMemory(self.clone()));
+        let encoder = RigIndexed { rig: self.clone(), start, quadrature };
         // Readings from the magnet to x_S, counter-clockwise.
         let zero_counts = (-magnet_rad / TAU).rem_euclid(1.0) * f64::from(READINGS);
         self.tail_with(encoder, zero_counts.round() as u32, &ServoConstants::default())
@@ -107,6 +112,19 @@ impl Rig {
     /// The counter misses so many edges.
     pub fn lose(&self, edges: i64) {
         self.0.borrow_mut().lost += edges;
+    }
+
+    /// In reset: both inputs of the bridge are pulled up, so the motor is shorted.
+    pub fn reset(&self, by_watchdog: bool) {
+        let mut state = self.0.borrow_mut();
+        (state.in1, state.in2, state.by_watchdog) = (true, true, by_watchdog);
+    }
+
+    /// The record that is kept, to be looked at or damaged.
+    pub fn retained(&self, change: impl FnOnce(&mut [u32; WORDS])) -> [u32; WORDS] {
+        let mut state = self.0.borrow_mut();
+        change(&mut state.retained);
+        state.retained
     }
 
     pub fn angle_rad(&self) -> f64 {
@@ -176,7 +194,7 @@ impl Encoder for RigEncoder {
 pub struct RigIndexed {
     rig: Rig,
     start: i64,
-    quadrature: Quadrature,
+    quadrature: KeptQuadrature<RigMemory>,
 }
 
 impl Encoder for RigIndexed {
@@ -187,16 +205,35 @@ impl Encoder for RigIndexed {
         let state = self.rig.0.borrow();
         let counter = (state.edges() - self.start) as i32;
         let from_magnet = |at_rad: f64| ((state.angle_rad - at_rad) / TAU).rem_euclid(1.0);
-        self.quadrature.update(counter, state.magnet_rad.is_some_and(|at| from_magnet(at) < MAGNET_TURN));
-        self.quadrature.reading().ok_or(())
+        let index = state.magnet_rad.is_some_and(|at| from_magnet(at) < MAGNET_TURN);
+        drop(state);
+        self.quadrature.update(counter, index).ok_or(())
     }
 
     fn is_homed(&self) -> bool {
-        self.quadrature.reading().is_some()
+        self.quadrature.is_homed()
     }
 
     fn take_index_fault(&mut self) -> bool {
         self.quadrature.take_fault()
+    }
+
+    fn keep_zero(&mut self, resting: bool) {
+        self.quadrature.keep_zero(resting);
+    }
+}
+
+/// Four registers of the rig that outlive a reset.
+pub struct RigMemory(Rig);
+
+impl RetainedMemory for RigMemory {
+    fn recall(&mut self) -> Option<[u32; WORDS]> {
+        let state = self.0.0.borrow();
+        state.by_watchdog.then_some(state.retained)
+    }
+
+    fn keep(&mut self, words: [u32; WORDS]) {
+        self.0.0.borrow_mut().retained = words;
     }
 }
 
@@ -212,7 +249,10 @@ impl SetDutyCycle for RigPwm {
     }
 
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
-        self.0.0.borrow_mut().duty = duty;
+        let mut state = self.0.0.borrow_mut();
+        state.duty = duty;
+        let holds = state.drive().abs() <= f64::from(REST_DRIVE) + 1e-3;
+        assert!(holds || state.retained == [0; WORDS], "driven by {} with a record", state.drive());
         Ok(())
     }
 }

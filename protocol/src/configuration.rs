@@ -18,7 +18,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use zeroize::Zeroize;
 
-use crate::frame::{CHECKSUM, CRC32};
+use crate::frame::{self, CHECKSUM};
 use crate::keys::{FleetId, ModuleKey};
 use crate::message::{ModuleId, ModuleKind};
 use crate::time::Duration;
@@ -102,7 +102,7 @@ impl Configuration {
         }
         let (guarded, after) = block.split_at_checked(end).ok_or_else(|| short(total))?;
         let stored = u32::from_le_bytes(*after.first_chunk().ok_or_else(|| short(total))?);
-        let computed = CRC32.checksum(guarded);
+        let computed = frame::checksum(guarded);
         if stored != computed {
             return Err(ConfigurationError::Checksum { stored, computed });
         }
@@ -130,7 +130,7 @@ impl Configuration {
         head.iter_mut().zip(fields.into_iter().flatten()).for_each(|(to, from)| *to = *from);
         let end = HEAD.saturating_add(length);
         let total = end.saturating_add(CHECKSUM);
-        let checksum = CRC32.checksum(buffer.get(..end).ok_or(too_small)?);
+        let checksum = frame::checksum(buffer.get(..end).ok_or(too_small)?);
         buffer.get_mut(end..total).ok_or(too_small)?.copy_from_slice(&checksum.to_le_bytes());
         buffer.get(..total).ok_or(too_small)
     }

@@ -31,7 +31,13 @@ pub const CHECKSUM: usize = 4;
 /// What a datagram of a session has more than its sealed bytes.
 pub const OVERHEAD: usize = HEADER + TAG + CHECKSUM;
 
-pub(crate) const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+const CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// CRC-32, ISO-HDLC, of `bytes`: what tells damage from what was written.
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> u32 {
+    CRC32.checksum(bytes)
+}
 
 /// What a datagram is for: its second byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -175,8 +181,8 @@ impl<'a> Frame<'a> {
         if datagram.len() > MAX_DATAGRAM {
             return Err(length);
         }
-        let (guarded, &checksum) = datagram.split_last_chunk::<CHECKSUM>().ok_or(length)?;
-        if CRC32.checksum(guarded).to_le_bytes() != checksum {
+        let (guarded, &sum) = datagram.split_last_chunk::<CHECKSUM>().ok_or(length)?;
+        if checksum(guarded).to_le_bytes() != sum {
             return Err(FrameError::Checksum);
         }
         let (body, &tag) = guarded.split_last_chunk::<TAG>().ok_or(length)?;
@@ -231,7 +237,7 @@ impl Header {
 pub(crate) fn finish(buffer: &mut [u8], guarded: usize) -> Result<&[u8], EncodeError> {
     let too_small = EncodeError::BufferTooSmall { have: buffer.len() };
     let total = guarded.saturating_add(CHECKSUM);
-    let checksum = CRC32.checksum(buffer.get(..guarded).ok_or(too_small)?);
+    let checksum = checksum(buffer.get(..guarded).ok_or(too_small)?);
     buffer.get_mut(guarded..total).ok_or(too_small)?.copy_from_slice(&checksum.to_le_bytes());
     buffer.get(..total).ok_or(too_small)
 }

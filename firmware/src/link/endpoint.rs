@@ -16,7 +16,7 @@
 //! All of it is posted by [`Endpoint::poll_transmit`], in the turn of what is sent and not of the tick.
 //!
 //! A cycle that would start while fleet time is not known well enough is not started: it is dropped [`GATE`] before, and
-//! the module holds.
+//! the module holds. How sure the fleet time is takes a root and products of 64 bits, so that too is asked in the turn of what is sent.
 
 use heapless::Deque;
 use protocol::ledger::Class;
@@ -217,7 +217,6 @@ impl<R: Robot> Endpoint<R> {
     /// Takes in what was measured at `now`, own clock, and what that and the time change.
     pub fn handle_timer(&mut self, now: LocalInstant, measurement: &R::Measurement) {
         self.robot.observe(measurement);
-        self.gate(now);
         self.settle(now);
         self.ticked = Some(now);
     }
@@ -257,14 +256,16 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    /// Queues what was due at the last tick, writes the next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and
-    /// returns that part.
+    /// Does what was due at the last tick and is not of the tick: drops a cycle that may not start, queues what is to be sent. Then writes the
+    /// next datagram to the start of `buffer` (of [`protocol::MAX_DATAGRAM`] bytes) and returns that part.
     pub fn poll_transmit<'a>(&mut self, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
-        // What waits goes first, and has its place.
-        if self.outbox.is_empty()
-            && let Some(ticked) = self.ticked.take()
-        {
-            self.post(ticked);
+        if let Some(ticked) = self.ticked {
+            self.gate(ticked);
+            // What waits goes first, and has its place.
+            if self.outbox.is_empty() {
+                self.ticked = None;
+                self.post(ticked);
+            }
         }
         let link = self.link.as_mut()?;
         match self.outbox.pop_front()? {
@@ -350,7 +351,7 @@ impl<R: Robot> Endpoint<R> {
         }
     }
 
-    /// Drops a cycle that is about to start while fleet time is not known well enough.
+    /// Drops a cycle that is about to start while fleet time is not known well enough, as of the tick at `now`.
     fn gate(&mut self, now: LocalInstant) {
         self.gate_at(self.fleet(now), now);
     }

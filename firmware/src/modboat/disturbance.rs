@@ -24,7 +24,7 @@
 use protocol::time::Duration;
 use protocol::units::{Radians, RadiansPerSecond};
 
-use crate::modboat::reference::wrap;
+use crate::modboat::reference::{limit, wrap};
 
 /// Poles p of the observer, 1/s. *Assumed*: five times the servo's own bandwidth; what the resolution of a
 /// 12-bit encoder at 1 kHz turns into noise stays below 1 rad/s.
@@ -99,10 +99,11 @@ impl DisturbanceObserver {
         let limit_rad_s = self.disturbance_max_rad_s;
         let next = Known {
             rate_rad_s: rate_rad_s + to_rate * off_rad,
-            // Not `clamp`, which panics where its bounds are none.
-            disturbance_rad_s: (known.disturbance_rad_s + to_disturbance * off_rad)
-                .max(-limit_rad_s)
-                .min(limit_rad_s),
+            disturbance_rad_s: limit(
+                known.disturbance_rad_s + to_disturbance * off_rad,
+                -limit_rad_s,
+                limit_rad_s,
+            ),
         };
         let angle_rad = wrap(angle_rad + moved_rad + to_angle * off_rad);
         let sound =

@@ -47,6 +47,10 @@ pub trait Encoder {
     fn take_index_fault(&mut self) -> bool {
         false
     }
+
+    /// Told in every tick before the tail is driven: whether it rests where it is held, so that an encoder that counts may keep its zero
+    /// over a reset; see [`kept_zero`](crate::modboat::kept_zero). One that is absolute has nothing to keep.
+    fn keep_zero(&mut self, _resting: bool) {}
 }
 
 /// Consecutive readings that must agree before a jump is believed.
@@ -167,7 +171,9 @@ impl TurnCounter {
             position
         };
         // φ = 2π·(n − n₀)/N
-        Some(Radians((count_to_f32(counts) * self.radians_per_count).min(PI)))
+        let angle_rad = count_to_f32(counts) * self.radians_per_count;
+        // Rounding may leave it one step outside.
+        Some(Radians(if angle_rad > PI { PI } else { angle_rad }))
     }
 
     /// Whole turns since the first reading: how often the tail passed x_S counter-clockwise, less clockwise.

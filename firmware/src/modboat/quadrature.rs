@@ -1,6 +1,6 @@
 //! From the count of a quadrature encoder and an index switch to the reading of an absolute one.
 //!
-//! n = ((c − c₀) mod N)·M/N
+//! n = ((c − c₀) mod N)·M/N = ⌊((c − c₀) mod N)·r/2⁴⁸⌋,   r = ⌊2⁶⁴/N⌋ + 1
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -8,6 +8,7 @@
 //! | c₀ | its value at the index | count |
 //! | N | counts in one turn of the tail, gears included | count |
 //! | n, M | reading, and readings in one turn: [`READINGS`] | reading |
+//! | r | its reciprocal, for a division of 64 bits takes a Cortex-M hundreds of instructions; exact for N ≤ 2²⁴ | |
 //!
 //! The index is a hall switch and a magnet on the axis. It is on over some degrees, so only one of its two edges is meant: the
 //! one that is passed into the magnet while the count rises, and out of it while the count falls. That is the same place
@@ -31,16 +32,29 @@ pub const SLOW_PER_TURN: u32 = 2_000;
 /// The index may come a turn by this from where it was found: 0.009 rad, backlash and the switch's hysteresis. *Assumed.*
 pub const TOLERANCE_PER_TURN: u32 = 720;
 
+/// Where a tail stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Counts from the index, below those of one turn.
+    pub position: u32,
+    /// Whether the index is on.
+    pub index: bool,
+}
+
 /// Absolute readings from a quadrature count and an index switch.
 #[derive(Clone, Debug)]
 pub struct Quadrature {
     counts_per_turn: u32,
+    /// r
+    reciprocal: u64,
     /// The counter and the index at the last update.
     last: Option<(i32, bool)>,
     /// The count rose when it changed last.
     rising: Option<bool>,
     /// Counts from the index, 0..N, once that has been seen.
     position: Option<u32>,
+    /// What the index must be at the first update for `position` to be believed.
+    resumed: Option<bool>,
     fault: bool,
 }
 
@@ -48,18 +62,44 @@ impl Quadrature {
     /// Of an encoder with so many counts in one turn of the tail; taken into 1..=[`COUNTS_MAX`].
     #[must_use]
     pub fn new(counts_per_turn: u32) -> Self {
+        let counts_per_turn = counts_per_turn.clamp(1, COUNTS_MAX);
         Self {
-            counts_per_turn: counts_per_turn.clamp(1, COUNTS_MAX),
+            counts_per_turn,
+            // Of a power of two exactly 2⁶⁴/N.
+            reciprocal: u64::MAX.checked_div(u64::from(counts_per_turn)).unwrap_or(0).saturating_add(1),
             last: None,
             rising: None,
             position: None,
+            resumed: None,
             fault: false,
         }
     }
 
+    /// The same, whose tail stands at `place` until the first update, as far as is known: it is believed if the index is as it was then.
+    #[must_use]
+    pub fn resumed_at(self, place: Place) -> Self {
+        Self { position: Some(place.position), resumed: Some(place.index), ..self }
+    }
+
+    /// Counts in one turn, N.
+    #[must_use]
+    pub const fn counts_per_turn(&self) -> u32 {
+        self.counts_per_turn
+    }
+
+    /// Where the tail stood at the last update; nothing before the index was seen.
+    #[must_use]
+    pub fn place(&self) -> Option<Place> {
+        let ((_, index), position) = self.last.zip(self.position)?;
+        Some(Place { position, index })
+    }
+
     /// Takes in the counter and whether the index is on.
     pub fn update(&mut self, counter: i32, index: bool) {
-        let Some((last, index_before)) = self.last.replace((counter, index)) else { return };
+        let Some((last, index_before)) = self.last.replace((counter, index)) else {
+            self.position = self.position.filter(|_| self.resumed == Some(index));
+            return;
+        };
         let moved = counter.wrapping_sub(last);
         if moved != 0 {
             self.rising = Some(moved > 0);
@@ -95,15 +135,28 @@ impl Quadrature {
     /// The reading, 0..[`READINGS`]; nothing before the index was seen.
     #[must_use]
     pub fn reading(&self) -> Option<u32> {
-        // n = ((c − c₀) mod N)·M/N
-        let readings = u64::from(self.position?).saturating_mul(u64::from(READINGS));
-        u32::try_from(readings.checked_div(u64::from(self.counts_per_turn))?).ok()
+        // n = ⌊p·r/2⁴⁸⌋: p < N, so the product is below 2⁶⁴, and what r is too great by makes less than 1/N of it.
+        u32::try_from(u64::from(self.position?).wrapping_mul(self.reciprocal) >> 48).ok()
     }
 
     /// `position` moved on by `by`, within the turn.
     fn beyond(&self, position: u32, by: i32) -> u32 {
+        let per_turn = i64::from(self.counts_per_turn);
         let moved = i64::from(position).saturating_add(i64::from(by));
-        u32::try_from(moved.checked_rem_euclid(i64::from(self.counts_per_turn)).unwrap_or(0)).unwrap_or(0)
+        // Between two ticks a tail moves by less than a turn; a remainder of 64 bits takes hundreds of instructions.
+        let within = if moved < 0 {
+            moved.saturating_add(per_turn)
+        } else if moved >= per_turn {
+            moved.saturating_sub(per_turn)
+        } else {
+            moved
+        };
+        let within = if (0..per_turn).contains(&within) {
+            within
+        } else {
+            moved.checked_rem_euclid(per_turn).unwrap_or(0)
+        };
+        u32::try_from(within).unwrap_or(0)
     }
 }
 

@@ -30,6 +30,12 @@ impl Reference {
         Self { angle_rad, rate_rad_s: 0.0, acceleration_rad_s2: 0.0 }
     }
 
+    /// True when it stands still.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        libm::fabsf(self.rate_rad_s) + libm::fabsf(self.acceleration_rad_s2) <= 0.0
+    }
+
     /// True when no component is NaN or infinite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
@@ -47,6 +53,14 @@ const TAU_LOW: f32 = 0.001_935_307_2;
 fn nearest(x: f32) -> f32 {
     const NO_FRACTION: f32 = 12_582_912.0;
     (x + NO_FRACTION) - NO_FRACTION
+}
+
+/// `value` between `low` and `high`. It takes any bounds, where `f32::clamp` panics: `high` wins. NaN gives `low`.
+///
+/// Not by `max` and `min`, which a Cortex-M4F calls a function for.
+pub(crate) const fn limit(value: f32, low: f32, high: f32) -> f32 {
+    let raised = if value > low { value } else { low };
+    if raised < high { raised } else { high }
 }
 
 /// The same pose in (−π, π], rad. NaN for NaN and the infinities.

@@ -36,7 +36,7 @@ use protocol::configuration::ServoConstants;
 use protocol::units::{Amperes, Radians, RadiansPerSecond};
 
 use crate::modboat::disturbance::DisturbanceObserver;
-use crate::modboat::reference::{Reference, wrap};
+use crate::modboat::reference::{Reference, limit, wrap};
 
 /// A sensor of the motor current, if the board has one.
 pub trait CurrentSense {
@@ -212,7 +212,7 @@ impl TailServo {
     fn fold_back(&mut self, current: Option<Amperes>) -> f32 {
         let magnitude_a = current.map_or(0.0, |current| libm::fabsf(current.0));
         self.fold = if magnitude_a <= self.current_max_a {
-            (self.fold + self.fold_step).min(1.0)
+            limit(self.fold + self.fold_step, 0.0, 1.0)
         } else {
             // A sensor that says NaN gives the least.
             let cut = self.fold * (self.current_max_a / magnitude_a);
@@ -220,11 +220,6 @@ impl TailServo {
         };
         self.fold
     }
-}
-
-/// `value` between `low` and `high`. Unlike `f32::clamp` it takes any bounds: `high` wins. NaN gives `low`.
-fn limit(value: f32, low: f32, high: f32) -> f32 {
-    value.max(low).min(high)
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! One tail with its hardware: encoder, current sensor and motor bridge around the [`TailServo`].
 //!
 //! ```text
-//! Reference ─→ TailServo ─ drive ─→ Bridge ─→ PWM, in1, in2
-//!                 ↑ pose, rate       ↑ coast when blind
-//!             TurnCounter ←─ Encoder
+//! Reference ─→ TailServo ─ drive ─→ RestWatch ─→ Bridge ─→ PWM, in1, in2
+//!                 ↑ pose, rate       │             ↑ coast when blind
+//!             TurnCounter ←─ Encoder ← rests, or not: before the drive
 //! ```
 //!
 //! Assumptions and limits: [`Tail::tick`] is called at the fixed interval of the servo's parameters (1 ms). Single
@@ -17,6 +17,7 @@ use protocol::time::Duration;
 use protocol::units::{Amperes, Radians, RadiansPerSecond};
 
 use crate::modboat::encoder::{Encoder, Reading, TurnCounter};
+use crate::modboat::kept_zero::RestWatch;
 use crate::modboat::motor::{Bridge, ErrorOf};
 use crate::modboat::reference::Reference;
 use crate::modboat::servo::{Command, CurrentSense, ServoError, TailServo};
@@ -49,6 +50,7 @@ pub struct Tail<E, S, P, A, B> {
     bridge: Bridge<P, A, B>,
     counter: TurnCounter,
     servo: TailServo,
+    rest: RestWatch,
     blind_ticks: u8,
     following_error_time: Duration,
 }
@@ -71,6 +73,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
             bridge,
             counter: TurnCounter::new(E::COUNTS_PER_TURN, mounting, parameters.interval),
             servo: TailServo::new(parameters)?,
+            rest: RestWatch::new(parameters.interval),
             blind_ticks: BLIND_TICKS,
             following_error_time: parameters.following_error_time,
         })
@@ -104,7 +107,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
     /// # Errors
     /// The output of the bridge that failed.
     pub fn search(&mut self, drive: f32) -> Result<(), ErrorOf<P, A, B>> {
-        self.servo.forget();
+        self.let_go();
         self.bridge.drive(drive)
     }
 
@@ -126,6 +129,8 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
         match status.pose.filter(|_| !status.blind) {
             Some(pose) => {
                 status.command = self.servo.tick(reference, pose, status.rate, current);
+                let rests = self.rest.update(pose, reference, status.command.drive);
+                self.encoder.keep_zero(rests);
                 self.bridge.drive(status.command.drive)?;
             }
             None => self.coast()?,
@@ -138,7 +143,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
     /// # Errors
     /// The output of the bridge that failed.
     pub fn coast(&mut self) -> Result<(), ErrorOf<P, A, B>> {
-        self.servo.forget();
+        self.let_go();
         self.bridge.coast()
     }
 
@@ -147,7 +152,7 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
     /// # Errors
     /// The output of the bridge that failed.
     pub fn brake(&mut self) -> Result<(), ErrorOf<P, A, B>> {
-        self.servo.forget();
+        self.let_go();
         self.bridge.brake()
     }
 
@@ -160,6 +165,13 @@ impl<E: Encoder, S: CurrentSense, P: SetDutyCycle, A: OutputPin, B: OutputPin> T
     /// Gives the parts back: encoder, current sensor, bridge.
     pub fn release(self) -> (E, S, Bridge<P, A, B>) {
         (self.encoder, self.sense, self.bridge)
+    }
+
+    /// It is not held: what was known of how it is driven, and that it rests, is over.
+    fn let_go(&mut self) {
+        self.servo.forget();
+        self.rest.forget();
+        self.encoder.keep_zero(false);
     }
 
     fn look(&mut self) {

@@ -14,6 +14,7 @@ use crate::modboat::servo::NoSense;
 use crate::plant::{Rig, RigEncoder, RigPin, RigPwm};
 
 mod homing;
+mod resets;
 mod supervision;
 
 const MS: u64 = 1_000;

@@ -41,6 +41,8 @@ pub struct Stepped {
     put: u32,
     sent: u32,
     received: u32,
+    /// Both counts as they were when its watchdog reset the board last: its own begin again then.
+    before: (u32, u32),
 }
 
 impl Stepped {
@@ -65,7 +67,8 @@ impl Stepped {
         });
         let debugger = Debugger::attach(&socket, ChaCha8Rng::seed_from_u64(steps.seed));
         let address = SocketAddr::from(([127, 0, 0, 1], outside));
-        let mut module = Self { emulator, address, debugger, fresh: 0, put: 0, sent: 0, received: 0 };
+        let mut module =
+            Self { emulator, address, debugger, fresh: 0, put: 0, sent: 0, received: 0, before: (0, 0) };
         module.stand();
         module
     }
@@ -96,7 +99,10 @@ impl Stepped {
             .map(|word| u32::from_le_bytes(word.try_into().expect("four bytes")))
             .collect();
         let [sent, received] = words[..] else { panic!("no step: {bytes:?}") };
-        (self.sent, self.received) = (sent, received);
+        if sent < self.sent - self.before.0 {
+            self.before = (self.sent, self.received);
+        }
+        (self.sent, self.received) = (self.before.0 + sent, self.before.1 + received);
     }
 
     /// Datagrams that it has sent.

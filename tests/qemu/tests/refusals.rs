@@ -64,8 +64,8 @@ fn without_a_valid_configuration_it_blinks_and_says_nothing() {
         assert!(said.contains(reason), "{what}: {said}");
         // Two flashes, a pause, and again.
         for _ in 0..3 {
-            emulator.await_line("light", |line| (line == "lamp on").then_some(()));
-            emulator.await_line("no light", |line| (line == "lamp off").then_some(()));
+            emulator.await_line("light", |line| (line == "status LED on").then_some(()));
+            emulator.await_line("no light", |line| (line == "status LED off").then_some(()));
         }
         socket.set_nonblocking(true).expect("a socket");
         let heard = socket.recv_from(&mut [0; 64]);

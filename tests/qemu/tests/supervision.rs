@@ -50,6 +50,11 @@ fn tail_rad(bench: &Bench) -> f32 {
     bench.dispatcher.modules()[0].telemetry().expect("a report").tail.0
 }
 
+/// The same angle in −π to π.
+fn wrapped(angle_rad: f32) -> f32 {
+    (angle_rad + core::f32::consts::PI).rem_euclid(core::f32::consts::TAU) - core::f32::consts::PI
+}
+
 /// Runs to that time.
 fn run_to(bench: &mut Bench, end: u64) -> Vec<DispatcherEvent> {
     let mut events = Vec::new();
@@ -144,8 +149,7 @@ fn a_board_that_counts_finds_its_zero_and_swims() {
     bench.until_ready();
     // The magnet begins at -0.7 rad, which the tail says with its zero there.
     let found_rad = tail_rad(&bench);
-    let off_rad = (found_rad + 0.7).rem_euclid(core::f32::consts::TAU);
-    assert!(off_rad.min(core::f32::consts::TAU - off_rad) < 0.01, "found at {found_rad} rad");
+    assert!(wrapped(found_rad + 0.7).abs() < 0.01, "found at {found_rad} rad");
     let start = bench.now().after(Duration(800_000));
     bench.dispatch(1, start, &[swing(found_rad, 0.0, 1.2)]);
     run_to(&mut bench, start.0 + 750 * MS);
@@ -162,6 +166,69 @@ fn a_board_that_counts_finds_its_zero_and_swims() {
         let link = &bench.dispatcher.modules()[0];
         assert_eq!((link.state(), link.faults()), (Some(ModuleState::Holding), Faults(0)), "cycle {number}");
     }
+}
+
+/// A board with an index whose control loop hangs at [`WRONG`], at rest off its index or in mid-swing, until its watchdog resets it and it
+/// announces itself again: how long that took, without the time for which it stood still.
+fn restarts(words: &'static [&'static str], at_rest: bool) -> (Bench, u64) {
+    let mut bench = Bench::start_on(1, SEED, Board { words, encoder: Some(INDEXED) });
+    bench.until_ready();
+    let from_rad = tail_rad(&bench);
+    // 2 s, and it has rested for half a second; or half a second of its swing.
+    let begins = WRONG - if at_rest { 2_500 } else { 1_000 } * MS;
+    assert!(bench.now().0 + 500 * MS < begins, "ready at {:?} only", bench.now());
+    bench.dispatch(1, FleetInstant(begins), &[swing(from_rad, 0.8, 1.2)]);
+    run_to(&mut bench, WRONG - 100 * MS);
+    let state = if at_rest { ModuleState::Holding } else { ModuleState::Executing };
+    assert_eq!(bench.dispatcher.modules()[0].state(), Some(state));
+    let boot = bench.announced;
+    bench.until("another boot", |bench, _| bench.announced != boot);
+    let took = bench.now().0 - WRONG;
+    bench.until("it to be ready", |bench, _| {
+        bench.dispatcher.modules()[0].state() == Some(ModuleState::Ready)
+    });
+    bench.until_ready();
+    println!("at rest: {at_rest}; announced {} ms after the reset", took / MS);
+    (bench, took)
+}
+
+/// A module that looks for its zero says nothing, and waits for half a second first.
+const LOOKS: u64 = 500 * MS;
+
+#[test]
+fn a_board_that_its_watchdog_resets_at_rest_keeps_its_zero() {
+    let (mut bench, took) = restarts(&["hang", "12000"], true);
+    assert!(took < LOOKS, "{} ms", took / MS);
+    // 0.8 rad beyond the magnet, which begins at -0.7 rad.
+    let rests_rad = tail_rad(&bench);
+    let off_rad = wrapped(rests_rad - 0.1);
+    assert!(off_rad.abs() < 0.015, "it takes itself to be at {rests_rad} rad");
+    // Over the index, at full speed and back.
+    let start = bench.now().after(Duration(800_000));
+    bench.dispatch(2, start, &[swing(rests_rad, 2.0, 2.6)]);
+    run_to(&mut bench, start.0 + 2_100 * MS);
+    let link = &bench.dispatcher.modules()[0];
+    assert_eq!((link.state(), link.faults()), (Some(ModuleState::Holding), Faults(0)));
+}
+
+#[test]
+fn a_tail_that_was_turned_meanwhile_is_found_out_at_its_index() {
+    let (mut bench, took) = restarts(&["hang", "12000", "turned", "50"], true);
+    assert!(took < LOOKS, "{} ms", took / MS);
+    let start = bench.now().after(Duration(800_000));
+    bench.dispatch(2, start, &[swing(tail_rad(&bench), 0.0, 1.2)]);
+    let (at, faults) = stopped(&mut bench, start.0 + SECOND);
+    println!("turned by 0.05 rad: stopped {} ms after the swing began", (at - start.0) / MS);
+    assert_eq!(faults, Faults::INDEX);
+}
+
+#[test]
+fn a_board_that_its_watchdog_resets_in_mid_swing_looks_for_its_zero() {
+    let (mut bench, took) = restarts(&["hang", "12000"], false);
+    assert!(took > LOOKS, "{} ms", took / MS);
+    let off_rad = wrapped(tail_rad(&bench) + 0.7);
+    assert!(off_rad.abs() < 0.01, "found at {} rad", tail_rad(&bench));
+    assert_eq!(next_report(&mut bench).number("faults"), 0);
 }
 
 #[test]

@@ -8,12 +8,12 @@
 //! | GP13 | 17 | index: hall switch | low over the magnet, pulled up |
 //! | GP14 | 19 | encoder: A | pulled up |
 //! | GP15 | 20 | encoder: B | pulled up |
-//! | GP16 | 21 | lamp | high: lit; a resistor and a LED to ground |
+//! | GP16 | 21 | status LED | high: lit; a resistor and a LED to ground |
 //! | GP26 | 31 | battery | 0 to 3.3 V, from a divider |
 //! | GP27 | 32 | motor current | 0 to 3.3 V, from the bridge's sensor |
 //! | GP23, 24, 25, 29 | none | radio | on the board |
 //!
-//! The board's own LED, which hangs on the radio, shows what the lamp shows as soon as the radio works.
+//! The board's own LED, which hangs on the radio, shows what the status LED shows as soon as the radio works.
 //!
 //! ```text
 //! boot → random numbers, configuration → Modboat → control, in its interrupt      radio, network, in thread mode
@@ -22,7 +22,7 @@
 //!
 //! In reset the pins are not driven, and the two resistors pull both inputs of the bridge high: a TB6612FNG then brakes the motor, whatever
 //! PWM does. They win over the pull-downs of the chip, tens of kΩ, and of the bridge, 200 kΩ. Once it runs, the program lets the tail
-//! free until it knows where it is.
+//! free until it knows where it is, which it does at once after a reset by the watchdog if the tail rested before.
 //!
 //! Assumptions and limits: 20 kHz is above hearing and within what a TB6612FNG takes (100 kHz). The bridge's standby pin is wired high.
 //! What `memory.x`, the motor and the battery are is said at the top of the tree.
@@ -41,10 +41,10 @@ use protocol::Configuration;
 use protocol::configuration::Robot;
 use protocol::time::Duration;
 use rp2350::encoder::IndexedEncoder;
-use rp2350::lamp::{Lamp, Light, Switch};
 use rp2350::link::Link;
+use rp2350::status_led::{Light, StatusLed, Switch};
 use rp2350::supply::{MotorCurrent, PowerSensor};
-use rp2350::watchdog::Watchdog;
+use rp2350::watchdog::{Scratch, Watchdog};
 use rp2350::{configuration, control, priority, random, timer};
 
 use crate::motor::MotorPwm;
@@ -70,13 +70,15 @@ struct TailParts {
     counter: Peri<'static, PIO1>,
     a: Peri<'static, PIN_14>,
     b: Peri<'static, PIN_15>,
+    scratch: Scratch,
 }
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = embassy_rp::init(embassy_rp::config::Config::default());
     let watchdog = Watchdog::start(p.WATCHDOG);
-    let lamp = Lamp::new([Light::Pin(Output::new(p.PIN_16, Level::Low)), Light::Switch(&BOARD_LED)]);
+    let status_led =
+        StatusLed::new([Light::Pin(Output::new(p.PIN_16, Level::Low)), Light::Switch(&BOARD_LED)]);
     let drawn = random::draw(p.TRNG);
     let parts = TailParts {
         slice: p.PWM_SLICE5,
@@ -87,15 +89,16 @@ async fn main(spawner: Spawner) {
         counter: p.PIO1,
         a: p.PIN_14,
         b: p.PIN_15,
+        scratch: watchdog.scratch(),
     };
     let provisioned = configuration::read().map_err(NotProvisioned::from).and_then(|configuration| {
         let (boat, interval) = boat(&configuration, drawn.boot, parts)?;
         Ok((configuration, boat, interval))
     });
-    let Ok((configuration, boat, interval)) = provisioned else { control::blink(lamp, watchdog).await };
+    let Ok((configuration, boat, interval)) = provisioned else { control::blink(status_led, watchdog).await };
     let power = PowerSensor::new(p.ADC, p.PIN_26, p.PIN_27, configuration.supply, interval);
     // Its only instance, so the token is there.
-    priority::start().spawn(swim(boat, power, lamp, watchdog, interval).unwrap());
+    priority::start().spawn(swim(boat, power, status_led, watchdog, interval).unwrap());
     let radio = radio::Parts {
         power: p.PIN_23,
         data: p.PIN_24,
@@ -118,8 +121,8 @@ fn boat(
     };
     let interval = provision::servo_interval(&constants.servo)?;
     let quadrature = provision::quadrature(&constants.encoder)?;
-    let TailParts { slice, pwm, in1, in2, index, counter, a, b } = parts;
-    let encoder = IndexedEncoder::new(counter, a, b, index, quadrature);
+    let TailParts { slice, pwm, in1, in2, index, counter, a, b, scratch } = parts;
+    let encoder = IndexedEncoder::new(counter, a, b, index, quadrature, scratch);
     let settings = timer::settings(MOTOR_PWM_HZ).expect("the timer counts at 150 MHz");
     let pwm = MotorPwm(Pwm::new_output_a(slice, pwm, settings));
     let bridge = Bridge::new(pwm, Output::new(in1, Level::Low), Output::new(in2, Level::Low));
@@ -128,6 +131,12 @@ fn boat(
 }
 
 #[embassy_executor::task]
-async fn swim(boat: Boat, power: PowerSensor, lamp: Lamp, watchdog: Watchdog, interval: Duration) -> ! {
-    control::run(boat, power, lamp, watchdog, &LINK, interval).await
+async fn swim(
+    boat: Boat,
+    power: PowerSensor,
+    status_led: StatusLed,
+    watchdog: Watchdog,
+    interval: Duration,
+) -> ! {
+    control::run(boat, power, status_led, watchdog, &LINK, interval).await
 }

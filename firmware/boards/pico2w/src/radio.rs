@@ -126,7 +126,7 @@ async fn stay_in(radio: &mut Control<'static>, stack: Stack<'static>, network: &
     }
 }
 
-/// Lets the board's LED show what the lamp shows, if that has changed.
+/// Lets the board's LED show what the status LED shows, if that has changed.
 async fn show(radio: &mut Control<'static>, lit: Option<bool>) {
     if let Some(lit) = lit {
         radio.gpio_set(LED, lit).await;

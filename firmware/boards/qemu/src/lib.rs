@@ -9,10 +9,11 @@
 //! | [`lan9118`] | the Ethernet controller, as a device of smoltcp |
 //! | [`network`] | address, UDP |
 //! | [`uart`] | lines of text |
-//! | [`lamp`] | the lamp |
+//! | [`status_led`] | the status LED |
 //! | [`configuration`] | the image that `flotilla provision` wrote |
 //! | [`semihosting`] | what only an emulator has: dice of the PC, a status to end with |
 //! | [`control`] | the loop that calls the firmware |
+//! | [`retained`] | what outlives a reset |
 //! | [`steps`] | lock step with a test |
 //! | [`stack`] | how deep the stack has been |
 #![no_std]
@@ -21,14 +22,15 @@ pub mod clock;
 pub mod configuration;
 pub mod control;
 pub mod disturbance;
-pub mod lamp;
 pub mod lan9118;
 pub mod motor;
 pub mod network;
 pub mod pins;
 mod registers;
+pub mod retained;
 pub mod semihosting;
 pub mod stack;
+pub mod status_led;
 pub mod steps;
 pub mod uart;
 mod vectors;

@@ -1,4 +1,4 @@
-//! A motor in software behind the traits that a real one has on other boards.
+//! A motor in software behind the traits that a real one has on other boards. It stands where it stood before a reset of the board.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -7,13 +7,17 @@ use critical_section::Mutex;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use firmware::modboat::encoder::Encoder;
+use firmware::modboat::kept_zero::KeptQuadrature;
 use firmware::modboat::motor::Bridge;
-use firmware::modboat::quadrature::{Quadrature, READINGS};
+use firmware::modboat::quadrature::READINGS;
 use firmware::modboat::servo::CurrentSense;
 use firmware::provision::{self, NotProvisioned};
 use plant::{Constants, Motor};
 use protocol::configuration::EncoderConstants;
 use protocol::units::Amperes;
+
+use crate::retained::{self, Retained};
+use crate::semihosting;
 
 /// Duty cycle of a motor that is always on.
 const MAX_DUTY: u16 = 10_000;
@@ -34,8 +38,9 @@ struct Wires {
     in1: bool,
     in2: bool,
     encoder_counts: u32,
-    /// Turns of the axis, for one that counts; and whether the magnet is over its switch.
-    turns: f64,
+    /// Counts in a turn of an encoder that counts; its count, and whether the magnet is over its switch.
+    counts_per_turn: u32,
+    edges: i32,
     index: bool,
     /// Edges that the counter has missed.
     lost: u32,
@@ -49,7 +54,8 @@ static WIRES: Mutex<RefCell<Wires>> = Mutex::new(RefCell::new(Wires {
     in1: false,
     in2: false,
     encoder_counts: 0,
-    turns: 0.0,
+    counts_per_turn: 0,
+    edges: 0,
     index: false,
     lost: 0,
     swapped: false,
@@ -63,9 +69,12 @@ fn with<T: Default>(use_it: impl FnOnce(&mut Wires) -> T) -> T {
     })
 }
 
-/// Connects a motor at rest with its tail along x_S.
+/// Connects a motor at rest, with its tail along x_S at the first start, and where it stood, or was turned to, after a reset.
 pub fn connect() {
-    with(|wires| wires.motor = Some(Motor::new(Constants::default(), 0.0)));
+    let turned_rad =
+        semihosting::number_after("turned").map_or(0.0, |thousandths| f64::from(thousandths) * 1e-3);
+    let angle_rad = retained::tail().map_or(0.0, |angle_rad| angle_rad + turned_rad);
+    with(|wires| wires.motor = Some(Motor::new(Constants::default(), angle_rad)));
 }
 
 /// Lets the motor go on by `dt_s` with the pins as they are.
@@ -78,7 +87,10 @@ pub fn step(dt_s: f64) {
         let (from_rad, over) = MAGNET;
         let turns = |angle_rad: f64| angle_rad / core::f64::consts::TAU;
         let beyond = turns(motor.angle_rad() - from_rad);
-        wires.turns = turns(motor.angle_rad());
+        #[expect(clippy::cast_possible_truncation, reason = "some thousand turns at most")]
+        let edges = libm::floor(turns(motor.angle_rad()) * f64::from(wires.counts_per_turn)) as i32;
+        wires.edges = edges;
+        retained::put_tail(motor.angle_rad());
         wires.index = beyond - libm::floor(beyond) < over;
         wires.encoder_counts = plant::encoder_counts(motor.angle_rad(), ENCODER_COUNTS);
         #[expect(clippy::cast_possible_truncation, reason = "a current of some amperes")]
@@ -170,14 +182,16 @@ impl OutputPin for DirectionPin {
 
 /// The encoder that the configuration names: absolute, or one that counts and has an index.
 #[derive(Debug)]
-pub struct Wheel(Option<(Quadrature, u32)>);
+pub struct Wheel(Option<KeptQuadrature<Retained>>);
 
 impl Wheel {
     /// # Errors
     /// More counts in a turn than are told apart.
     pub fn new(constants: &EncoderConstants) -> Result<Self, NotProvisioned> {
         let counts = constants.counts_per_turn;
-        Ok(Self(if counts == 0 { None } else { Some((provision::quadrature(constants)?, counts)) }))
+        with(|wires| wires.counts_per_turn = counts);
+        let quadrature = if counts == 0 { None } else { Some(provision::quadrature(constants)?) };
+        Ok(Self(quadrature.map(|quadrature| KeptQuadrature::boot(quadrature, Retained))))
     }
 }
 
@@ -194,22 +208,25 @@ impl Encoder for Wheel {
     const COUNTS_PER_TURN: u32 = READINGS;
 
     fn counts(&mut self) -> Result<u32, NotHomed> {
-        let Some((quadrature, counts)) = &mut self.0 else {
+        let Some(quadrature) = &mut self.0 else {
             return Ok(with(|wires| wires.encoder_counts) * READINGS_PER_COUNT);
         };
-        let (turns, index, lost) = with(|wires| (wires.turns, wires.index, wires.lost));
-        #[expect(clippy::cast_possible_truncation, reason = "some thousand turns at most")]
-        let edges = libm::floor(turns * f64::from(*counts)) as i32;
-        quadrature.update(edges - lost.cast_signed(), index);
-        quadrature.reading().ok_or(NotHomed)
+        let (edges, index, lost) = with(|wires| (wires.edges, wires.index, wires.lost));
+        quadrature.update(edges - lost.cast_signed(), index).ok_or(NotHomed)
     }
 
     fn is_homed(&self) -> bool {
-        self.0.as_ref().is_none_or(|(quadrature, _)| quadrature.reading().is_some())
+        self.0.as_ref().is_none_or(KeptQuadrature::is_homed)
     }
 
     fn take_index_fault(&mut self) -> bool {
-        self.0.as_mut().is_some_and(|(quadrature, _)| quadrature.take_fault())
+        self.0.as_mut().is_some_and(KeptQuadrature::take_fault)
+    }
+
+    fn keep_zero(&mut self, resting: bool) {
+        if let Some(quadrature) = &mut self.0 {
+            quadrature.keep_zero(resting);
+        }
     }
 }
 

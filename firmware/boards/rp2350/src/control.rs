@@ -1,8 +1,8 @@
-//! The control loop: the module's firmware, its supply, its lamp and its watchdog, at a fixed interval.
+//! The control loop: the module's firmware, its supply, its status LED and its watchdog, at a fixed interval.
 //!
 //! ```text
-//! every interval:      supply → tick → lamp → watchdog ┐
-//! for every datagram:  handle_datagram                 ┴→ poll_transmit until there is nothing
+//! every interval:      supply → tick → status LED → watchdog ┐
+//! for every datagram:  handle_datagram                       ┴→ poll_transmit until there is nothing
 //! ```
 //!
 //! Datagrams are taken in as they come, not at the next tick: the fleet time is worked out from when an answer came. A tick that is
@@ -17,12 +17,12 @@ use firmware::module::{Module, Status};
 use protocol::time::{Duration, LocalInstant};
 use protocol::{Faults, MAX_DATAGRAM, ModuleState};
 
-use crate::lamp::Lamp;
 use crate::link::Link;
+use crate::status_led::StatusLed;
 use crate::supply::PowerSensor;
 use crate::watchdog::Watchdog;
 
-/// How often the lamp of a board is looked after that does nothing else: its shortest flash is twice as long.
+/// How often the status LED of a board is looked after that does nothing else: its shortest flash is twice as long.
 const BLINK_EVERY: embassy_time::Duration = embassy_time::Duration::from_millis(50);
 
 /// The module's own clock: since boot.
@@ -35,12 +35,13 @@ pub fn now() -> LocalInstant {
 pub async fn run<M: Module>(
     mut module: M,
     mut power: PowerSensor,
-    mut lamp: Lamp,
+    mut status_led: StatusLed,
     mut watchdog: Watchdog,
     link: &Link,
     interval: Duration,
 ) -> ! {
-    let mut ticks = Ticker::every(embassy_time::Duration::from_micros(interval.0.into()));
+    let interval = embassy_time::Duration::from_micros(interval.0.into());
+    let mut ticks = Ticker::every(interval);
     let mut buffer = [0; MAX_DATAGRAM];
     loop {
         match select(ticks.next(), link.receive()).await {
@@ -49,8 +50,8 @@ pub async fn run<M: Module>(
                 // Outputs of this chip do not fail, and a module watches its own.
                 let _ = module.tick(now, &power.measure());
                 let Status { state, faults, .. } = module.status(now);
-                lamp.show(now, state, faults);
-                watchdog.feed();
+                status_led.show(now, state, faults);
+                watchdog.feed(interval);
             }
             Either::Second(datagram) => {
                 // What is not let in is counted by the link.
@@ -64,11 +65,11 @@ pub async fn run<M: Module>(
 }
 
 /// What a board does without a valid configuration, for ever: it blinks. Its outputs stay as they are, and there is no network.
-pub async fn blink(mut lamp: Lamp, mut watchdog: Watchdog) -> ! {
+pub async fn blink(mut status_led: StatusLed, mut watchdog: Watchdog) -> ! {
     let mut ticks = Ticker::every(BLINK_EVERY);
     loop {
         ticks.next().await;
-        lamp.show(now(), ModuleState::Unprovisioned, Faults::default());
-        watchdog.feed();
+        status_led.show(now(), ModuleState::Unprovisioned, Faults::default());
+        watchdog.feed(BLINK_EVERY);
     }
 }

@@ -1,7 +1,8 @@
 //! An incremental encoder and the switch of its index, as the encoder of a tail.
 //!
 //! The edges are counted by a state machine of PIO block 1, the program [`counter`]; the count and the switch go through
-//! `firmware::modboat::quadrature`, once a tick.
+//! `firmware::modboat::quadrature`, once a tick. Its zero outlives a reset by the watchdog in the scratch registers of that
+//! (`firmware::modboat::kept_zero`).
 //!
 //! Assumptions and limits: A and B are two pins in a row, A the lower. All three inputs have the chip's pull-up, some tens of kΩ, for
 //! open-collector outputs; the switch pulls low over its magnet. Lines swapped: say `reversed` in the configuration, or swap them.
@@ -14,9 +15,11 @@ use embassy_rp::pio::{
     Config, Direction, FifoJoin, InterruptHandler, Pio, PioPin, ShiftConfig, ShiftDirection, StateMachine,
 };
 use firmware::modboat::encoder::Encoder;
+use firmware::modboat::kept_zero::KeptQuadrature;
 use firmware::modboat::quadrature::{Quadrature, READINGS};
 
 use crate::counter;
+use crate::watchdog::Scratch;
 
 bind_interrupts!(struct Interrupts {
     PIO1_IRQ_0 => InterruptHandler<PIO1>;
@@ -30,11 +33,11 @@ pub struct NotHomed;
 pub struct IndexedEncoder {
     counter: StateMachine<'static, PIO1, 0>,
     index: Input<'static>,
-    quadrature: Quadrature,
+    quadrature: KeptQuadrature<Scratch>,
 }
 
 impl IndexedEncoder {
-    /// Counting from now on.
+    /// Counting from now on, from where the tail stood if `scratch` knows that.
     #[must_use]
     pub fn new(
         block: Peri<'static, PIO1>,
@@ -42,6 +45,7 @@ impl IndexedEncoder {
         b: Peri<'static, impl PioPin + 'static>,
         index: Peri<'static, impl Pin>,
         quadrature: Quadrature,
+        scratch: Scratch,
     ) -> Self {
         let Pio { mut common, sm0: mut counter, .. } = Pio::new(block, Interrupts);
         let mut lines = [common.make_pio_pin(a), common.make_pio_pin(b)];
@@ -59,6 +63,7 @@ impl IndexedEncoder {
             ShiftConfig { direction: ShiftDirection::Left, auto_fill: false, ..ShiftConfig::default() };
         counter.set_config(&config);
         counter.set_enable(true);
+        let quadrature = KeptQuadrature::boot(quadrature, scratch);
         Self { counter, index: Input::new(index, Pull::Up), quadrature }
     }
 }
@@ -71,15 +76,18 @@ impl Encoder for IndexedEncoder {
     fn counts(&mut self) -> Result<u32, NotHomed> {
         // The count wraps at 2³², as the quadrature takes it.
         let count = self.counter.get_rxf_entry(counter::ENTRY).cast_signed();
-        self.quadrature.update(count, self.index.is_low());
-        self.quadrature.reading().ok_or(NotHomed)
+        self.quadrature.update(count, self.index.is_low()).ok_or(NotHomed)
     }
 
     fn is_homed(&self) -> bool {
-        self.quadrature.reading().is_some()
+        self.quadrature.is_homed()
     }
 
     fn take_index_fault(&mut self) -> bool {
         self.quadrature.take_fault()
+    }
+
+    fn keep_zero(&mut self, resting: bool) {
+        self.quadrature.keep_zero(resting);
     }
 }

@@ -5,7 +5,7 @@
 //! | `configuration` | the configuration in flash |
 //! | `random` | what is drawn at boot |
 //! | `supply` | battery and current, on the analogue inputs |
-//! | `lamp` | the lamp |
+//! | `status_led` | the status LED |
 //! | `watchdog` | resets the chip when the control loop is stuck, or gave up |
 //! | `control` | the control loop, and what runs in its place without a configuration |
 //! | `priority` | where the control loop runs, above everything else |
@@ -19,7 +19,7 @@
 //!
 //! ```text
 //! thread mode    network ─→ Link ─→ ┐            ┌ ─→ Link ─→ network
-//! interrupt                         └→ control ─→┘   every interval: supply → tick → outputs, lamp, watchdog
+//! interrupt                         └→ control ─→┘   every interval: supply → tick → outputs, status LED, watchdog
 //! ```
 //!
 //! The files in the lower half of the table know no hardware and are tested on the PC (`cargo test --package rp2350`).
@@ -42,13 +42,13 @@ pub mod control;
 #[cfg(target_os = "none")]
 pub mod encoder;
 #[cfg(target_os = "none")]
-pub mod lamp;
-#[cfg(target_os = "none")]
 pub mod link;
 #[cfg(target_os = "none")]
 pub mod priority;
 #[cfg(target_os = "none")]
 pub mod random;
+#[cfg(target_os = "none")]
+pub mod status_led;
 #[cfg(target_os = "none")]
 pub mod supply;
 #[cfg(target_os = "none")]

@@ -5,10 +5,14 @@
 //!
 //! | what | resets |
 //! |---|---|
-//! | the control loop has not fed it for [`TIMEOUT`] | the watchdog, by itself |
+//! | the control loop has not fed it for [`INTERVALS`] | the watchdog, by itself |
 //! | booting takes longer than [`BOOT_TIMEOUT`] | the same |
 //! | a panic, a fault of the processor | at once |
 //! | an interrupt without a handler, an endless loop with interrupts off | the watchdog, as the control loop does not run |
+//!
+//! Four of its scratch registers keep what a reset by the watchdog is not to lose ([`Scratch`]): such a reset leaves them alone, and a power-on, a
+//! brown-out and the RUN pin clear them (RP2350 datasheet, section 12.9.5). The boot ROM looks at the upper four (section 5.2.4), so these
+//! are the lower ones. A debugger's reset clears the reason of the last one (section 12.9.7), so what it finds there is not believed.
 //!
 //! Assumptions and limits: the watchdog restarts the chip from its oscillators on, and with that resets the peripherals and the pads
 //! (RP2350 datasheet, sections 7.4.1, 7.5 and 9.7), which a reset of the processor alone may leave as they are. Nothing else
@@ -22,9 +26,11 @@ use embassy_rp::Peri;
 use embassy_rp::peripherals::WATCHDOG;
 use embassy_rp::watchdog;
 use embassy_time::Duration;
+use firmware::modboat::kept_zero::{RetainedMemory, WORDS};
 
-/// The chip is reset when not fed for this time: ten times the longest interval of a control loop. *Assumed.*
-pub const TIMEOUT: Duration = Duration::from_millis(100);
+/// The chip is reset when not fed for so many intervals of the loop that feeds it: what was put out last goes on for no longer. *Assumed*: a tick that
+/// waits for a datagram is half a millisecond late.
+pub const INTERVALS: u32 = 10;
 
 /// The same until the control loop runs. *Assumed*: the random numbers may take a second.
 pub const BOOT_TIMEOUT: Duration = Duration::from_secs(2);
@@ -41,9 +47,42 @@ impl Watchdog {
         Self(watchdog)
     }
 
-    /// Feeds it.
-    pub fn feed(&mut self) {
-        self.0.feed(TIMEOUT);
+    /// Feeds it, in a loop of this interval.
+    pub fn feed(&mut self, interval: Duration) {
+        self.0.feed(interval * INTERVALS);
+    }
+}
+
+/// The watchdog's lower scratch registers.
+pub struct Scratch(());
+
+impl Watchdog {
+    /// Its scratch registers, for the one who keeps something there.
+    #[must_use]
+    pub const fn scratch(&self) -> Scratch {
+        Scratch(())
+    }
+}
+
+impl Scratch {
+    fn registers() -> watchdog::Watchdog {
+        // SAFETY: nothing else touches the scratch registers and the reason of the last reset, and nothing else is touched here.
+        watchdog::Watchdog::new(unsafe { WATCHDOG::steal() })
+    }
+}
+
+impl RetainedMemory for Scratch {
+    fn recall(&mut self) -> Option<[u32; WORDS]> {
+        let mut registers = Self::registers();
+        registers.reset_reason()?;
+        Some([0, 1, 2, 3].map(|index| registers.get_scratch(index)))
+    }
+
+    fn keep(&mut self, words: [u32; WORDS]) {
+        let mut registers = Self::registers();
+        for (index, word) in words.into_iter().enumerate() {
+            registers.set_scratch(index, word);
+        }
     }
 }
 

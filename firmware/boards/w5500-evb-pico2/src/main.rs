@@ -3,7 +3,7 @@
 //! | GPIO | pin of the board | what | electrical |
 //! |---|---|---|---|
 //! | GP0 to GP7 | 1, 2, 4, 5, 6, 7, 9, 10 | outputs 0 to 7: speed controllers of the thrusters | pulses, as many a second as the configuration says |
-//! | GP22 | 29 | lamp | high: lit; a resistor and a LED to ground |
+//! | GP22 | 29 | status LED | high: lit; a resistor and a LED to ground |
 //! | GP25 | none | the board's own LED: shows the same | on the board |
 //! | GP26 | 31 | battery | 0 to 3.3 V, from a divider |
 //! | GP27 | 32 | battery current | 0 to 3.3 V, from its sensor |
@@ -34,8 +34,8 @@ use firmware::rov::thruster::bank::BankError;
 use protocol::Configuration;
 use protocol::configuration::Robot;
 use protocol::time::Duration;
-use rp2350::lamp::{Lamp, Light};
 use rp2350::link::Link;
+use rp2350::status_led::{Light, StatusLed};
 use rp2350::supply::PowerSensor;
 use rp2350::watchdog::Watchdog;
 use rp2350::{configuration, control, priority, random, timer};
@@ -60,8 +60,8 @@ struct Timers {
 async fn main(spawner: Spawner) {
     let p = embassy_rp::init(embassy_rp::config::Config::default());
     let watchdog = Watchdog::start(p.WATCHDOG);
-    let lamp = [Output::new(p.PIN_22, Level::Low), Output::new(p.PIN_25, Level::Low)];
-    let lamp = Lamp::new(lamp.map(Light::Pin));
+    let status_led = [Output::new(p.PIN_22, Level::Low), Output::new(p.PIN_25, Level::Low)];
+    let status_led = StatusLed::new(status_led.map(Light::Pin));
     let drawn = random::draw(p.TRNG);
     let timers = Timers {
         first: (p.PWM_SLICE0, p.PIN_0, p.PIN_1),
@@ -73,10 +73,10 @@ async fn main(spawner: Spawner) {
         let rov = rov(&configuration, drawn.boot, timers)?;
         Ok((configuration, rov))
     });
-    let Ok((configuration, rov)) = provisioned else { control::blink(lamp, watchdog).await };
+    let Ok((configuration, rov)) = provisioned else { control::blink(status_led, watchdog).await };
     let power = PowerSensor::new(p.ADC, p.PIN_26, p.PIN_27, configuration.supply, INTERVAL);
     // Its only instance, so the token is there.
-    priority::start().spawn(thrust(rov, power, lamp, watchdog).unwrap());
+    priority::start().spawn(thrust(rov, power, status_led, watchdog).unwrap());
     let parts = tether::Parts {
         data_in: p.PIN_16,
         select: p.PIN_17,
@@ -117,6 +117,11 @@ fn rov(
 }
 
 #[embassy_executor::task]
-async fn thrust(rov: Rov<PwmOutput<'static>>, power: PowerSensor, lamp: Lamp, watchdog: Watchdog) -> ! {
-    control::run(rov, power, lamp, watchdog, &LINK, INTERVAL).await
+async fn thrust(
+    rov: Rov<PwmOutput<'static>>,
+    power: PowerSensor,
+    status_led: StatusLed,
+    watchdog: Watchdog,
+) -> ! {
+    control::run(rov, power, status_led, watchdog, &LINK, INTERVAL).await
 }

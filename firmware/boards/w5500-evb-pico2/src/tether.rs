@@ -84,7 +84,7 @@ pub async fn run(spawner: Spawner, parts: Parts, configuration: &Configuration, 
     let address = hardware_address::of(configuration.fleet, configuration.module);
     let start = embassy_net_wiznet::new(address, STATE.take(), bus, interrupt, reset);
     let Ok(Ok((device, runner))) = with_timeout(STARTS_WITHIN, start).await else {
-        // Without a tether there was no session, so nothing is interrupted. Not at once, so that the lamp is seen.
+        // Without a tether there was no session, so nothing is interrupted. Not at once, so that the status LED is seen.
         Timer::after(STARTS_WITHIN).await;
         watchdog::reset()
     };

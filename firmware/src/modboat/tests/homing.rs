@@ -11,9 +11,9 @@ use crate::modboat::homing::TURNS;
 use crate::plant::RigIndexed;
 
 /// Where the magnet begins, counter-clockwise.
-const MAGNET_RAD: f64 = -0.7;
+pub(super) const MAGNET_RAD: f64 = -0.7;
 /// Two edges of the encoder.
-const NEAR_RAD: f64 = 2.0 * TAU / 4_800.0;
+pub(super) const NEAR_RAD: f64 = 2.0 * TAU / 4_800.0;
 
 const SPEED_RAD_S: f64 = 0.9;
 /// Of 18 rad/s.
@@ -21,7 +21,7 @@ const DRIVE: f64 = 0.05;
 const AFTER: u64 = 2_000 * MS;
 
 impl Bench<RigIndexed> {
-    fn indexed(angle_rad: f64, homing: Homing) -> Self {
+    pub(super) fn indexed(angle_rad: f64, homing: Homing) -> Self {
         Self::indexed_as(Some(identity(1)), angle_rad, homing)
     }
 
@@ -41,7 +41,7 @@ impl Bench<RigIndexed> {
     }
 
     /// One millisecond after another until it is not in state Boot any more.
-    fn run_while_booting(&mut self, end: u64, mut each: impl FnMut(&mut Self)) {
+    pub(super) fn run_while_booting(&mut self, end: u64, mut each: impl FnMut(&mut Self)) {
         while self.state() == ModuleState::Boot {
             assert!(self.now.0 < end, "still looking at {} rad", self.rig.angle_rad());
             each(self);
@@ -70,9 +70,14 @@ impl Bench<RigIndexed> {
 
     /// Whether the tail knows its own angle.
     fn assert_knows_its_angle(&self) {
+        self.assert_knows_its_angle_within(NEAR_RAD);
+    }
+
+    /// The same to so much.
+    pub(super) fn assert_knows_its_angle_within(&self, near_rad: f64) {
         let known_rad = f64::from(self.boat.tail().counter().pose().unwrap().0);
         let off_rad = (known_rad - self.rig.angle_rad() + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
-        assert!(off_rad.abs() <= NEAR_RAD, "{known_rad} for {}", self.rig.angle_rad());
+        assert!(off_rad.abs() <= near_rad, "{known_rad} for {}", self.rig.angle_rad());
     }
 }
 

@@ -6,8 +6,8 @@
 #![no_main]
 
 use board_qemu::clock::Tick;
-use board_qemu::lamp::Lamp;
 use board_qemu::pins::{self, Compare, Pin, Register};
+use board_qemu::status_led::StatusLed;
 use board_qemu::uart::Uart;
 use board_qemu::{clock, configuration, semihosting};
 use cortex_m_rt::entry;
@@ -65,13 +65,13 @@ type Firmware = Modboat<Register, NoSense, Compare, Pin, Pin>;
 fn main() -> ! {
     clock::start();
     // SAFETY: the only ones.
-    let (mut uart, mut lamp) = unsafe { (Uart::first(), Lamp::new()) };
+    let (mut uart, mut status_led) = unsafe { (Uart::first(), StatusLed::new()) };
     let (Some((firmware, interval)), Some(incoming)) = (boot(), buffer()) else {
         loop {
-            lamp.set(indicator::is_lit(clock::now(), ModuleState::Unprovisioned, Faults::default()));
+            status_led.set(indicator::is_lit(clock::now(), ModuleState::Unprovisioned, Faults::default()));
         }
     };
-    run(firmware, interval, &mut uart, &mut lamp, incoming)
+    run(firmware, interval, &mut uart, &mut status_led, incoming)
 }
 
 /// Out of line like [`boot`], so that they have their stacks one after the other.
@@ -80,7 +80,7 @@ fn run(
     firmware: &mut Firmware,
     interval: Duration,
     uart: &mut Uart,
-    lamp: &mut Lamp,
+    status_led: &mut StatusLed,
     incoming: &mut Incoming,
 ) -> ! {
     let tick = Tick::start(interval);
@@ -103,7 +103,7 @@ fn run(
         }
         let now = clock::now();
         let Status { state, faults, .. } = firmware.status(now);
-        lamp.set(indicator::is_lit(now, state, faults));
+        status_led.set(indicator::is_lit(now, state, faults));
     }
 }
 

@@ -11,10 +11,10 @@
 use core::fmt::Write;
 
 use board_qemu::control::{self, Control, Mail};
-use board_qemu::lamp::Lamp;
 use board_qemu::lan9118::{self, Lan9118};
 use board_qemu::network::{self, Memory, Network};
 use board_qemu::stack::Stack;
+use board_qemu::status_led::StatusLed;
 use board_qemu::uart::Uart;
 use board_qemu::{clock, configuration, motor, semihosting, steps};
 use cortex_m_rt::{entry, exception};
@@ -36,15 +36,15 @@ fn main() -> ! {
     clock::start();
     motor::connect();
     // SAFETY: the only ones.
-    let (mut uart, mut lamp) = unsafe { (Uart::first(), Lamp::new()) };
-    match run(boot, &mut uart, &mut lamp) {
+    let (mut uart, mut status_led) = unsafe { (Uart::first(), StatusLed::new()) };
+    match run(boot, &mut uart, &mut status_led) {
         Ok(never) => match never {},
         Err(why) => {
             let _ = writeln!(uart, "not provisioned: {why}");
             loop {
                 let lit = indicator::is_lit(clock::now(), ModuleState::Unprovisioned, Faults::default());
-                if lamp.set(lit) {
-                    let _ = writeln!(uart, "lamp {}", if lit { "on" } else { "off" });
+                if status_led.set(lit) {
+                    let _ = writeln!(uart, "status LED {}", if lit { "on" } else { "off" });
                 }
             }
         }
@@ -54,7 +54,7 @@ fn main() -> ! {
 fn run(
     boot: [u8; 12],
     uart: &mut Uart,
-    lamp: &mut Lamp,
+    status_led: &mut StatusLed,
 ) -> Result<core::convert::Infallible, provision::NotProvisioned> {
     let configuration = Configuration::read(configuration::block())?;
     let Robot::Modboat(constants) = &configuration.robot else {
@@ -125,7 +125,7 @@ fn run(
             );
         }
         let (state, faults) = control::state();
-        lamp.set(indicator::is_lit(now, state, faults));
+        status_led.set(indicator::is_lit(now, state, faults));
         // Asleep until a tick or a frame, unless something came meanwhile: an interrupt that waits wakes it as well.
         cortex_m::interrupt::free(|_| {
             if !from_control.ready() {

@@ -10,10 +10,10 @@ use firmware::indicator;
 use protocol::time::LocalInstant;
 use protocol::{Faults, ModuleState};
 
-/// Signal for a lamp that another task switches: true is lit.
+/// Signal for a status LED that another task switches: true is lit.
 pub type Switch = Signal<CriticalSectionRawMutex, bool>;
 
-/// One lamp.
+/// One status LED.
 pub enum Light {
     /// Lit while the pin is high.
     Pin(Output<'static>),
@@ -22,13 +22,13 @@ pub enum Light {
 }
 
 /// The status LEDs of a board.
-pub struct Lamp {
+pub struct StatusLed {
     lights: [Light; 2],
     lit: Option<bool>,
 }
 
-impl Lamp {
-    /// Of both lamps, which are as they are until the first state is shown.
+impl StatusLed {
+    /// Of both status LEDs, which are as they are until the first state is shown.
     #[must_use]
     pub const fn new(lights: [Light; 2]) -> Self {
         Self { lights, lit: None }

@@ -6,19 +6,19 @@ const LED0: usize = 0x00;
 
 /// The status LED of the emulated board.
 #[derive(Debug)]
-pub struct Lamp {
+pub struct StatusLed {
     registers: Registers,
     lit: bool,
 }
 
-impl Lamp {
+impl StatusLed {
     /// Off.
     ///
     /// # Safety
     /// Only one may be in use.
     #[must_use]
     pub unsafe fn new() -> Self {
-        // SAFETY: the FPGA's input and output block; the caller has no other lamp.
+        // SAFETY: the FPGA's input and output block; the caller has no other status LED.
         let registers = unsafe { Registers::at(0x4002_8000) };
         registers.write(LED0, 0);
         Self { registers, lit: false }
