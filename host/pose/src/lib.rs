@@ -13,6 +13,7 @@
 //! | [`address`] | sources in words, and opening them |
 //! | [`clock`] | the server's clock on the host's |
 //! | [`gate`], [`ledger`] | which frames are fixes; what became of every one |
+//! | [`feed`], [`figures`] | a source and its gate; rates, latencies and shares |
 //! | [`axes`] | from the laboratory's axes to the world's |
 //! | [`roster`], [`structure`] | which body is which module; where a structure of boats is |
 //! | [`velocity`] | velocities of a body from its fixes |
@@ -23,6 +24,8 @@ pub mod address;
 pub mod axes;
 pub mod bytes;
 pub mod clock;
+pub mod feed;
+pub mod figures;
 pub mod frame;
 pub mod gate;
 pub mod ledger;
