@@ -174,7 +174,11 @@ mod tests {
     fn every_eighth_frame_is_not_a_loss_and_a_gap_is() {
         let mut figures = Figures::default();
         for count in (0..100).filter(|count| *count != 50) {
-            figures.count(&arrival(u32::MAX - 400 + 8 * count, 0.01 * f64::from(count), count % 4 > 0));
+            figures.count(&arrival(
+                (u32::MAX - 400).wrapping_add(8 * count),
+                0.01 * f64::from(count),
+                count % 4 > 0,
+            ));
         }
         assert_eq!((figures.step(), figures.frames()), (8, 99));
         let missing = figures.missing_share().expect("numbers");

@@ -1,6 +1,7 @@
 //! Clients and servers of this crate against each other over real sockets, and codecs against hostile bytes.
 
 mod clock;
+mod feed;
 mod gate;
 mod hostile;
 mod natnet;
