@@ -1,7 +1,7 @@
 //! Poses from motion capture: what the program uses in a laboratory, and the servers that stand in for one.
 //!
 //! ```text
-//! natnet, qtm, vrpn ──▶ Source ──▶ clock ──▶ gate ──▶ axes ──▶ structure, robot
+//! natnet, qtm, vrpn ──▶ Source ──▶ clock ──▶ gate ──▶ axes ──▶ structure, vehicle
 //!                       frames     host time  ledger   world    poses
 //! ```
 //!
@@ -15,6 +15,7 @@
 //! | [`gate`], [`ledger`] | which frames are fixes; what became of every one |
 //! | [`feed`], [`figures`] | a source and its gate; rates, latencies and shares |
 //! | [`axes`] | from the laboratory's axes to the world's |
+//! | [`proposal`] | what the axes probably are, for the operator |
 //! | [`roster`], [`structure`] | which body is which module; where a structure of boats is |
 //! | [`velocity`] | velocities of a body from its fixes |
 //! | [`natnet`], [`qtm`], [`vrpn`] | NatNet of OptiTrack Motive; QTM RT of Qualisys; trackers of VRPN |
@@ -30,6 +31,7 @@ pub mod frame;
 pub mod gate;
 pub mod ledger;
 pub mod natnet;
+pub mod proposal;
 pub mod qtm;
 pub mod roster;
 pub mod server;
