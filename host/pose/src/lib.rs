@@ -17,7 +17,7 @@
 //! | [`axes`] | from the laboratory's axes to the world's |
 //! | [`proposal`] | what the axes probably are, for the operator |
 //! | [`roster`], [`structure`] | which body is which module; where a structure of boats is |
-//! | [`velocity`] | velocities of a body from its fixes |
+//! | [`velocity`], [`vehicles`] | velocities of a body from its fixes; underwater vehicles, each by its body |
 //! | [`natnet`], [`qtm`], [`vrpn`] | NatNet of OptiTrack Motive; QTM RT of Qualisys; trackers of VRPN |
 //! | [`bytes`], [`stream`] | wire bytes with bounds checked; TCP that never blocks |
 
@@ -39,5 +39,6 @@ pub mod source;
 pub mod stream;
 pub mod structure;
 pub mod time;
+pub mod vehicles;
 pub mod velocity;
 pub mod vrpn;

@@ -8,5 +8,6 @@ mod natnet;
 mod qtm;
 mod rig;
 mod structure;
+mod vehicles;
 mod velocity;
 mod vrpn;
