@@ -362,10 +362,10 @@ messages! {
         least_delay_s: Option<f64>,
         /// How far off that may be, s.
         least_delay_error_s: Option<f64>,
-        /// Mean time that frames took beyond the least, s.
-        late_mean_s: f64,
-        /// Greatest, s.
-        late_most_s: f64,
+        /// Time beyond the least that half of the frames did not exceed, s.
+        late_p50_s: f64,
+        /// And 99 of 100.
+        late_p99_s: f64,
         /// Why there were no poses.
         troubles: Vec<Trouble>,
     }

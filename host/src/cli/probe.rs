@@ -1,17 +1,18 @@
 //! `flotilla probe`: what a motion-capture system sends, and what is likely wrong with it.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use nalgebra::{Unit as Direction, UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 use pose::address::Address;
 use pose::axes::{Axes, Pose, Unit, Up, heading_rad};
-use pose::clock::Clock;
-use pose::frame::{Body, Frame, Label};
-use pose::source::{Link, Source, Status};
+use pose::feed::Feed;
+use pose::frame::Label;
+use pose::gate::{Gate, Limits};
+use pose::proposal::Proposal;
+use pose::source::Link;
 use pose::time::HostInstant;
 use serde::Serialize;
 
@@ -57,13 +58,14 @@ struct Findings {
     frames: u64,
     /// Hz.
     rate_hz: f64,
-    /// Share of frames that are missing between those that came.
-    lost_share: f64,
+    /// Share of frames that are missing between those that came; null where frames have no numbers.
+    lost_share: Option<f64>,
     /// Least time from exposure to arrival, s; null where the protocol does not show it.
     latency_s: Option<f64>,
-    /// What frames take beyond that: mean and greatest, s.
-    jitter_mean_s: f64,
-    jitter_most_s: f64,
+    /// What half of the frames take beyond that at most, s.
+    late_p50_s: f64,
+    /// And 99 of 100.
+    late_p99_s: f64,
     bodies: Vec<BodyFindings>,
     /// Modules of the roster whose body was not seen.
     unseen: Vec<String>,
@@ -76,64 +78,11 @@ struct BodyFindings {
     body: String,
     tracked_share: f64,
     /// As the server says, in its unit and axes.
-    position: [f64; 3],
+    position: Option<[f64; 3]>,
     /// In the world; null where the axis that points up is not known.
     world_m: Option<[f64; 3]>,
     heading_rad: Option<f64>,
     module: Option<u16>,
-}
-
-/// What was seen of one body.
-#[derive(Debug, Default)]
-struct Seen {
-    frames: u64,
-    tracked: u64,
-    last: Option<Body>,
-}
-
-/// What was heard.
-#[derive(Default)]
-struct Heard {
-    frames: u64,
-    first_s: f64,
-    last_s: f64,
-    numbers: Vec<u32>,
-    bodies: BTreeMap<Label, Seen>,
-    clock: Clock,
-    late_sum_s: f64,
-    late_most_s: f64,
-}
-
-impl Heard {
-    fn take(&mut self, frame: &Frame, arrived: HostInstant) {
-        if self.frames == 0 {
-            self.first_s = arrived.seconds();
-        }
-        (self.frames, self.last_s) = (self.frames + 1, arrived.seconds());
-        self.numbers.extend(frame.number);
-        if let Some(reading) = self.clock.read(frame.captured, arrived) {
-            self.late_sum_s += reading.late_s;
-            self.late_most_s = self.late_most_s.max(reading.late_s);
-        }
-        for body in &frame.bodies {
-            let seen = self.bodies.entry(body.label.clone()).or_default();
-            seen.frames += 1;
-            if body.tracked && body.position.iter().all(|number| number.is_finite()) {
-                seen.tracked += 1;
-                seen.last = Some(body.clone());
-            }
-        }
-    }
-
-    /// Share of numbers that are missing. A server that sends every eighth frame of its cameras has lost none.
-    fn lost_share(&self) -> f64 {
-        let steps = self.numbers.windows(2).map(|pair| pair[1].wrapping_sub(pair[0]));
-        let mut steps: Vec<u32> = steps.filter(|step| (1..10_000).contains(step)).collect();
-        steps.sort_unstable();
-        let Some(&usual) = steps.get(steps.len() / 2) else { return 0.0 };
-        let sent: f64 = steps.iter().map(|step| (f64::from(*step) / f64::from(usual)).round().max(1.0)).sum();
-        1.0 - steps.len() as f64 / sent
-    }
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
@@ -154,10 +103,12 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         None => None,
     };
     let options = pose::address::Options { interface: arguments.interface, ..Default::default() };
-    let mut source = arguments.source.open(options).map_err(bad)?;
+    let source = arguments.source.open(options).map_err(bad)?;
+    let any = Axes::new(Up::Z, standard_unit(&arguments.source));
+    let mut feed = Feed::new(source, Gate::new(axes.unwrap_or(any), Limits::default()));
     signal::watch();
-    let heard = listen(source.as_mut(), arguments.duration)?;
-    let findings = findings(arguments, source.as_ref(), &heard, axes.as_ref(), roster.as_ref())?;
+    let proposal = listen(&mut feed, arguments.duration)?;
+    let findings = findings(arguments, &feed, &proposal, axes.as_ref(), roster.as_ref())?;
     let mut out = std::io::stdout().lock();
     let told = match arguments.json {
         true => {
@@ -166,145 +117,139 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         false => print(&mut out, &findings),
     };
     written(told.and_then(|()| out.flush()))?;
-    match (heard.frames, findings.unseen.is_empty()) {
+    match (findings.frames, findings.unseen.is_empty()) {
         (0, _) => Err(Failure::Could(format!("{}: no frames in {} s", findings.source, arguments.duration))),
         (_, false) => Err(Failure::Could(format!("never seen: {}", findings.unseen.join(", ")))),
         _ => Ok(()),
     }
 }
 
-fn listen(source: &mut dyn Source, duration_s: f64) -> Result<Heard, Failure> {
-    let (began, mut heard) = (Instant::now(), Heard::default());
+/// Listens; the places of bodies, for what the axes probably are.
+fn listen(feed: &mut Feed, duration_s: f64) -> Result<Proposal, Failure> {
+    let (began, mut proposal) = (Instant::now(), Proposal::default());
     while began.elapsed().as_secs_f64() < duration_s && !signal::STOP.load(Ordering::Relaxed) {
-        let now = HostInstant(began.elapsed());
-        while let Some(arrival) = source.poll(now).map_err(could)? {
-            heard.take(&arrival.frame, arrival.arrived);
-        }
-        if let Some(exchange) = source.exchange() {
-            heard.clock.exchanged(&exchange);
+        while feed.poll(HostInstant(began.elapsed())).map_err(could)?.is_some() {
+            feed.figures()
+                .bodies()
+                .values()
+                .filter_map(|body| body.position.as_ref())
+                .for_each(|p| proposal.count(p));
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    Ok(heard)
+    Ok(proposal)
 }
 
 fn findings(
     arguments: &Arguments,
-    source: &dyn Source,
-    heard: &Heard,
+    feed: &Feed,
+    proposal: &Proposal,
     axes: Option<&Axes>,
     roster: Option<&Roster>,
 ) -> Result<Findings, Failure> {
     let by_number = matches!(arguments.source, Address::NatNet(_));
     let entries = roster.map(|roster| roster.bodies(by_number)).transpose().map_err(bad)?;
-    let bodies = heard.bodies.iter().map(|(label, seen)| {
-        let said = seen.last.as_ref().map(|body| Pose {
-            position: body.position,
-            attitude: UnitQuaternion::from_quaternion(body.attitude),
+    let (figures, status) = (feed.figures(), feed.status());
+    // Names come after the first frames: a number alone is the body that is named later.
+    let is_named = |number: Option<i32>| {
+        figures.bodies().keys().any(|label| label.name.is_some() && label.number == number)
+    };
+    let seen = figures.bodies().iter().filter(|(label, _)| label.name.is_some() || !is_named(label.number));
+    let bodies = seen.clone().map(|(label, seen)| {
+        let said = seen.position.zip(seen.attitude).map(|(position, attitude)| Pose {
+            position,
+            attitude: UnitQuaternion::from_quaternion(attitude),
         });
         let world = said.and_then(|said| Some(axes?.to_world(&said)));
         BodyFindings {
             body: label.to_string(),
             tracked_share: seen.tracked as f64 / seen.frames.max(1) as f64,
-            position: said.map_or([f64::NAN; 3], |said| said.position.into()),
+            position: said.map(|said| said.position.into()),
             world_m: world.map(|world| world.position.into()),
             heading_rad: world.map(|world| heading_rad(&world.attitude)),
             module: entries.as_ref().and_then(|entries| Some(entries.of(label)?.module)),
         }
     });
-    let labels: Vec<Label> = heard.bodies.keys().cloned().collect();
+    let labels: Vec<Label> = seen.clone().map(|(label, _)| label.clone()).collect();
     let unseen = entries.iter().flat_map(|entries| entries.missing(&labels));
     let unseen = unseen.map(|entry| format!("module {} (body {})", entry.module, entry.body)).collect();
-    let status = source.status();
     let server = status.server.as_ref();
-    let span_s = heard.last_s - heard.first_s;
     Ok(Findings {
         source: arguments.source.to_string(),
         server: server.map(|server| server.application.clone()),
         protocol: server.map(|server| server.protocol.clone()),
         transport: server.map(|server| server.transport.clone()),
-        frames: heard.frames,
-        rate_hz: if span_s > 0.0 { heard.frames.saturating_sub(1) as f64 / span_s } else { 0.0 },
-        lost_share: heard.lost_share(),
-        latency_s: heard.clock.least_delay_s().map(|(delay_s, _)| delay_s),
-        jitter_mean_s: heard.late_sum_s / heard.frames.max(1) as f64,
-        jitter_most_s: heard.late_most_s,
+        frames: figures.frames(),
+        rate_hz: figures.rate_hz(),
+        lost_share: figures.missing_share(),
+        latency_s: feed.gate().clock().least_delay_s().map(|(delay_s, _)| delay_s),
+        late_p50_s: figures.late_s(0.5),
+        late_p99_s: figures.late_s(0.99),
         bodies: bodies.collect(),
         unseen,
-        advice: advice(status, heard, axes),
+        advice: advice(feed, proposal, axes),
     })
 }
 
 /// What is likely wrong.
-fn advice(status: &Status, heard: &Heard, axes: Option<&Axes>) -> Vec<String> {
+fn advice(feed: &Feed, proposal: &Proposal, axes: Option<&Axes>) -> Vec<String> {
+    let (figures, status) = (feed.figures(), feed.status());
     let mut advice = Vec::new();
     if let Some(trouble) = &status.trouble {
         advice.push(format!("the connection: {trouble}"));
     }
-    if heard.frames == 0 {
-        advice.push(match status.link {
-            Link::Connecting => "the server does not answer: is it on, is its streaming on, is it in this network, does a firewall \
-                                 keep its port shut?"
-                .to_owned(),
-            Link::Connected | Link::Streaming => "connected, and no frames come: is it capturing? With multicast: is --interface this \
-                                                  machine's address in the server's network?"
-                .to_owned(),
-        });
+    let positions = || figures.bodies().values().filter_map(|body| body.position);
+    let one = if figures.frames() == 0 {
+        Some(match status.link {
+            Link::Connecting => {
+                "the server does not answer: is it on, is its streaming on, is it in this network, does a firewall keep its \
+                 port shut?"
+            }
+            Link::Connected | Link::Streaming => {
+                "connected, and no frames come: is it capturing? With multicast: is --interface this machine's address in the \
+                 server's network?"
+            }
+        })
+    } else if figures.bodies().is_empty() {
+        Some("frames come without bodies: switch on the streaming of rigid bodies (6DOF) at the server")
+    } else if positions().next().is_none() {
+        Some("no body is tracked: are all markers in view, are the bodies defined and enabled?")
+    } else {
+        None
+    };
+    if let Some(one) = one {
+        advice.push(one.to_owned());
         return advice;
     }
-    let seen: Vec<&Body> = heard.bodies.values().filter_map(|seen| seen.last.as_ref()).collect();
-    if heard.bodies.is_empty() {
-        advice.push(
-            "frames come without bodies: switch on the streaming of rigid bodies (6DOF) at the server"
-                .to_owned(),
-        );
-        return advice;
-    }
-    if seen.is_empty() {
-        advice.push(
-            "no body is tracked: are all markers in view, are the bodies defined and enabled?".to_owned(),
-        );
-        return advice;
-    }
-    let farthest = seen.iter().map(|body| body.position.norm()).fold(0.0, f64::max);
-    match axes.map(|axes| axes.unit) {
-        Some(Unit::Metre) | None if farthest > 100.0 => {
+    let farthest = positions().map(|position| position.norm()).fold(0.0, f64::max);
+    match (axes.map(|axes| axes.unit), proposal.unit()) {
+        (None | Some(Unit::Metre), Some(Unit::Millimetre)) => {
             advice.push(format!(
                 "a body is {farthest:.0} from the origin: these look like millimetres (--unit mm)"
             ));
         }
-        Some(Unit::Millimetre) if farthest < 20.0 => {
+        (Some(Unit::Millimetre), Some(Unit::Metre)) => {
             advice.push(format!(
                 "no body is further than {farthest:.2} from the origin: these look like metres (--unit m)"
             ));
         }
         _ => {}
     }
-    // What floats is level: the axis that is up keeps its direction whatever the heading.
-    let tilt = |axis: Direction<Vector3<f64>>| {
-        let tilts = seen.iter().map(|body| {
-            let turned = UnitQuaternion::from_quaternion(body.attitude) * axis;
-            turned.angle(&axis)
-        });
-        tilts.fold(0.0, f64::max)
-    };
-    let (y, z) = (tilt(Vector3::y_axis()), tilt(Vector3::z_axis()));
-    match axes.map(|axes| axes.up) {
-        None if y < 0.2 && z > 0.4 => advice.push("bodies turn about y: it points up (--up y)".to_owned()),
-        None if z < 0.2 && y > 0.4 => advice.push("bodies turn about z: it points up (--up z)".to_owned()),
-        None => advice.push("say which axis points up: --up z or --up y".to_owned()),
-        Some(Up::Z) if z > 0.4 && y < 0.2 => {
-            advice.push("bodies are turned about y, and level if that points up: --up y?".to_owned());
+    let word = |up| if up == Up::Z { "z" } else { "y" };
+    match (axes.map(|axes| axes.up), proposal.up()) {
+        (None, Some(up)) => {
+            advice.push(format!("heights differ least along {0}: it points up (--up {0})", word(up)))
         }
-        Some(Up::Y) if y > 0.4 && z < 0.2 => {
-            advice.push("bodies are turned about z, and level if that points up: --up z?".to_owned());
+        (None, None) => advice.push("say which axis points up: --up z or --up y".to_owned()),
+        (Some(said), Some(up)) if said != up => {
+            advice.push(format!("heights differ least along {0}: does it point up (--up {0})?", word(up)));
         }
         _ => {}
     }
-    if heard.lost_share() > 0.05 {
+    if let Some(share) = figures.missing_share().filter(|share| *share > 0.05) {
         advice.push(format!(
             "{:.0} % of frames are lost: a wireless network, or one that is too busy?",
-            100.0 * heard.lost_share()
+            100.0 * share
         ));
     }
     advice
@@ -316,18 +261,22 @@ fn print(out: &mut impl Write, findings: &Findings) -> std::io::Result<()> {
     writeln!(out, "{source}: {}", if said.is_empty() { "no server" } else { &said })?;
     let latency =
         findings.latency_s.map_or("not shown by this protocol".to_owned(), |s| format!("{:.1} ms", 1e3 * s));
+    let lost = findings
+        .lost_share
+        .map_or("share lost not known".to_owned(), |share| format!("{:.1} % lost", 100.0 * share));
     writeln!(
         out,
-        "  frames     {}, {:.1} Hz, {:.1} % lost; latency {latency}, jitter {:.1} ms on average, {:.1} ms at most",
+        "  frames     {}, {:.1} Hz, {lost}; latency {latency}; half at most {:.0} ms later, 99 % at most {:.0} ms",
         findings.frames,
         findings.rate_hz,
-        100.0 * findings.lost_share,
-        1e3 * findings.jitter_mean_s,
-        1e3 * findings.jitter_most_s
+        1e3 * findings.late_p50_s,
+        1e3 * findings.late_p99_s
     )?;
     for body in &findings.bodies {
-        let [x, y, z] = body.position;
-        write!(out, "  body       {}: {x:.3} {y:.3} {z:.3}", body.body)?;
+        write!(out, "  body       {}", body.body)?;
+        if let Some([x, y, z]) = body.position {
+            write!(out, ": {x:.3} {y:.3} {z:.3}")?;
+        }
         if let (Some([x, y, z]), Some(heading_rad)) = (body.world_m, body.heading_rad) {
             write!(out, " → world {x:.3} {y:.3} {z:.3} m, heading {heading_rad:.3} rad")?;
         }

@@ -135,9 +135,9 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
             poses.least_delay_s.map_or("not shown".to_owned(), |s| format!("{:.1} ms at least", 1e3 * s));
         writeln!(
             out,
-            "             latency {least}, {:.1} ms more on average, {:.1} ms at most",
-            1e3 * poses.late_mean_s,
-            1e3 * poses.late_most_s
+            "             latency {least}; half of the frames at most {:.0} ms later, 99 % at most {:.0} ms",
+            1e3 * poses.late_p50_s,
+            1e3 * poses.late_p99_s
         )?;
         for trouble in &poses.troubles {
             writeln!(out, "             held for {:.1} s: {}", trouble.time_s, trouble.reason)?;

@@ -223,7 +223,8 @@ where
                 let begun = self.host.controller.origin().is_some_and(|origin| origin < now);
                 world.step(now, begun, &self.actuation);
             }
-            self.look(now)?;
+            // A tick that comes late would tell too early a time of arrival.
+            self.look(clock())?;
         }
         let step = self.act(now)?;
         self.transmit(clock)?;

@@ -9,20 +9,21 @@
 
 use modboat::observer::Fix;
 use pose::axes::{Axes, Unit};
+use pose::feed::{Event, Feed};
 use pose::gate::{self, Gate};
 use pose::ledger::{FrameFault, Ledger};
 use pose::source::{Link, Source};
 use pose::structure::{Found, Outcome, PlanarPose, Structure};
 use pose::time::HostInstant;
-use protocol::time::FleetInstant;
+use protocol::time::{Duration, FleetInstant};
 
 use super::RunError;
 use super::closed_loop::PoseSource;
 
 /// Frames that are not used in a row after which it is said why. *Assumed*: a tenth of a second at 100 Hz.
 const SAID_AFTER: u32 = 10;
-/// Without a frame for this time the connection is looked at, s. *Assumed.*
-const SILENT_S: f64 = 0.5;
+/// Without a frame for this time the connection is looked at. *Assumed.*
+const SILENT: Duration = Duration(500_000);
 /// The last pose says where the structure should be for this time, s.
 const EXPECTED_S: f64 = 5.0;
 
@@ -38,23 +39,14 @@ pub fn standard_unit(address: &pose::address::Address) -> Unit {
 /// See the module's documentation.
 pub struct LabPoses {
     name: String,
-    source: Box<dyn Source>,
-    gate: Gate,
+    feed: Feed,
     structure: Structure,
     fix: Fix,
     last: Option<(f64, PlanarPose)>,
-    arrived_s: Option<f64>,
+    /// When the last frame came.
+    came: Option<FleetInstant>,
     unused: u32,
     trouble: Option<String>,
-    late: Latency,
-}
-
-/// How long frames were under way beyond the least time, s.
-#[derive(Clone, Copy, Debug, Default)]
-struct Latency {
-    count: f64,
-    sum_s: f64,
-    most_s: f64,
 }
 
 /// What came of a motion capture, so far.
@@ -70,30 +62,18 @@ pub struct PoseAccount {
     pub clock_jumps: u64,
     /// Least time from exposure to arrival, and how far off that may be, s; `None` where the protocol does not show it.
     pub least_delay_s: Option<(f64, f64)>,
-    /// Mean time that frames took beyond the least, s.
-    pub late_mean_s: f64,
-    /// Greatest, s.
-    pub late_most_s: f64,
+    /// Time beyond the least that half of the frames did not exceed, s.
+    pub late_p50_s: f64,
+    /// And 99 of 100.
+    pub late_p99_s: f64,
 }
 
 impl LabPoses {
     /// Of `structure` by the frames of `source`, in a laboratory with these axes.
     #[must_use]
     pub fn new(name: String, source: Box<dyn Source>, axes: Axes, structure: Structure) -> Self {
-        let gate = Gate::new(axes, gate::Limits::default());
-        let (fix, late) = (Fix::default(), Latency::default());
-        Self {
-            name,
-            source,
-            gate,
-            structure,
-            fix,
-            last: None,
-            arrived_s: None,
-            unused: 0,
-            trouble: None,
-            late,
-        }
+        let feed = Feed::new(source, Gate::new(axes, gate::Limits::default()));
+        Self { name, feed, structure, fix: Fix::default(), last: None, came: None, unused: 0, trouble: None }
     }
 
     /// The pose that a frame shows, or why it shows none.
@@ -110,18 +90,12 @@ impl LabPoses {
         }
     }
 
-    fn take(&mut self, arrival: &pose::frame::Arrival) -> bool {
-        self.arrived_s = Some(arrival.arrived.seconds());
-        let located = match self.gate.take(arrival) {
-            Ok(seen) => {
-                self.late.count += 1.0;
-                self.late.sum_s += seen.late_s;
-                self.late.most_s = self.late.most_s.max(seen.late_s);
-                self.locate(&seen).map(|pose| (seen.captured_s, pose))
-            }
+    fn take(&mut self, event: Event) -> bool {
+        let located = match event {
+            Event::Fix(seen) => self.locate(&seen).map(|pose| (seen.captured_s, pose)),
             // The same frame again is no trouble.
-            Err(FrameFault::Doubled | FrameFault::OutOfOrder) => return false,
-            Err(fault) => Err(worded(fault).to_owned()),
+            Event::Dropped(FrameFault::Doubled | FrameFault::OutOfOrder) => return false,
+            Event::Dropped(fault) => Err(worded(fault).to_owned()),
         };
         match located {
             Ok((captured_s, pose)) => {
@@ -170,14 +144,12 @@ impl<W> PoseSource<W> for LabPoses {
     fn poll<'a>(&'a mut self, now: FleetInstant, _: Option<&'a W>) -> Result<Option<&'a Fix>, RunError> {
         let at = HostInstant(std::time::Duration::from_micros(now.0));
         let mut is_new = false;
-        while let Some(arrival) = self.source.poll(at).map_err(|error| RunError::Pose(error.to_string()))? {
-            is_new |= self.take(&arrival);
+        while let Some(event) = self.feed.poll(at).map_err(|error| RunError::Pose(error.to_string()))? {
+            self.came = Some(now);
+            is_new |= self.take(event);
         }
-        if let Some(exchange) = self.source.exchange() {
-            self.gate.clock_mut().exchanged(&exchange);
-        }
-        if self.arrived_s.is_none_or(|arrived_s| at.seconds() - arrived_s > SILENT_S) {
-            let status = self.source.status();
+        if self.came.is_none_or(|came| now.since(came) > SILENT) {
+            let status = self.feed.status();
             let stands = match status.link {
                 Link::Connecting => "there is no answer from it",
                 Link::Connected | Link::Streaming => "it is connected, and no frames come",
@@ -193,15 +165,15 @@ impl<W> PoseSource<W> for LabPoses {
     }
 
     fn account(&self) -> Option<PoseAccount> {
-        let (clock, late) = (self.gate.clock(), self.late);
+        let (feed, clock) = (&self.feed, self.feed.gate().clock());
         Some(PoseAccount {
             source: self.name.clone(),
-            ledger: *self.gate.ledger(),
-            connects: self.source.status().connects,
+            ledger: *feed.ledger(),
+            connects: feed.status().connects,
             clock_jumps: clock.jumps(),
             least_delay_s: clock.least_delay_s(),
-            late_mean_s: late.sum_s / late.count.max(1.0),
-            late_most_s: late.most_s,
+            late_p50_s: feed.figures().late_s(0.5),
+            late_p99_s: feed.figures().late_s(0.99),
         })
     }
 }

@@ -128,10 +128,10 @@ pub struct PoseFigures {
     pub least_delay_s: Option<f64>,
     /// How far off that may be, s.
     pub least_delay_error_s: Option<f64>,
-    /// Mean time that frames took beyond the least, s.
-    pub late_mean_s: f64,
-    /// Greatest, s.
-    pub late_most_s: f64,
+    /// Time beyond the least that half of the frames did not exceed, s.
+    pub late_p50_s: f64,
+    /// And 99 of 100.
+    pub late_p99_s: f64,
     /// Why the fleet held for want of poses, and for how long.
     pub troubles: Vec<TroubleFigures>,
 }
@@ -194,8 +194,8 @@ impl From<flotilla::Poses> for PoseFigures {
             clock_jumps: poses.clock_jumps,
             least_delay_s: poses.least_delay_s,
             least_delay_error_s: poses.least_delay_error_s,
-            late_mean_s: poses.late_mean_s,
-            late_most_s: poses.late_most_s,
+            late_p50_s: poses.late_p50_s,
+            late_p99_s: poses.late_p99_s,
             troubles: troubles
                 .map(|trouble| TroubleFigures { reason: trouble.text, time_s: trouble.time_s })
                 .collect(),
