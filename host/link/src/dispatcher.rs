@@ -20,7 +20,7 @@ use protocol::{
 
 use self::orders::Orders;
 use super::delivery::{COMMIT_LEAD, CycleDelivery, DeliveryState, PhaseOutcome};
-pub use super::member::ModuleLink;
+pub use super::member::{IMPLAUSIBLE_FOR, ModuleLink};
 use super::member::{Heard, Joined};
 use super::strangers::Strangers;
 pub use super::strangers::{Silence, Strangeness, Stranger};
@@ -165,6 +165,7 @@ impl<A: Copy> Dispatcher<A> {
             () if link.is_elsewhere() => Silence::ServesAnotherHost,
             () if !link.is_known() => self.strangers.hint(now, module).unwrap_or_else(never),
             () if self.is_wrong(link) => Silence::WrongKind,
+            () if link.is_implausible(now) => Silence::Implausible,
             () if link.state() == Some(ModuleState::Stopped) => Silence::Stopped,
             () => Silence::Known,
         })

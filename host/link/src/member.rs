@@ -27,6 +27,9 @@ use super::rival::Rival;
 
 mod sessions;
 
+/// A module whose reports are none for so long is named for it. *Assumed*: fifty of its reports, and more than the damage of one.
+pub const IMPLAUSIBLE_FOR: Duration = Duration(1_000_000);
+
 /// A report of before a start may carry a time that much after it: the module's clock is that good.
 const CLOCK_GUARD: Duration = Duration(10_000);
 
@@ -93,6 +96,8 @@ pub struct ModuleLink<A> {
     tail_unknown: Option<TailUnknown>,
     /// When the last report came, fleet time.
     reported: FleetInstant,
+    /// Since when it has reported nothing but numbers that no module can have.
+    implausible_since: Option<FleetInstant>,
     health: Option<Health>,
     pub(super) ledger: Ledger,
     pub(super) answers: Durations,
@@ -123,6 +128,7 @@ impl<A: Copy> ModuleLink<A> {
             rov_telemetry: None,
             tail_unknown: None,
             reported: FleetInstant(0),
+            implausible_since: None,
             health: None,
             ledger: Ledger::default(),
             answers: Durations::default(),
@@ -155,6 +161,11 @@ impl<A: Copy> ModuleLink<A> {
     pub fn doubled(&self) -> Option<[A; 2]> {
         let rival = self.rival.as_ref().filter(|rival| rival.is_proven())?;
         Some([self.live.as_ref()?.address, rival.live.address])
+    }
+
+    /// Whether for [`IMPLAUSIBLE_FOR`] it has reported nothing but numbers that no module can have: what it does is not known.
+    pub fn is_implausible(&self, now: FleetInstant) -> bool {
+        self.implausible_since.is_some_and(|since| now.since(since) >= IMPLAUSIBLE_FOR)
     }
 
     /// Where it was heard last in a session.
@@ -311,6 +322,7 @@ impl<A: Copy> ModuleLink<A> {
         }
         live.newest_report = Some(sequence);
         self.reported = now;
+        self.implausible_since = None;
         self.tail_unknown = None;
         (self.telemetry, self.rov_telemetry, live.kind) = match report {
             Message::Telemetry(telemetry) => (Some(telemetry), None, Some(ModuleKind::Modboat)),

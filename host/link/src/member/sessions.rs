@@ -49,9 +49,13 @@ impl<A: Copy> ModuleLink<A> {
     /// Takes out a message with a number that no module can have.
     fn checked(&mut self, now: FleetInstant, heard: Heard) -> Heard {
         let Heard::Said { opened: Some(opened), joined } = heard else { return heard };
+        let is_health = matches!(opened.message, Message::Health(_));
         let message = plausible(now, self.latest, opened.message);
         if message.is_none() {
             self.came_late();
+            if !is_health {
+                self.implausible_since.get_or_insert(now);
+            }
         }
         Heard::Said { opened: message.map(|message| Opened { message, ..opened }), joined }
     }
@@ -101,6 +105,7 @@ impl<A: Copy> ModuleLink<A> {
         self.elsewhere = false;
         // Nothing sent before its reboot counts any more.
         (self.telemetry, self.rov_telemetry, self.tail_unknown, self.health) = (None, None, None, None);
+        self.implausible_since = None;
         joined
     }
 
@@ -125,8 +130,12 @@ impl<A: Copy> ModuleLink<A> {
         self.closed = self.closed.plus(&live.session.outgoing().closed());
     }
 
-    /// Lets one of two go that is silent.
+    /// Forgets what one said that reports no numbers any more; lets one of two go that is silent.
     pub(in super::super) fn handle_timer(&mut self, now: FleetInstant) {
+        if self.is_implausible(now) {
+            // It may have moved since.
+            (self.telemetry, self.rov_telemetry, self.tail_unknown) = (None, None, None);
+        }
         let Some(rival) = &self.rival else { return };
         let rival_alone = rival.is_proven() && now.since(self.heard) >= ALIVE_FOR;
         if rival.is_silent(now) {
