@@ -12,16 +12,17 @@ mod orders;
 use std::collections::{HashMap, VecDeque};
 
 use protocol::ledger::{Class, Incoming};
-use protocol::time::FleetInstant;
+use protocol::time::{Duration, FleetInstant};
 use protocol::{
     Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, ModuleKind, ModuleState,
     Motion, Nonce, Refusal, TimeReply, Verdict,
 };
 
 use self::orders::Orders;
-use super::delivery::{COMMIT_LEAD, CycleDelivery, DeliveryState, PhaseOutcome};
-pub use super::member::{IMPLAUSIBLE_FOR, ModuleLink};
+use super::delivery::{CycleDelivery, DeliveryState, PhaseOutcome};
+use super::lead::{Lead, RoundTrip};
 use super::member::{Heard, Joined};
+pub use super::member::{IMPLAUSIBLE_FOR, ModuleLink};
 use super::strangers::Strangers;
 pub use super::strangers::{Silence, Strangeness, Stranger};
 
@@ -100,6 +101,7 @@ pub struct Dispatcher<A> {
     orders: Vec<Orders>,
     strays: Incoming,
     strangers: Strangers<A>,
+    round_trip: RoundTrip,
     /// What the modules should be.
     kind: Option<ModuleKind>,
 }
@@ -122,6 +124,7 @@ impl<A: Copy> Dispatcher<A> {
             orders,
             strays: Incoming::default(),
             strangers: Strangers::new(),
+            round_trip: RoundTrip::default(),
             kind: None,
         }
     }
@@ -230,6 +233,12 @@ impl<A: Copy> Dispatcher<A> {
                     self.doubt(index);
                 }
                 let Some(opened) = opened else { return first.map(Some).ok_or(Class::Corrupt) };
+                // An answer is sent at once.
+                if let Message::Acknowledge(_) = opened.message
+                    && let Some(sent) = self.modules[index].saw(opened.seen)
+                {
+                    self.round_trip.add(now.since(sent));
+                }
                 let event = self.follow(now, index, opened.sequence, opened.message);
                 Ok(first.or(event))
             }
@@ -334,7 +343,9 @@ impl<A: Copy> Dispatcher<A> {
     pub fn handle_timer(&mut self, now: FleetInstant) {
         for index in 0..self.modules.len() {
             let link = &mut self.modules[index];
-            link.handle_timer(now);
+            if link.handle_timer(now) {
+                self.outbox.push_back(QueuedDatagram::Message(index, Message::Called));
+            }
             let in_session = link.is_reachable();
             let Some(delivery) = link.delivery.as_mut().filter(|delivery| delivery.is_open()) else {
                 continue;
@@ -372,11 +383,10 @@ impl<A: Copy> Dispatcher<A> {
         let prepared = |link: &ModuleLink<A>| {
             link.delivery.as_ref().filter(|delivery| delivery.needs_all() && delivery.is_open()).cloned()
         };
-        let Some(CycleDelivery { number, start, .. }) = self.modules.iter().find_map(prepared) else {
-            return;
-        };
+        let Some(delivery) = self.modules.iter().find_map(prepared) else { return };
+        let (number, in_time) = (delivery.number, delivery.is_in_time(now));
         let states = self.deliveries(number).map(|(_, delivery)| delivery.state);
-        let outcome = DeliveryState::decide(states, now.after(COMMIT_LEAD) <= start);
+        let outcome = DeliveryState::decide(states, in_time);
         let all: Vec<usize> = self.deliveries(number).map(|(index, _)| index).collect();
         match outcome {
             PhaseOutcome::Wait => {}
@@ -404,6 +414,12 @@ impl<A: Copy> Dispatcher<A> {
             && !states().any(|state| matches!(state, DeliveryState::Committing | DeliveryState::Taken))
     }
 
+    /// How long before its start a cycle for all modules or none is to be dispatched, with the losses and round trips that are measured.
+    pub fn lead(&self) -> Lead {
+        let reachable = self.modules.iter().filter(|link| link.is_reachable());
+        Lead::new(reachable.map(ModuleLink::losses), &self.round_trip)
+    }
+
     /// Sends every module its part of cycle `number`, in the order of the roster, and keeps at it; a module without a motion gets
     /// none. One that was dispatched before and is still open is given up.
     pub fn dispatch(
@@ -415,6 +431,7 @@ impl<A: Copy> Dispatcher<A> {
         delivery: Delivery,
     ) {
         debug_assert_eq!(motions.len(), self.modules.len(), "one motion for each module");
+        let commit_lead = if delivery == Delivery::Prepare { self.lead().commit } else { Duration(0) };
         for (index, motion) in motions.iter().enumerate() {
             self.give_up(index);
             let Some(motion) = motion.clone() else { continue };
@@ -422,7 +439,7 @@ impl<A: Copy> Dispatcher<A> {
             let cycle = Cycle { number, start, motion, delivery };
             let link = &mut self.modules[index];
             link.ledger.cycles += 1;
-            link.dispatched(CycleDelivery::new(now, cycle.clone(), link.is_reachable()));
+            link.dispatched(CycleDelivery::new(now, cycle.clone(), link.is_reachable(), commit_lead));
             if link.is_reachable() {
                 self.outbox.push_back(QueuedDatagram::Message(index, Message::Cycle(cycle)));
             }
@@ -442,13 +459,13 @@ impl<A: Copy> Dispatcher<A> {
                     self.modules[index].seal_stop(boot, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
                 QueuedDatagram::Rival(index, message) => {
-                    self.modules[index].seal_rival(&message, buffer).map(|(to, bytes)| (to, bytes.len()))
+                    self.modules[index].seal_rival(now, &message, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
                 QueuedDatagram::Message(index, mut message) => {
                     if let Message::TimeReply(reply) = &mut message {
                         reply.sent = now;
                     }
-                    self.modules[index].seal(&message, buffer).map(|(to, bytes)| (to, bytes.len()))
+                    self.modules[index].seal(now, &message, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
             };
             if let Some((to, length)) = sealed {

@@ -20,6 +20,7 @@ use protocol::{
 };
 
 use super::delivery::{CycleDelivery, Knowledge};
+use super::lead::Losses;
 use super::ledger::{Durations, Ledger};
 use super::live::Live;
 use super::offers::Offers;
@@ -86,6 +87,10 @@ pub struct ModuleLink<A> {
     sessions: u32,
     elsewhere: bool,
     heard: FleetInstant,
+    /// When the newest datagram was sent that it has said it had seen, or it joined: it was there then, whatever is played of it since.
+    alive: FleetInstant,
+    /// When it is asked next whether it is there, while there are two.
+    next_ask: FleetInstant,
     pub(super) delivery: Option<CycleDelivery>,
     /// Greatest number of a cycle that was dispatched to it.
     latest: u32,
@@ -102,6 +107,7 @@ pub struct ModuleLink<A> {
     pub(super) ledger: Ledger,
     pub(super) answers: Durations,
     incoming: Incoming,
+    pub(super) losses: Losses,
     /// Of sessions that are over.
     closed: Outgoing,
 }
@@ -121,6 +127,8 @@ impl<A: Copy> ModuleLink<A> {
             sessions: 0,
             elsewhere: false,
             heard: FleetInstant(0),
+            alive: FleetInstant(0),
+            next_ask: FleetInstant(0),
             delivery: None,
             latest: 0,
             useful_until: FleetInstant(0),
@@ -133,6 +141,7 @@ impl<A: Copy> ModuleLink<A> {
             ledger: Ledger::default(),
             answers: Durations::default(),
             incoming: Incoming::default(),
+            losses: Losses::default(),
             closed: Outgoing::default(),
         }
     }
@@ -341,19 +350,37 @@ impl<A: Copy> ModuleLink<A> {
         self.health = Some(health);
     }
 
-    /// Writes a message of the session in force; nothing without one.
-    pub(super) fn seal<'a>(&mut self, message: &Message, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+    /// Shares of datagrams lost on the way to it, and from it.
+    pub(super) fn losses(&self) -> [f64; 2] {
+        self.losses.shares()
+    }
+
+    /// When the newest datagram was sent that it had seen when it had seen so many.
+    pub(super) fn saw(&self, seen: u32) -> Option<FleetInstant> {
+        self.live.as_ref()?.saw(seen)
+    }
+
+    /// Writes a message of the session in force, to be sent at `now`; nothing without one.
+    pub(super) fn seal<'a>(
+        &mut self,
+        now: FleetInstant,
+        message: &Message,
+        buffer: &'a mut [u8],
+    ) -> Option<(A, &'a [u8])> {
         let live = self.live.as_mut()?;
+        live.sent.sent(now, live.session.sent());
         Some((live.address, live.session.seal(message, buffer).ok()?))
     }
 
-    /// Writes a message of the session that the one in force took the place of; nothing without one.
+    /// Writes a message of the session that the one in force took the place of, to be sent at `now`; nothing without one.
     pub(super) fn seal_rival<'a>(
         &mut self,
+        now: FleetInstant,
         message: &Message,
         buffer: &'a mut [u8],
     ) -> Option<(A, &'a [u8])> {
         let live = &mut self.rival.as_mut()?.live;
+        live.sent.sent(now, live.session.sent());
         Some((live.address, live.session.seal(message, buffer).ok()?))
     }
 

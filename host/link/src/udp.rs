@@ -126,7 +126,9 @@ impl<S: Socket> UdpRadio<S> {
             return Ok(());
         }
         // Of a time in which nothing was tried, because the host was paused, nothing is known.
-        let since = self.refuses[way].filter(|(_, last)| now.since(*last) < TRIED_WITHIN).map_or(now, |(since, _)| since);
+        let since = self.refuses[way]
+            .filter(|(_, last)| now.since(*last) < TRIED_WITHIN)
+            .map_or(now, |(since, _)| since);
         self.refuses[way] = Some((since, now));
         let silent = now.since(since);
         match self.patience {
@@ -285,6 +287,17 @@ mod tests {
             let mut patient = scripted(vec![Some(errno); 41]).patient();
             assert!((0..41).all(|n| patient.send(FleetInstant(n * 100_000), peer(), b"swim").is_ok()));
         }
+    }
+
+    /// A host that is paused for a minute sends nothing meanwhile: what failed before it says nothing of that time.
+    #[test]
+    fn failures_before_and_after_a_pause_do_not_make_a_broken_radio() {
+        let mut radio = scripted(vec![Some(1); 40]);
+        let fails =
+            |at_us: u64, radio: &mut UdpRadio<Scripted>| radio.send(FleetInstant(at_us), peer(), b"swim");
+        (0..20).for_each(|n| assert!(fails(n * 100_000, &mut radio).is_ok()));
+        (600..620).for_each(|n| assert!(fails(n * 100_000, &mut radio).is_ok(), "{n}"));
+        assert_eq!(radio.failures(), 40);
     }
 
     #[test]

@@ -302,9 +302,14 @@ impl Count {
         Some(if genuine { self.modules[module].seen.note(clear.sequence) } else { Class::Forged })
     }
 
-    /// This came to the running host in the tick at `now_us`, µs of its time: what it was. `doubled`: whether the host holds two modules
-    /// for a module (from 0), after it.
-    pub fn came_to_host(&mut self, now_us: u64, datagram: &[u8], doubled: impl Fn(usize) -> bool) -> Class {
+    /// This came to the running host in the tick at `now_us`, µs of its time: what it was. `second`: the module whose session is
+    /// the other one's, where the host holds two for a module (from 0) after it.
+    pub fn came_to_host(
+        &mut self,
+        now_us: u64,
+        datagram: &[u8],
+        second: impl Fn(usize) -> Option<usize>,
+    ) -> Class {
         let clear = Clear::read(datagram);
         let of = clear.filter(|clear| {
             clear.fleet == self.fleet.0
@@ -319,16 +324,16 @@ impl Count {
         let module = usize::from(clear.module) - 1;
         let end = &mut self.hosts[module];
         let sealed_in = self.by_modules.get(datagram).copied();
-        let doubled = doubled(module);
+        let second = second(module);
         let class = match (clear.kind, sealed_in) {
             (ANNOUNCE, None) => Class::Forged,
             (ANNOUNCE, Some(session)) => end.announced(now_us, clear, session),
             (_, sealed_in) => {
                 let sealed = sealed_in.map(|_| self.lies.contains(datagram));
-                end.said(now_us, clear, sealed, doubled)
+                end.said(now_us, clear, sealed, second, &self.sessions)
             }
         };
-        end.doubled = doubled;
+        end.doubled = second.is_some();
         count(&mut end.classes, class);
         class
     }
@@ -398,13 +403,21 @@ impl HostEnd {
         offer.map_or(Class::Stale, |offer| offer.announced.note(clear.sequence))
     }
 
-    /// A datagram that claims to be of a session; `sealed`: by a module, and whether it is a lie. `doubled`: the host knows of two after it.
-    fn said(&mut self, now_us: u64, clear: Clear, sealed: Option<bool>, doubled: bool) -> Class {
+    /// A datagram that claims to be of a session; `sealed`: by a module, and whether it is a lie. `second`: the
+    /// module whose session is the other one's, where the host knows of two after it. `sessions`: the module of each session.
+    fn said(
+        &mut self,
+        now_us: u64,
+        clear: Clear,
+        sealed: Option<bool>,
+        second: Option<usize>,
+        sessions: &HashMap<u32, usize>,
+    ) -> Class {
         let of = |offer: &Offer| offer.session == Some(clear.session);
         if !self.live.as_ref().is_some_and(of) {
             if let Some((displaced, ..)) = self.displaced.as_mut().filter(|(displaced, ..)| of(displaced)) {
                 let class = sealed.map_or(Class::Forged, |_| displaced.seen.note(clear.sequence));
-                let counts = self.doubled || doubled && class == Class::Accepted;
+                let counts = self.doubled || second.is_some() && class == Class::Accepted;
                 return if counts { class } else { Class::Stale };
             }
             let Some(offered) = self.offers.iter().position(of) else { return Class::Stale };
@@ -417,8 +430,13 @@ impl HostEnd {
             }
             self.former.push_back(offer.nonce);
             let next = self.next.take();
-            // Of three boots the one that was there before the last stays.
-            let third = |(kept, ..): &(Offer, Next, u64)| self.doubled && !kept.is_of_boot_of(&offer);
+            // Of three boots two stay, and receipts say which.
+            let of = |offer: &Offer| offer.session.and_then(|session| sessions.get(&session).copied());
+            let third = |(kept, ..): &(Offer, Next, u64)| {
+                let is_second =
+                    second.is_some() && of(kept) == second && self.live.as_ref().and_then(of) != second;
+                self.doubled && !kept.is_of_boot_of(&offer) && is_second
+            };
             let keeps = self.displaced.as_ref().is_some_and(third);
             if let Some(before) = self.live.replace(offer.clone())
                 && !before.is_of_boot_of(&offer)

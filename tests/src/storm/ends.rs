@@ -11,6 +11,7 @@ use protocol::time::{Duration, FleetInstant};
 use super::count::{Class, Classes, Doubtful};
 use super::named::HostRun;
 use super::tap::{HOST, Tapped};
+use super::wire::node;
 use super::{TICK_US, World, add, classes};
 
 impl World<'_> {
@@ -79,8 +80,11 @@ impl World<'_> {
                 Tapped::Came(HOST, datagram) => {
                     if let Some(host) = &self.host {
                         let links = host.dispatcher().modules();
-                        let doubled = |module: usize| links[module].is_doubled();
-                        self.count.came_to_host(host_now.0, &datagram, doubled);
+                        let second = |module: usize| {
+                            let [_, other] = links[module].doubled()?;
+                            Some(usize::from(node(other).0) - 1)
+                        };
+                        self.count.came_to_host(host_now.0, &datagram, second);
                     }
                 }
                 Tapped::Sent(node, datagram) => {

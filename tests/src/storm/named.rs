@@ -21,8 +21,8 @@ use super::wire::node;
 
 /// In the worst weather. What is delayed comes 1.6 s later, a liar is named after 1 s, a module may have to be called again.
 const NOTICED_S: f64 = 6.0;
-/// 3 s without a sign of life, and what was under way.
-const OVER_S: f64 = 6.0;
+/// 3 s without a sign of life; what is played of it later is none.
+const OVER_S: f64 = 3.01;
 
 /// One run of the host, from start to crash.
 pub(super) struct HostRun {
@@ -57,11 +57,11 @@ fn too_long(since: &mut Option<u64>, now_us: u64, waits: bool) -> bool {
         *since = None;
         return false;
     }
-    let late = now_us - *since.get_or_insert(now_us) > (NOTICED_S * 1e6) as u64;
+    let late = now_us.saturating_sub(*since.get_or_insert(now_us)) > (NOTICED_S * 1e6) as u64;
     if late {
         *since = Some(u64::MAX / 2);
     }
-    late && now_us < u64::MAX / 2
+    late
 }
 
 impl World<'_> {
@@ -148,7 +148,12 @@ impl World<'_> {
         }
         let has_power = |module: usize| self.fleet.modules[module].has_power();
         let unnoticed = kinds.double.is_some_and(|(module, ..)| {
-            has_power(module) && has_power(self.storm.modules) && !links.modules()[module].is_doubled()
+            // Forged calls keep a module out that looks for a host.
+            let joins = kinds.calls_per_s <= 0.0;
+            joins
+                && has_power(module)
+                && has_power(self.storm.modules)
+                && !links.modules()[module].is_doubled()
         });
         if too_long(&mut self.named.doubled, now_us, unnoticed) {
             wrong.push("a doubled module is not noticed".to_owned());
@@ -156,7 +161,8 @@ impl World<'_> {
         let unnoticed = kinds.liar.is_some_and(|(module, from_us, until_us)| {
             let link = &links.modules()[module];
             let told = !link.is_implausible(host_now) && !link.is_doubled();
-            (from_us..until_us).contains(&now_us) && has_power(module) && told
+            let speaks = host_now.since(link.heard()).0 < 1_000_000;
+            (from_us..until_us).contains(&now_us) && speaks && told
         });
         if too_long(&mut self.named.liar, now_us, unnoticed) {
             wrong.push("a liar is not noticed".to_owned());

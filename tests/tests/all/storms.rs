@@ -24,7 +24,7 @@ fn fleets_survive_storms() {
         let storm = Storm::new(modules(seed), seed);
         let outcome = storm.run();
         if !outcome.violations.is_empty() {
-            eprintln!("seed {seed} ({} modules): {:#?}", storm.modules, outcome.violations);
+            eprintln!("seed {seed} ({} modules): {:#?} in {storm:?}", storm.modules, outcome.violations);
         }
         (storm, outcome)
     });
