@@ -10,7 +10,7 @@
 //! | announcement | every [`HELLO_EVERY`] while no host is heard, else every second |
 //! | clock exchange | as often as the clock wants it |
 //! | telemetry | every [`Identity::report_every`] |
-//! | health | every second; every [`HELLO_EVERY`] while the fleet time is not sure, or no cycle has come a second after it was: the host may not know |
+//! | health | every second; every [`HELLO_EVERY`] while the fleet time is not sure, or no cycle has begun a second after it was: the host may not know |
 //! | acknowledgement | for every cycle and commit that arrives |
 //!
 //! All of it is posted by [`Endpoint::poll_transmit`], in the turn of what is sent and not of the tick.

@@ -28,7 +28,7 @@ use super::rival::Rival;
 
 mod sessions;
 
-/// A module whose reports are none for so long is named for it. *Assumed*: fifty of its reports, and more than the damage of one.
+/// A module that reports nothing but such numbers for this time is named for it. *Assumed*: fifty of its reports, and more than the damage of one.
 pub const IMPLAUSIBLE_FOR: Duration = Duration(1_000_000);
 
 /// A report of before a start may carry a time that much after it: the module's clock is that good.

@@ -5,7 +5,7 @@
 //! | two modules have one number and power, the host runs | [`NOTICED_S`] | both addresses are named, no decision counts on either |
 //! | a module tells lies alone, the host runs | [`NOTICED_S`] | it is named for that, no decision counts on it |
 //! | either was named while the fleet swam | | the run is judged as one that was not what was asked |
-//! | no module is doubled, or the second has been off for [`OVER_S`] | | none is named as doubled |
+//! | no module is doubled, or the second has been off, and the first has not booted, for [`OVER_S`] | | none is named as doubled |
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ use host::run::shortfall;
 use host::run::watch::{Reason, Watch};
 use link::strangers::Silence;
 use protocol::ModuleId;
-use protocol::time::FleetInstant;
+use protocol::time::{Duration, FleetInstant};
 
 use super::World;
 use super::wire::node;
@@ -49,6 +49,16 @@ impl HostRun {
 pub(super) struct Named {
     doubled: Option<u64>,
     liar: Option<u64>,
+}
+
+/// When two cannot be named any more of whom the second lost its power at `until_us`, µs. A module that boots meanwhile is two for as long.
+fn over_us(until_us: u64, reboots: &[(u64, usize, Duration)], module: usize) -> u64 {
+    let mut own: Vec<u64> =
+        reboots.iter().filter(|(_, of, _)| *of == module).map(|(at_us, ..)| *at_us).collect();
+    own.sort_unstable();
+    let after = |us: u64| us + (OVER_S * 1e6) as u64;
+    own.into_iter()
+        .fold(after(until_us), |end_us, at_us| if at_us < end_us { end_us.max(after(at_us)) } else { end_us })
 }
 
 /// Whether `waits` has lasted too long; it is told once.
@@ -130,7 +140,9 @@ impl World<'_> {
                 let mut places = link.doubled().map_or(Vec::new(), |both| both.map(|at| node(at).0).to_vec());
                 places.sort_unstable();
                 let is = kinds.double.is_some_and(|(of, from_us, until_us)| {
-                    of == module && now_us >= from_us && now_us < until_us + (OVER_S * 1e6) as u64
+                    of == module
+                        && now_us >= from_us
+                        && now_us < over_us(until_us, &self.storm.reboots, module)
                 });
                 let both = [module as u16 + 1, self.storm.modules as u16 + 1];
                 if !is || !(rebooted || places == both) || silence != Some(Silence::Doubled) {

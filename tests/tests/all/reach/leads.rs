@@ -2,12 +2,21 @@
 //!
 //! `FLOTILLA_CYCLES=2000 cargo test -p tests --test all reach::leads -- --nocapture` counts more cycles of each.
 
+use host::run::closed_loop::Drive;
+use host::run::experiment::{Pace, run};
+use host::run::fleet::InProcess;
+use host::run::orders::Unattended;
+use host::run::pilot::Pilot;
+use host::run::progress::Quiet;
+use host::run::scenario::Scenario;
 use link::delivery::COMMIT_LEAD;
 use link::faults::FaultParameters;
 use link::lead::{UNCOMMITTED, UNPREPARED};
 use modboat::parameters::Parameters;
+use modboat::planner_config::LossTolerance;
+use modboat::planner_kind::PlannerKind;
 use protocol::Delivery;
-use protocol::time::Duration;
+use protocol::time::{Duration, FleetInstant};
 use tests::seeds::{number, on_all_cores};
 
 use super::calculation::two_phase;
@@ -102,4 +111,34 @@ fn prepared_cycles_are_committed_in_time_at_any_loss_that_is_measured() {
     let lossy = all.iter().step_by(2).skip(3).step_by(4);
     let dropped: usize = lossy.map(|fixed| fixed.dropped).sum();
     assert!(dropped > cycles / 10, "the rig drops nothing at a fixed lead: {dropped}");
+}
+
+/// Swims plans that not every module may miss, by the paper's planner, at 30 % loss: how many there were, and how many were given up.
+fn swim(seed: u64) -> (usize, u32) {
+    let mut scenario = Scenario::open("nine").expect("built in");
+    scenario.planner.kind = PlannerKind::PotentialField;
+    scenario.planner.loss_tolerant = LossTolerance::Off;
+    scenario.radio = FaultParameters { loss: 0.3, delay_s: 0.01, ..FaultParameters::default() };
+    scenario.timing.join_s = 60.0;
+    let mut fleet = InProcess::boats(&scenario, seed).expect("a fleet");
+    let (mut for_all, mut dropped) = (0, 0);
+    let mut watch = |_: FleetInstant, pilot: &Pilot, _: &mut InProcess| {
+        for_all = pilot.decisions().iter().filter(|decision| !decision.plan.loss_tolerant).count();
+        dropped = pilot.dropped();
+    };
+    let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut watch };
+    run(&scenario, seed, &mut fleet, drive, &mut Quiet)
+        .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+    (for_all, dropped)
+}
+
+/// At a lead of 0.3 s at least one in twenty is.
+#[test]
+fn a_fleet_whose_plans_are_for_all_or_none_gives_few_up() {
+    let all = on_all_cores(0..4, swim);
+    let (for_all, dropped) = all.iter().fold((0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1 as usize));
+    println!("nine modules, 30 % loss: {dropped} of {for_all} plans for all or none were given up: {all:?}");
+    assert!(for_all >= 40, "{for_all} plans for all or none are too few to judge by");
+    // The first of a run are sent before anything is measured.
+    assert!(dropped <= at_most(for_all, UNPREPARED) + all.len(), "{dropped} of {for_all}");
 }
