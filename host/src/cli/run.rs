@@ -248,8 +248,10 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
                 (_, Some(first)) => format!(" (start it with: flotilla module --id {first} {invitation})"),
             };
             // One that is there and cannot be used is no mistake in what the host or the module was given.
-            let is_there =
-                |reason| matches!(reason, Silence::Doubled | Silence::Stopped | Silence::ServesAnotherHost);
+            let is_there = |reason| {
+                use Silence::{Doubled, Implausible, ServesAnotherHost, Stopped};
+                matches!(reason, Doubled | Implausible | Stopped | ServesAnotherHost)
+            };
             let all_there = modules.is_empty() && known.iter().all(|(_, reason, _)| is_there(*reason));
             let failure = if all_there { Failure::Could } else { Failure::Bad };
             failure(RunError::Silent { kind, modules, known, waited_s, hint }.to_string())

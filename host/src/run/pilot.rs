@@ -7,7 +7,9 @@
 //!                                                      ↑ where every tail will be ← acknowledgements, telemetry
 //! ```
 //!
-//! A decision falls `lead` before the running cycle ends. It needs to know where every tail will be then: at the
+//! A decision falls `lead_s` before the running cycle ends. A plan that not every module may miss goes to all or none, and that takes as long
+//! as fleet, losses and round trips want ([`link::lead`]): it starts no sooner, and while such plans follow each other decisions fall by so much
+//! earlier, at most one period. A decision needs to know where every tail will be then: at the
 //! end pose of the running cycle if the module reports that it runs it, where it reports to rest if not. For a report that
 //! is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, the modules finish their cycle and hold, and the
 //! loop starts again as soon as all are ready. Where fewer are required, one that is silent for long is missing: its tail may be
@@ -74,6 +76,8 @@ pub struct Pilot {
     partial: Option<(Vec<Participation>, Planner)>,
     stopwatch: fn() -> FleetInstant,
     lead: Duration,
+    /// The same of a plan that goes to all modules or none, as of the last decision.
+    lead_for_all: Duration,
     /// All decisions so far; the last one may still run.
     decisions: Vec<Decision>,
     phase: Phase,
@@ -124,6 +128,7 @@ impl Pilot {
             partial: None,
             stopwatch,
             lead: span(scenario.timing.lead_s),
+            lead_for_all: span(scenario.timing.lead_s),
             decisions: Vec::new(),
             phase: Phase::Waiting,
             resumes: FleetInstant(0),
@@ -225,13 +230,19 @@ impl Pilot {
         }
         match (self.phase, self.decisions.last().map(Decision::end)) {
             (Phase::Swimming, Some(end))
-                if now.after(self.lead) >= end && !self.waits_for_reports(now, end, links) =>
+                if now.after(self.lead_now()) >= end && !self.waits_for_reports(now, end, links) =>
             {
                 self.decide(now, end, links)
             }
             (Phase::Waiting, _) => self.decide(now, now.after(self.lead), links),
             _ => None,
         }
+    }
+
+    /// How long before the end of the running cycle the next is decided on: after a plan for all or none another may follow.
+    fn lead_now(&self) -> Duration {
+        let for_all = self.decisions.last().is_some_and(|last| !last.plan.loss_tolerant);
+        if for_all { self.lead_for_all } else { self.lead }
     }
 
     /// Plans the cycle that starts at `start`, to be sent; holds the fleet if that cannot be done.
@@ -249,7 +260,8 @@ impl Pilot {
         let poses = links.modules().iter().enumerate();
         self.known.clear();
         self.known.extend(poses.map(|(index, link)| pose_of(phase, last, index, link)));
-        self.is_blind = self.is_blind_at(start);
+        // A longer lead, for links that lose much, does not make a pose older.
+        self.is_blind = self.is_blind_at(now.after(self.lead));
         if self.is_blind {
             self.handle_phase(PhaseEvent::Blind);
             return None;
@@ -304,6 +316,9 @@ impl Pilot {
         let previous = last.map(|decision| decision.plan.cycle.as_slice());
         planner.plan_into(demand, Some(poses), previous, &mut self.plan);
         let solve_us = u64::from((self.stopwatch)().since(began).0);
+        self.lead_for_all = links.lead().total().min(span(self.scenario.modboat.period_s)).max(self.lead);
+        let for_all = !self.plan.loss_tolerant;
+        let start = if for_all { start.max(now.after(self.lead_for_all)) } else { start };
         self.carry_out(start, demand, bounded, self.plan.clone(), solve_us)
     }
 
@@ -372,19 +387,24 @@ impl Pilot {
         let decision = self.decisions.last()?;
         let start = decision.last_start();
         // A module keeps one cycle beside the one it runs: the first must have begun.
-        if now < decision.start || now.after(self.lead) < start {
+        let for_all = !decision.plan.loss_tolerant;
+        let lead = if for_all { self.lead_for_all } else { self.lead };
+        if now < decision.start || now.after(lead) < start {
             return None;
         }
-        let blind = self.is_blind_at(start);
+        let blind = self.is_blind_at(now.after(self.lead));
         let decision = self.decisions.last_mut()?;
         if !blind && all_have(links, decision, decision.number) {
             let second = dispatch(decision, decision.last_number(), start, cycles(decision));
             self.handle_phase(PhaseEvent::SecondSent);
             return Some(second);
         }
-        give_up_second(decision);
-        self.is_blind = blind;
-        self.handle_phase(if blind { PhaseEvent::Blind } else { PhaseEvent::FirstMissed });
+        // A report of it may still come.
+        if blind || now.after(self.lead) >= start {
+            give_up_second(decision);
+            self.is_blind = blind;
+            self.handle_phase(if blind { PhaseEvent::Blind } else { PhaseEvent::FirstMissed });
+        }
         None
     }
 

@@ -85,7 +85,7 @@ pub struct Start {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Timing {
-    /// A cycle is planned and first sent this long before it starts, s. *Assumed*: fifteen sends at 20 ms.
+    /// A cycle is planned and first sent at least this long before it starts, s. *Assumed*: fifteen sends at 20 ms.
     pub lead_s: f64,
     /// Give up on modules that have not joined after this long, s.
     pub join_s: f64,
