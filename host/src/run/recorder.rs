@@ -90,7 +90,8 @@ impl Recorder {
         }
     }
 
-    /// Everything, at the end of the run, with the gaps of the host. A cycle that was not over, or not seen all through, is left out.
+    /// Everything, at the end of the run, with the gaps of the host. A cycle that was not over, or not seen all through, is left out,
+    /// and so are turns before the first swim.
     #[must_use]
     pub fn finish(self, scenario: &Scenario, pilot: &Pilot, gaps: &[Gap]) -> RunRecord {
         let zero_s = pilot.origin().unwrap_or_default().as_secs_f64();
@@ -106,7 +107,7 @@ impl Recorder {
             .iter()
             .zip(&self.impulses)
             .filter(|(decision, _)| decision.end().as_secs_f64() - zero_s <= end_s + 2.0 * POSE_EVERY_S)
-            .filter(|(decision, _)| is_seen(decision))
+            .filter(|(decision, _)| is_seen(decision) && decision.start.as_secs_f64() >= zero_s)
             .map(|(decision, impulse)| {
                 let per_s = if impulse.time_s > 0.0 { 1.0 / impulse.time_s } else { 0.0 };
                 let achieved = Wrench::from_array(impulse.sum.to_array().map(|component| component * per_s));

@@ -67,6 +67,15 @@ impl CycleCandidate {
     }
 }
 
+/// How cycles are looked for that start where the tails rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Staying {
+    /// From the cycle before alone.
+    Continued,
+    /// In all ways.
+    Searched,
+}
+
 /// The search for cycles, with its workspace.
 #[derive(Clone, Debug)]
 pub struct Search {
@@ -163,6 +172,7 @@ impl Search {
         tails: &[f64],
         previous: Option<&[Swing]>,
         loss_tolerant: bool,
+        staying: Staying,
     ) -> Option<CycleCandidate> {
         if !self.may_stay(tails) {
             return None;
@@ -172,6 +182,9 @@ impl Search {
         let continued =
             previous.and_then(|cycle| self.continue_cycle(case, &aim, tails, cycle, loss_tolerant));
         if continued.is_none() {
+            if staying == Staying::Continued {
+                return None;
+            }
             let at_rest = |(module, &tail_rad): (usize, &f64)| self.rest.cycle(module, tail_rad, 0.0);
             self.allocation.begin(tails.iter().enumerate().map(at_rest));
         }
@@ -181,6 +194,7 @@ impl Search {
         };
         // Collisions aside nothing could meet the demand where the margin is below zero; with them little does where it is small.
         if met != Met::Yes
+            && staying == Staying::Searched
             && let margin = margin(self)
             && margin >= 0.0
         {
