@@ -364,14 +364,13 @@ impl ExactPlanner {
             }
             found.discard(&mut search.buffers);
         }
-        if !*settled {
+        // Three modules yaw to and fro against amplitudes that do not cancel, from some rest poses much more than from others: they
+        // keep theirs.
+        if !*settled || tails.len() < SMALL {
             return None;
         }
-        // Three modules yaw to and fro against amplitudes that do not cancel: no more than before.
-        let present_rad = near.map_or(0.0, net_rad);
-        let is_quiet = |found: &CycleCandidate| tails.len() >= SMALL || net_rad(&found.cycle) <= present_rad;
         let best = Cheapest { case, tails: request.tails, found: None, price: f64::INFINITY };
-        let is_kept = |found: &CycleCandidate| found.met && is_quiet(found) && best.is_kept(found);
+        let is_kept = |found: &CycleCandidate| found.met && best.is_kept(found);
         if let Some(found) = search.stay(case, demand, tails, near, true, Staying::Searched) {
             if is_kept(&found) {
                 return Some(found);
@@ -417,11 +416,6 @@ fn is_kept(asked: LossTolerance, loss_tolerant: bool, power_tolerant: bool, tail
 
 fn moves(cycle: &[Swing]) -> bool {
     cycle.iter().any(|swing| swing.amplitude_rad != 0.0)
-}
-
-/// |ΣA|, rad.
-fn net_rad(cycle: &[Swing]) -> f64 {
-    cycle.iter().map(|swing| swing.amplitude_rad).sum::<f64>().abs()
 }
 
 /// Whether a plan moves something, and any module may stop in it.
