@@ -94,7 +94,7 @@ impl Scene {
 
     /// Where to: the station, or where the demanded velocity leads within [`AHEAD_S`].
     pub fn target(&self, now: FleetInstant, t_s: f64, from_m: Option<[f64; 2]>) -> PoseStamped {
-        let &Leg { demand, heading_rad, .. } = self.scenario.leg_at(t_s);
+        let &Leg { demand, heading_rad, .. } = &self.scenario.legs[self.scenario.leg_at(t_s)];
         let [x, y] = from_m.unwrap_or_default();
         let position_m = match demand {
             Demand::Station(position_m) => position_m,
