@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `/truth/state`, `/estimate/state`, odometry, `/tf` | 20 Hz, from the start of the first cycle on |
 //! | `/tails` | 50 Hz, the same |
-//! | `/markers` | 10 Hz |
+//! | `/markers` | tails 5 Hz, bodies 1 Hz |
 //! | `/fix`, `/acknowledgement`, `/event`, `/gap`, `/decision`, `/cycle` | as they come |
 //! | counts, `/contact`, `/diagnostics`, batteries, `/target` | 1 Hz, and at the end |
 
@@ -39,8 +39,8 @@ mod reading;
 pub const POSE_EVERY_S: f64 = 0.05;
 /// Seconds between two sets of tails: 50 Hz.
 const TAILS_EVERY_S: f64 = 0.02;
-/// Seconds between two sets of markers.
-const MARKERS_EVERY_S: f64 = 0.1;
+/// Seconds between two drawings of the tails.
+const TAILS_DRAWN_EVERY_S: f64 = 0.2;
 /// Pause between two sets of counts.
 const COUNTS_EVERY: Duration = Duration(1_000_000);
 
@@ -134,7 +134,7 @@ impl<'a> BoatLog<'a> {
             origin: None,
             poses: Beat::new(POSE_EVERY_S),
             tails: Beat::new(TAILS_EVERY_S),
-            markers: Beat::new(MARKERS_EVERY_S),
+            markers: Beat::new(TAILS_DRAWN_EVERY_S),
             joints: ros::JointState { header, name: name.collect(), ..ros::JointState::default() },
             fix_s: None,
             impulses: Vec::new(),
@@ -279,9 +279,8 @@ impl<'a> BoatLog<'a> {
         }
         let Some(origin) = self.origin.filter(|&origin| origin <= now) else { return };
         let t_s = now.as_secs_f64() - origin.as_secs_f64();
-        let truth = run.world.as_ref().map(|tank| tank.pose());
         if self.poses.is_due(t_s) {
-            self.tell_pose(now, truth.as_ref(), run);
+            self.tell_pose(now, run);
         }
         if self.tails.is_due(t_s) {
             self.joints.header.stamp = stamp(now);
@@ -293,7 +292,7 @@ impl<'a> BoatLog<'a> {
             self.log.tell(now, Told::Tails(&self.joints));
         }
         if self.log.is_kept() && self.markers.is_due(t_s) {
-            self.log.show(now, Shown::Markers(self.scene.markers(now, &run.actuation)));
+            self.log.show(now, Shown::Markers(self.scene.tails(now, &run.actuation)));
         }
         let decisions = run.host.controller.decisions();
         if let Some(tank) = &run.world {
@@ -316,8 +315,9 @@ impl<'a> BoatLog<'a> {
         }
     }
 
-    fn tell_pose<F: Fleet>(&mut self, now: FleetInstant, truth: Option<&PoseSample>, run: &BoatRun<'_, F>) {
-        if let Some(truth) = truth {
+    fn tell_pose<F: Fleet>(&mut self, now: FleetInstant, run: &BoatRun<'_, F>) {
+        let truth = run.world.as_ref().map(|tank| tank.pose());
+        if let Some(truth) = &truth {
             self.tell(now, Told::Truth(&state(now, truth)));
         }
         // Poses of the observer are asked for where there are no others, and to be looked at.
@@ -335,13 +335,13 @@ impl<'a> BoatLog<'a> {
             self.tell(now, Told::Estimate(&state(now, estimate)));
         }
         if self.log.is_kept() {
-            if let Some(truth) = truth {
+            if let Some(truth) = &truth {
                 self.log.show(now, Shown::TrueOdometry(self.scene.odometry(now, truth, "base_link")));
             }
             if let Some(estimate) = &estimate {
                 self.log.show(now, Shown::Odometry(self.scene.odometry(now, estimate, "estimate")));
             }
-            let base = truth.or(estimate.as_ref());
+            let base = truth.as_ref().or(estimate.as_ref());
             self.log.show(now, Shown::Transforms(self.scene.transforms(now, base, estimate.as_ref())));
         }
     }
@@ -383,6 +383,7 @@ impl<'a> BoatLog<'a> {
             self.tell(now, Told::Contact(&contact));
         }
         if self.log.is_kept() {
+            self.log.show(now, Shown::Markers(self.scene.bodies(now)));
             self.log.show(now, Shown::Diagnostics(&modules::diagnostics(now, &self.ids, links)));
             for (place, (link, &id)) in links.modules().iter().zip(&self.ids).enumerate() {
                 self.log.battery(now, place, id, &modules::battery(now, id, link));
