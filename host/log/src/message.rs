@@ -3,8 +3,7 @@
 use super::cdr::{Cdr, Decoder, Encoder};
 
 /// Between the definitions in a schema, as ROS has it.
-const SEPARATOR: &str =
-    "================================================================================\n";
+const SEPARATOR: &str = "================================================================================\n";
 
 /// A message that has a topic of its own.
 pub trait Message: Cdr + Default {

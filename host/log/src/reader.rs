@@ -157,9 +157,8 @@ pub fn read<E: From<LogError>>(
     mut take: impl FnMut(&Entry<'_>, &Extent) -> Result<(), E>,
 ) -> Result<Extent, E> {
     let (mut topics, mut extent) = (Topics::default(), Extent::default());
-    let options = LinearReaderOptions::default()
-        .with_validate_chunk_crcs(true)
-        .with_record_length_limit(RECORD_MAX);
+    let options =
+        LinearReaderOptions::default().with_prevalidate_chunk_crcs(true).with_record_length_limit(RECORD_MAX);
     let mut reader = LinearReader::new_with_options(options);
     let mut head = Vec::new();
     loop {

@@ -180,8 +180,7 @@ mod tests {
                     geometry_msgs/msg/Point[2] corners\nstring<=10[<=3] names\nbool on true\n\
                     ===\nMSG: p/Header\nstring frame\n===\nMSG: geometry_msgs/Point\nfloat64 x\n";
         let schema = Schema::parse("p/msg/Scene", text).expect("a schema");
-        let fields: Vec<_> =
-            schema.fields(0).iter().map(|f| (f.name.as_str(), f.kind, f.shape)).collect();
+        let fields: Vec<_> = schema.fields(0).iter().map(|f| (f.name.as_str(), f.kind, f.shape)).collect();
         let byte = Kind::Integer { bytes: 1, signed: false };
         assert_eq!(
             fields,

@@ -50,9 +50,16 @@ impl Table {
     pub fn new(schema: Schema) -> Self {
         let fields = schema.fields(0);
         let listed = fields.iter().any(is_list);
-        let bare = fields.iter().all(|field| is_list(field) || matches!(field.name.as_str(), "header" | "stamp"));
-        let mut table =
-            Self { names: Vec::new(), columns: Vec::new(), listed, bare, cells: Vec::new(), schema: Schema::default() };
+        let bare =
+            fields.iter().all(|field| is_list(field) || matches!(field.name.as_str(), "header" | "stamp"));
+        let mut table = Self {
+            names: Vec::new(),
+            columns: Vec::new(),
+            listed,
+            bare,
+            cells: Vec::new(),
+            schema: Schema::default(),
+        };
         for field in fields {
             let column = if is_list(field) { Column::Own } else { Column::Shared };
             table.head(&schema, 0, field, "", None, column);
@@ -84,7 +91,8 @@ impl Table {
         };
         let copies = if let Shape::Fixed(count) = field.shape { count } else { 1 };
         for copy in 0..copies {
-            let path = if matches!(field.shape, Shape::Fixed(_)) { format!("{path}_{copy}") } else { path.clone() };
+            let path =
+                if matches!(field.shape, Shape::Fixed(_)) { format!("{path}_{copy}") } else { path.clone() };
             match field.kind {
                 Kind::Message(inner) if !is_time(schema, field.kind) => {
                     for field in schema.fields(inner) {
@@ -121,7 +129,8 @@ impl Table {
         self.cells.iter_mut().for_each(Vec::clear);
         let mut decoder = Decoder::new(data)?;
         let schema = std::mem::take(&mut self.schema);
-        let taken = schema.fields(0).iter().try_fold(0, |at, field| self.fill(&schema, field, at, &mut decoder));
+        let taken =
+            schema.fields(0).iter().try_fold(0, |at, field| self.fill(&schema, field, at, &mut decoder));
         self.schema = schema;
         taken.map(|_| ())
     }

@@ -141,8 +141,10 @@ fn tables_are_tidy() {
     );
     // One or none is one column; a list within a list is one cell; nothing in any list is no row.
     let place = flotilla::Place { x_m: 1.0, y_m: 2.0, z_m: 3.0, yaw_rad: 4.0 };
-    let robot = |reference| flotilla::Robot { thrusts_n: vec![1.5, -2.0], reference, ..flotilla::Robot::default() };
-    let robots = flotilla::Robots { robots: vec![robot(None), robot(Some(place))], ..flotilla::Robots::default() };
+    let robot =
+        |reference| flotilla::Robot { thrusts_n: vec![1.5, -2.0], reference, ..flotilla::Robot::default() };
+    let robots =
+        flotilla::Robots { robots: vec![robot(None), robot(Some(place))], ..flotilla::Robots::default() };
     let text = rows(flotilla::Robots::NAME, flotilla::Robots::schema(), &[bytes(&robots)]);
     let lines: Vec<&str> = text.lines().collect();
     let column = |name: &str| lines[0].split(',').position(|known| known == name).expect(name);
@@ -152,5 +154,8 @@ fn tables_are_tidy() {
     assert_eq!(cells[0][column("robots_reference_yaw_rad")], "");
     assert_eq!(cells[1][column("robots_reference_yaw_rad")], "4.0");
     let none = flotilla::Absences::default();
-    assert_eq!(rows(flotilla::Absences::NAME, flotilla::Absences::schema(), &[bytes(&none)]).lines().count(), 1);
+    assert_eq!(
+        rows(flotilla::Absences::NAME, flotilla::Absences::schema(), &[bytes(&none)]).lines().count(),
+        1
+    );
 }

@@ -101,8 +101,7 @@ impl<W: Write> Writer<W> {
         }
         message.write(&mut self.encoder);
         let sequence = self.counts.get(topic.index).copied().unwrap_or_default();
-        let header =
-            MessageHeader { channel_id: topic.id, sequence, log_time: at_ns, publish_time: at_ns };
+        let header = MessageHeader { channel_id: topic.id, sequence, log_time: at_ns, publish_time: at_ns };
         self.mcap.write_to_known_channel(&header, self.encoder.bytes()).map_err(told)?;
         if let Some(count) = self.counts.get_mut(topic.index) {
             *count = sequence.wrapping_add(1);

@@ -57,13 +57,19 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             rovs.sort_by_key(|outcome| outcome.title.index);
             reconfigured(arguments, &rovs, complaints)
         }
-        _ => Err(Failure::Bad("several logs make one summary only where they are of one reconfiguration".to_owned())),
+        _ => Err(Failure::Bad(
+            "several logs make one summary only where they are of one reconfiguration".to_owned(),
+        )),
     }
 }
 
 /// That a log has no end.
 fn cut(path: &Path, extent: &Extent) -> String {
-    format!("{}: cut after {:.3} s: the end of the run is missing", path.display(), extent.end_ns as f64 * 1e-9)
+    format!(
+        "{}: cut after {:.3} s: the end of the run is missing",
+        path.display(),
+        extent.end_ns as f64 * 1e-9
+    )
 }
 
 fn swum(arguments: &Arguments, outcome: &boats::Outcome, mut complaints: Vec<String>) -> Result<(), Failure> {
@@ -87,7 +93,9 @@ fn reconfigured(
     }
     let summaries: serde_json::Map<_, _> = outcomes
         .iter()
-        .filter_map(|outcome| Some((outcome.title.name.clone(), serde_json::to_value(&outcome.summary).ok()?)))
+        .filter_map(|outcome| {
+            Some((outcome.title.name.clone(), serde_json::to_value(&outcome.summary).ok()?))
+        })
         .collect();
     let json = || serde_json::to_string_pretty(&summaries);
     let told = tell(arguments, json(), |out| {

@@ -321,7 +321,11 @@ pub(super) fn complaints(failure: Option<&str>, shortfalls: &[Shortfall]) -> Vec
 }
 
 /// Figures of the legs that were begun, with their indices.
-fn leg_figures_of_all(scenario: &Scenario, record: &RunRecord, watched: &[LegWatch]) -> Vec<(usize, LegFigures)> {
+fn leg_figures_of_all(
+    scenario: &Scenario,
+    record: &RunRecord,
+    watched: &[LegWatch],
+) -> Vec<(usize, LegFigures)> {
     let legs = record.legs.iter().zip(&scenario.legs).zip(watched).enumerate();
     let figures = legs.filter_map(|(index, ((leg, asked), seen))| {
         let figures = leg_figures(leg, record)?;

@@ -12,6 +12,7 @@ mod envelope;
 mod interrupt;
 mod keygen;
 mod keys;
+mod logs;
 mod operator;
 mod path;
 mod pilot_phases;

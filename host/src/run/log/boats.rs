@@ -236,11 +236,13 @@ impl<'a> BoatLog<'a> {
 
     /// Tells what came of the cycles that are over, as far as they are.
     fn close(&mut self, now: FleetInstant, decisions: &[Decision], is_over: impl Fn(&Decision) -> bool) {
-        while let (Some(decision), Some(impulse)) = (decisions.get(self.closed), self.impulses.get(self.closed))
+        while let (Some(decision), Some(impulse)) =
+            (decisions.get(self.closed), self.impulses.get(self.closed))
             && is_over(decision)
         {
             let per_s = if impulse.time_s > 0.0 { 1.0 / impulse.time_s } else { 0.0 };
-            let achieved = wrench(Wrench::from_array(impulse.sum.to_array().map(|component| component * per_s)));
+            let achieved =
+                wrench(Wrench::from_array(impulse.sum.to_array().map(|component| component * per_s)));
             let cycle = flotilla::Cycle {
                 stamp: stamp(now),
                 index: self.closed as u32,

@@ -36,6 +36,7 @@ pub mod topics;
 #[derive(Default)]
 pub struct Log {
     file: Option<Opened>,
+    /// Where the file is; empty where there never was one.
     path: PathBuf,
     /// What became of it, if that was not good.
     failure: Option<String>,
@@ -106,6 +107,10 @@ impl Log {
         {
             self.failure = Some(cannot(&self.path, &error));
         }
+        // A file that was removed can be written to its end.
+        if self.failure.is_none() && !self.path.as_os_str().is_empty() && !self.path.exists() {
+            self.failure = Some(format!("{}: it has been removed while it was written", self.path.display()));
+        }
         self.failure
     }
 }
@@ -129,7 +134,13 @@ fn topic<M: Message>(
 }
 
 /// The first message of a log.
-fn head(fleet: &str, name: &str, seed: u64, modules: Vec<u16>, document: String) -> runlog::flotilla::Scenario {
+fn head(
+    fleet: &str,
+    name: &str,
+    seed: u64,
+    modules: Vec<u16>,
+    document: String,
+) -> runlog::flotilla::Scenario {
     let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     runlog::flotilla::Scenario {
         format: runlog::flotilla::FORMAT,

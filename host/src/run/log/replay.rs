@@ -63,7 +63,9 @@ impl Reading {
                 let modules = scenario.structure.len();
                 if head.modules.len() != modules {
                     let told = head.modules.len();
-                    return Err(ReplayError::Senseless(format!("/scenario: {told} numbers of {modules} modules")));
+                    return Err(ReplayError::Senseless(format!(
+                        "/scenario: {told} numbers of {modules} modules"
+                    )));
                 }
                 Ok(Self::Boats(Box::new(boats::Reading::new(&scenario, head.seed, &head.modules))))
             }
@@ -124,9 +126,7 @@ pub fn replay(
         Reading::Boats(reading) => {
             Replayed::Boats(Box::new(reading.finish().map_err(ReplayError::Senseless)?))
         }
-        Reading::Rovs(reading) => {
-            Replayed::Rovs(Box::new(reading.finish().map_err(ReplayError::Senseless)?))
-        }
+        Reading::Rovs(reading) => Replayed::Rovs(Box::new(reading.finish().map_err(ReplayError::Senseless)?)),
     };
     Ok((replayed, extent))
 }

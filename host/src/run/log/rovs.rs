@@ -247,7 +247,8 @@ impl<'a> RovLog<'a> {
         let (legs, absences) = counts::legs(stamp(now), self.watch.legs());
         self.tell(now, Told::Legs(&legs));
         self.tell(now, Told::Absences(&absences));
-        let moves = flotilla::Moves { stamp: stamp(now), moves: self.accounts.moves().map(reading::told).collect() };
+        let moves =
+            flotilla::Moves { stamp: stamp(now), moves: self.accounts.moves().map(reading::told).collect() };
         self.tell(now, Told::Moves(&moves));
         let (start_s, length_s) = run.host.controller.gaps().iter().copied().unzip();
         self.tell(now, Told::Pauses(&flotilla::Pauses { stamp: stamp(now), start_s, length_s }));

@@ -59,8 +59,9 @@ impl Scenario {
             };
             LegTable { duration_s: leg.duration_s, velocity_m_s, position_m, heading_rad: leg.heading_rad }
         });
-        let Self { start, modboat, planner, control, observer, timing, tank, motor, clock, mocap, radio, .. } =
-            self;
+        let Self {
+            start, modboat, planner, control, observer, timing, tank, motor, clock, mocap, radio, ..
+        } = self;
         let document = Document {
             name: &self.name,
             description: &self.description,
@@ -94,7 +95,8 @@ mod tests {
         for (name, _) in BUILT_IN {
             let scenario = Scenario::open(name).expect(name);
             let document = scenario.document();
-            let again = Scenario::parse(name, &document).unwrap_or_else(|error| panic!("{error}\n{document}"));
+            let again =
+                Scenario::parse(name, &document).unwrap_or_else(|error| panic!("{error}\n{document}"));
             assert_eq!(format!("{again:?}"), format!("{scenario:?}"), "{document}");
         }
     }

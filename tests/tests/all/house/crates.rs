@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crates of the product, each with those that it depends on.
-const CRATES: [(&str, &[&str]); 16] = [
+const CRATES: [(&str, &[&str]); 17] = [
     ("protocol", &[]),
     ("firmware", &["protocol"]),
     ("plant", &[]),
@@ -14,6 +14,7 @@ const CRATES: [(&str, &[&str]); 16] = [
     ("quantity", &[]),
     ("reader", &[]),
     ("grid", &[]),
+    ("runlog", &[]),
     ("modboat", &["quantity"]),
     ("reconfiguration", &["quantity", "reader"]),
     ("rov", &["grid", "quantity", "reconfiguration"]),
@@ -39,6 +40,7 @@ const CRATES: [(&str, &[&str]); 16] = [
             "reconfiguration",
             "record",
             "rov",
+            "runlog",
             "sim",
         ],
     ),

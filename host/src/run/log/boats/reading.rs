@@ -80,10 +80,8 @@ impl Reading {
             Told::Truth(state) => self.truth.push(self.pose(state)),
             Told::Estimate(state) => self.estimates.push(self.pose(state)),
             Told::Tails(tails) => {
-                let sample = TailSample {
-                    t_s: self.time_s(&tails.header.stamp),
-                    actual_rad: tails.position.clone(),
-                };
+                let sample =
+                    TailSample { t_s: self.time_s(&tails.header.stamp), actual_rad: tails.position.clone() };
                 self.fits("tails", &[sample.actual_rad.len()]);
                 self.tails.push(sample);
             }
@@ -193,7 +191,8 @@ impl Reading {
             let [from_s, until_s] = [start(decision), end(decision)].map(|at| at.as_secs_f64() - zero_s);
             let over = until_s <= end_s + 2.0 * POSE_EVERY_S;
             if over && !gaps.iter().any(|gap| from_s < gap[1] && gap[0] < until_s) {
-                let achieved = self.cycles.get(&decision.index).map_or(Wrench::default(), |c| wrench(&c.achieved));
+                let achieved =
+                    self.cycles.get(&decision.index).map_or(Wrench::default(), |c| wrench(&c.achieved));
                 cycles.push(cycle(decision, from_s, achieved)?);
             }
         }
@@ -261,7 +260,9 @@ fn cycle(decision: &flotilla::Decision, start_s: f64, achieved: Wrench) -> Resul
         clearance_m: decision.clearance_m,
         guarantee_m: decision.guarantee_m,
         solve_us: decision.solve_us,
-        swings: swings.map(|(&centerline_rad, &amplitude_rad)| Swing { centerline_rad, amplitude_rad }).collect(),
+        swings: swings
+            .map(|(&centerline_rad, &amplitude_rad)| Swing { centerline_rad, amplitude_rad })
+            .collect(),
         turns: turns.map(|(&from_rad, &to_rad)| Turn { from_rad, to_rad }).collect(),
         via: (!decision.via_rad.is_empty()).then(|| ViaRecord {
             via_rad: decision.via_rad.clone(),

@@ -120,7 +120,8 @@ impl Reading {
         let (planned, executed) = (sum(|m| m.planned), sum(|m| m.executed));
         let id = |robot: usize| self.ids.get(robot).copied().unwrap_or_default();
         let watched = counts::watched(1, &self.legs, &self.absences);
-        let found = watched.iter().flat_map(|seen| shortfall::of_watch(None, seen, FLOOR_S, Execution::MODULE, id));
+        let found =
+            watched.iter().flat_map(|seen| shortfall::of_watch(None, seen, FLOOR_S, Execution::MODULE, id));
         let shortfalls: Vec<_> = found.collect();
         let gaps = self.pauses.start_s.iter().zip(&self.pauses.length_s);
         let link = counts::link_figures(&self.links);

@@ -52,8 +52,7 @@ impl Scene {
     pub fn transforms(&self, robots: &Robots) -> TFMessage {
         let transforms = robots.robots.iter().map(|robot| {
             let [x, y, z, roll, pitch, yaw] = robot.eta;
-            let header =
-                Header { stamp: stamp(instant(&robots.stamp)), frame_id: "world_ned".to_owned() };
+            let header = Header { stamp: stamp(instant(&robots.stamp)), frame_id: "world_ned".to_owned() };
             let rotation = Quaternion::from_euler([roll, pitch, yaw]);
             transform(header, format!("robot_{}", robot.id), [x, y, z], rotation)
         });

@@ -50,7 +50,18 @@ fn paused(stops_s: &[f64], length_s: f64) -> Summary {
     };
     let drive = Drive { pace: Pace::Real, operator: &mut Unattended, hook: &mut hook };
     let clock = Clock::over(Pace::Real, Fake(&time));
-    run_by(clock, (Log::default(), Title::default()), &problem, &plan, &options, &mut fleet, drive, &mut Quiet).expect("begun").summary
+    run_by(
+        clock,
+        (Log::default(), Title::default()),
+        &problem,
+        &plan,
+        &options,
+        &mut fleet,
+        drive,
+        &mut Quiet,
+    )
+    .expect("begun")
+    .summary
 }
 
 #[test]
