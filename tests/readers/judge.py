@@ -104,10 +104,10 @@ def main(log, tables):
             again[connection.topic] += 1
     assert again == counts, (again, counts)
 
-    for topic, name in (("/odom", "odom.csv"), ("/truth/odom", "truth_odom.csv")):
-        if topic not in decoded:
-            continue
-        with open(Path(tables) / name, newline="") as file:
+    odometry = [topic for topic in decoded if topic.endswith("/odom")]
+    assert odometry
+    for topic in odometry:
+        with open(Path(tables) / f"{topic.strip('/').replace('/', '_')}.csv", newline="") as file:
             rows = list(csv.DictReader(file))
         assert len(rows) == len(decoded[topic]) > 0, (topic, len(rows))
         assert set(rows[0]) == set(COLUMNS) | {"t_s", "header_stamp_s"}, set(rows[0]) ^ set(COLUMNS)

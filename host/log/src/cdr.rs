@@ -53,6 +53,14 @@ impl Encoder {
         self.bytes.extend_from_slice(&ENCAPSULATION);
     }
 
+    /// Writes numbers that lie behind each other.
+    pub(crate) fn put_doubles(&mut self, values: &[f64]) {
+        if let Some((first, rest)) = values.split_first() {
+            self.put(first.to_le_bytes());
+            rest.iter().for_each(|value| self.bytes.extend_from_slice(&value.to_le_bytes()));
+        }
+    }
+
     /// Makes room for numbers that come one after the other, so that each is only copied.
     fn reserve(&mut self, bytes: usize) {
         self.bytes.reserve(bytes);

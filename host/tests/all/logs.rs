@@ -8,7 +8,7 @@ use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, run_into};
 use host::run::fleet::InProcess;
 use host::run::log::Log;
-use host::run::log::replay::{Replayed, replay, replay_file};
+use host::run::log::replay::{Replayed, replay};
 use host::run::orders::Unattended;
 use host::run::progress::Quiet;
 use host::run::scenario::{BUILT_IN, Scenario};

@@ -78,10 +78,10 @@ fn count(said: &str, topic: &str) -> usize {
 #[test]
 fn the_log_of_a_run_is_read_by_others() {
     let said = judged("run", &["run", "holonomic-1", "--seed", "3", "--loss", "0.1"]);
-    // 90 s, in which poses come at 20 Hz, tails at 50 Hz, counts at 1 Hz.
+    // 90 s, in which frames come at 20 Hz, odometry at 10 Hz, tails at 50 Hz, counts at 1 Hz.
     for (topic, least, most) in [
-        ("/truth/odom", 1790, 1802),
-        ("/odom", 1790, 1802),
+        ("/truth/odom", 895, 902),
+        ("/odom", 895, 902),
         ("/tf", 1790, 1802),
         ("/tails", 4490, 4502),
         ("/fix", 10_000, 11_500),
@@ -101,5 +101,8 @@ fn the_log_of_a_run_is_read_by_others() {
 #[test]
 fn the_log_of_a_reconfiguration_is_read_by_others() {
     let said = judged("reconfigure", &["reconfigure", "i-to-l", "--criterion", "energy"]);
-    assert!(count(&said, "/robots") > 400 && count(&said, "/moves") > 20, "{said}");
+    assert!(
+        count(&said, "/robots") > 400 && count(&said, "/robot_3/odom") > 200 && count(&said, "/moves") > 20,
+        "{said}"
+    );
 }

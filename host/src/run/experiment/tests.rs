@@ -60,7 +60,7 @@ fn a_host_that_was_stopped_goes_on_from_now() {
     {
         let of = format!("{size}, seed {seed}, stopped at {at_s} s for {length_s} s");
         let (result, notes, phases) = paused(&scenario(size, 90.0, ""), seed, at_s, length_s);
-        let RunResult { summary, record, decisions } = result;
+        let RunResult { summary, record, decisions, .. } = result;
         assert_eq!(phases, [Phase::Swimming, Phase::Waiting], "{of}");
         let said = notes.iter().filter(|note| note.starts_with("the host did not run for ")).count();
         assert_eq!(said, 1, "{of}: {notes:?}");

@@ -2,7 +2,8 @@
 //!
 //! | topics | how often |
 //! |---|---|
-//! | `/truth/state`, `/estimate/state`, odometry, `/tf` | 20 Hz, from the start of the first cycle on |
+//! | `/truth/state`, `/estimate/state`, `/tf` | 20 Hz, from the start of the first cycle on |
+//! | odometry, for others' tools | 10 Hz, the same: most of it is covariances |
 //! | `/tails` | 50 Hz, the same |
 //! | `/markers` | tails 5 Hz, bodies 1 Hz |
 //! | `/fix`, `/acknowledgement`, `/event`, `/gap`, `/decision`, `/cycle` | as they come |
@@ -31,14 +32,20 @@ use super::shown::modules;
 use super::topics::{Shown, Told};
 use super::{Log, counts, stamp};
 
+use messages::{message, state, wrench};
+
+pub use messages::head;
 pub use reading::{Outcome, Reading};
 
+mod messages;
 mod reading;
 
 /// Seconds between two poses: 20 Hz.
 pub const POSE_EVERY_S: f64 = 0.05;
 /// Seconds between two sets of tails: 50 Hz.
 const TAILS_EVERY_S: f64 = 0.02;
+/// Seconds between two of others' forms of the pose.
+const ODOMETRY_EVERY_S: f64 = 0.1;
 /// Seconds between two drawings of the tails.
 const TAILS_DRAWN_EVERY_S: f64 = 0.2;
 /// Pause between two sets of counts.
@@ -87,6 +94,7 @@ pub struct BoatLog<'a> {
     notes: &'a RefCell<Vec<String>>,
     origin: Option<FleetInstant>,
     poses: Beat,
+    odometry: Beat,
     tails: Beat,
     markers: Beat,
     /// Used again for each message.
@@ -133,6 +141,7 @@ impl<'a> BoatLog<'a> {
             notes,
             origin: None,
             poses: Beat::new(POSE_EVERY_S),
+            odometry: Beat::new(ODOMETRY_EVERY_S),
             tails: Beat::new(TAILS_EVERY_S),
             markers: Beat::new(TAILS_DRAWN_EVERY_S),
             joints: ros::JointState { header, name: name.collect(), ..ros::JointState::default() },
@@ -175,7 +184,7 @@ impl<'a> BoatLog<'a> {
 
     /// What modules answered, and what was said.
     fn happenings<F: Fleet>(&mut self, now: FleetInstant, run: &BoatRun<'_, F>) {
-        for text in self.notes.borrow_mut().drain(..) {
+        for text in self.notes.take() {
             self.log.show(now, Shown::Event(&flotilla::Event { stamp: stamp(now), module: 0, text }));
         }
         if !self.log.is_kept() {
@@ -215,8 +224,8 @@ impl<'a> BoatLog<'a> {
     /// Decisions that are new, or were given up.
     fn decisions(&mut self, now: FleetInstant, decisions: &[Decision]) {
         // Only the last ones can change.
-        for index in self.told.len().saturating_sub(2)..decisions.len() {
-            let decision = &decisions[index];
+        let from = self.told.len().saturating_sub(2);
+        for (index, decision) in decisions.iter().enumerate().skip(from) {
             let form = (decision.start, decision.transition, decision.period, decision.via.is_some());
             if self.told.get(index) == Some(&form) {
                 continue;
@@ -282,7 +291,7 @@ impl<'a> BoatLog<'a> {
         let Some(origin) = self.origin.filter(|&origin| origin <= now) else { return };
         let t_s = now.as_secs_f64() - origin.as_secs_f64();
         if self.poses.is_due(t_s) {
-            self.tell_pose(now, run);
+            self.tell_pose(now, t_s, run);
         }
         if self.tails.is_due(t_s) {
             self.joints.header.stamp = stamp(now);
@@ -317,7 +326,7 @@ impl<'a> BoatLog<'a> {
         }
     }
 
-    fn tell_pose<F: Fleet>(&mut self, now: FleetInstant, run: &BoatRun<'_, F>) {
+    fn tell_pose<F: Fleet>(&mut self, now: FleetInstant, t_s: f64, run: &BoatRun<'_, F>) {
         let truth = run.world.as_ref().map(|tank| tank.pose());
         if let Some(truth) = &truth {
             self.tell(now, Told::Truth(&state(now, truth)));
@@ -337,11 +346,13 @@ impl<'a> BoatLog<'a> {
             self.tell(now, Told::Estimate(&state(now, estimate)));
         }
         if self.log.is_kept() {
-            if let Some(truth) = &truth {
-                self.log.show(now, Shown::TrueOdometry(self.scene.odometry(now, truth, "base_link")));
-            }
-            if let Some(estimate) = &estimate {
-                self.log.show(now, Shown::Odometry(self.scene.odometry(now, estimate, "estimate")));
+            if self.odometry.is_due(t_s) {
+                if let Some(truth) = &truth {
+                    self.log.show(now, Shown::TrueOdometry(self.scene.odometry(now, truth, "base_link")));
+                }
+                if let Some(estimate) = &estimate {
+                    self.log.show(now, Shown::Odometry(self.scene.odometry(now, estimate, "estimate")));
+                }
             }
             let base = truth.as_ref().or(estimate.as_ref());
             self.log.show(now, Shown::Transforms(self.scene.transforms(now, base, estimate.as_ref())));
@@ -423,59 +434,5 @@ impl<F: Fleet<Actuation = TailState>> Observer<BoatRun<'_, F>> for BoatLog<'_> {
             self.count(now, run);
         }
         Ok(())
-    }
-}
-
-/// What is told first of a run of Modboats.
-#[must_use]
-pub fn head(scenario: &Scenario, seed: u64, modules: Vec<u16>) -> flotilla::Scenario {
-    super::head("modboats", &scenario.name, seed, modules, scenario.document())
-}
-
-fn state(now: FleetInstant, pose: &PoseSample) -> flotilla::BoatState {
-    flotilla::BoatState {
-        stamp: stamp(now),
-        position_m: pose.position_m,
-        heading_rad: pose.heading_rad,
-        velocity_m_s: pose.velocity_m_s,
-        yaw_rate_rad_s: pose.yaw_rate_rad_s,
-    }
-}
-
-fn wrench(wrench: Wrench) -> flotilla::Wrench {
-    let Wrench { fx_n, fy_n, tau_nm } = wrench;
-    flotilla::Wrench { fx_n, fy_n, tau_nm }
-}
-
-fn message(now: FleetInstant, index: usize, decision: &Decision) -> flotilla::Decision {
-    let (plan, via) = (&decision.plan, decision.via.as_ref());
-    flotilla::Decision {
-        stamp: stamp(now),
-        index: index as u32,
-        number: decision.number,
-        start_us: decision.start.0,
-        transition_us: decision.transition.0,
-        via_turning_us: via.map_or(0, |via| via.turning.0),
-        via_rest_us: via.map_or(0, |via| via.rest.0),
-        ramps_s: plan.step_times.map(|step| step.ramp_s),
-        period_us: decision.period.0,
-        outcome: plan.outcome.name().to_owned(),
-        reason: plan.reason.map_or_else(String::new, |reason| reason.to_string()),
-        demand: wrench(decision.demand),
-        commanded: wrench(plan.wrench),
-        error: plan.error,
-        travel_rad: plan.travel_rad,
-        clearance_m: plan.clearance_m,
-        guarantee_m: plan.guarantee_m,
-        outside_envelope: plan.outside_envelope,
-        loss_tolerant: plan.loss_tolerant,
-        power_tolerant: plan.power_tolerant,
-        solve_us: decision.solve_us,
-        missing: decision.missing.clone(),
-        from_rad: decision.turns.iter().map(|turn| turn.from_rad).collect(),
-        via_rad: via.map_or_else(Vec::new, |via| via.rad.clone()),
-        to_rad: decision.turns.iter().map(|turn| turn.to_rad).collect(),
-        centerline_rad: plan.cycle.iter().map(|swing| swing.centerline_rad).collect(),
-        amplitude_rad: plan.cycle.iter().map(|swing| swing.amplitude_rad).collect(),
     }
 }

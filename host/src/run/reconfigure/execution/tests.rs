@@ -6,6 +6,7 @@ use std::time::Duration;
 use rov::planner::{OrderRule, Request};
 
 use super::super::super::clock::Fake;
+use super::super::super::host::Controller;
 use super::super::super::progress::Quiet;
 use super::super::scenario::ReconfigureScenario;
 use super::*;
