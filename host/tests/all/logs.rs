@@ -232,9 +232,11 @@ fn what_is_no_log_is_named_in_one_line() {
         head(writer, flotilla::Scenario { format, program: "flotilla 9.0.0".to_owned(), ..boats() });
     });
     written("other.mcap", &|writer| {
-        head(writer, flotilla::Scenario { fleet: "kites".to_owned(), ..boats() })
+        head(writer, flotilla::Scenario { fleet: "kites".to_owned(), ..boats() });
     });
-    written("few.mcap", &|writer| head(writer, flotilla::Scenario { modules: vec![1], ..boats() }));
+    written("few.mcap", &|writer| {
+        head(writer, flotilla::Scenario { modules: vec![1], ..boats() });
+    });
     written("tails.mcap", &|writer| {
         head(writer, boats());
         let topic = writer.topic("/tails").expect("writes");
