@@ -112,7 +112,9 @@ def main(log, tables):
         assert len(rows) == len(decoded[topic]) > 0, (topic, len(rows))
         assert set(rows[0]) == set(COLUMNS) | {"t_s", "header_stamp_s"}, set(rows[0]) ^ set(COLUMNS)
         for row, (time, value) in zip(rows, decoded[topic]):
-            assert row["t_s"] == row["header_stamp_s"] == f"{time // 10**9}.{time % 10**9:09}", row
+            stamp = value.header.stamp
+            assert row["t_s"] == f"{time // 10**9}.{time % 10**9:09}", row
+            assert row["header_stamp_s"] == f"{stamp.sec}.{stamp.nanosec:09}", row
             for column, of in COLUMNS.items():
                 number = of(value)
                 cell = row[column] if isinstance(number, str) else float(row[column])
