@@ -158,7 +158,7 @@ pub fn read<E: From<LogError>>(
 ) -> Result<Extent, E> {
     let (mut topics, mut extent) = (Topics::default(), Extent::default());
     let options =
-        LinearReaderOptions::default().with_validate_chunk_crcs(true).with_record_length_limit(RECORD_MAX);
+        LinearReaderOptions::default().with_prevalidate_chunk_crcs(true).with_record_length_limit(RECORD_MAX);
     let mut reader = LinearReader::new_with_options(options);
     let mut head = Vec::new();
     loop {

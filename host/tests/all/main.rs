@@ -14,6 +14,7 @@ mod envelope;
 mod interrupt;
 mod keygen;
 mod keys;
+mod logs;
 mod operator;
 mod path;
 mod pilot_phases;
