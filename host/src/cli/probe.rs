@@ -238,7 +238,7 @@ fn advice(feed: &Feed, proposal: &Proposal, axes: Option<&Axes>) -> Vec<String> 
     let word = |up| if up == Up::Z { "z" } else { "y" };
     match (axes.map(|axes| axes.up), proposal.up()) {
         (None, Some(up)) => {
-            advice.push(format!("heights differ least along {0}: it points up (--up {0})", word(up)))
+            advice.push(format!("heights differ least along {0}: it points up (--up {0})", word(up)));
         }
         (None, None) => advice.push("say which axis points up: --up z or --up y".to_owned()),
         (Some(said), Some(up)) if said != up => {

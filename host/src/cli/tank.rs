@@ -179,7 +179,7 @@ impl Boats {
         let least_mm = 1e3 * self.water.least_clearance_m();
         match self.water.contacts() {
             [] if least_mm.is_finite() => {
-                tell(&format!("no contacts; tails never closer than {least_mm:.1} mm"))
+                tell(&format!("no contacts; tails never closer than {least_mm:.1} mm"));
             }
             [] => tell("no contacts; no two tails can meet"),
             [first, ..] => {
@@ -228,14 +228,14 @@ impl Truth {
         let at_ns = at_us * 1000;
         let stamp = Time::from_nanos(at_ns);
         let mut write = || {
-            if at_us % 50_000 == 0 {
+            if at_us.is_multiple_of(50_000) {
                 let PoseSample { position_m, heading_rad, velocity_m_s, yaw_rate_rad_s, .. } =
                     boats.water.pose();
                 let stamp = stamp.clone();
                 let state = BoatState { stamp, position_m, heading_rad, velocity_m_s, yaw_rate_rad_s };
                 self.writer.write(self.states, at_ns, &state)?;
             }
-            if at_us % 20_000 == 0 {
+            if at_us.is_multiple_of(20_000) {
                 let header = Header { stamp: stamp.clone(), frame_id: "structure".to_owned() };
                 let tails = JointState {
                     header,
