@@ -9,13 +9,14 @@ use protocol::ModuleId;
 
 use super::{Failure, bad, could};
 use crate::run::lab::{LabPoses, standard_unit};
+use crate::run::logged::LoggedPoses;
 use crate::run::roster::Roster;
 use crate::run::scenario::{LengthUnit, PoseParameters, Scenario, UpAxis};
 
 #[derive(clap::Args)]
 pub(super) struct PoseArguments {
-    /// Where poses come from, with --radio udp: natnet:HOST[:PORT], qtm:HOST[:PORT] or vrpn:[BODY,…@]HOST[:PORT] [default: water
-    /// that is simulated in this process]
+    /// Where poses come from, with --radio udp: natnet:HOST[:PORT], qtm:HOST[:PORT], vrpn:[BODY,…@]HOST[:PORT] or
+    /// log:FILE [default: the scenario's, or water that is simulated in this process]
     #[arg(long, value_name = "SOURCE")]
     pub(super) pose: Option<Address>,
     #[command(flatten)]
@@ -36,6 +37,14 @@ pub(super) struct LabArguments {
     pub(super) unit: Option<LengthUnit>,
 }
 
+/// Where poses of a real structure come from.
+pub(super) enum Poses {
+    /// A motion capture.
+    Lab(Box<LabPoses>),
+    /// A log.
+    Logged(LoggedPoses),
+}
+
 impl LabArguments {
     /// Goes before what a scenario says.
     pub(super) fn apply(&self, parameters: &mut PoseParameters) {
@@ -50,23 +59,28 @@ impl PoseArguments {
         self.lab.apply(parameters);
     }
 
-    /// The motion capture that was asked for, which sees the modules `seats` of `roster`.
+    /// What was asked for, which sees the modules `seats` of `roster`.
     pub(super) fn open(
         &self,
         scenario: &Scenario,
         roster: &Roster,
         seats: &[ModuleId],
-    ) -> Result<Option<LabPoses>, Failure> {
-        let Some(address) = &self.pose else { return Ok(None) };
-        let axes = scenario.pose.axes(standard_unit(address)).ok_or_else(no_up)?;
+    ) -> Result<Option<Poses>, Failure> {
+        let said = scenario.pose.source.as_deref().map(str::parse).transpose();
+        let said = said.map_err(|error| Failure::Bad(format!("[pose] source: {error}")))?;
+        let Some(address) = self.pose.clone().or(said) else { return Ok(None) };
+        if let Address::Log(path) = &address {
+            return LoggedPoses::open(path).map(|poses| Some(Poses::Logged(poses))).map_err(Failure::Bad);
+        }
+        let axes = scenario.pose.axes(standard_unit(&address)).ok_or_else(no_up)?;
         let by_number = matches!(address, Address::NatNet(_));
-        let bodies = roster.bodies(by_number).map_err(bad)?;
+        let bodies = roster.bodies(by_number, seats).map_err(bad)?;
         let positions_m = scenario.structure.positions_m(scenario.modboat.pitch_m);
         let places: Vec<(u16, Vector2<f64>)> =
             seats.iter().zip(positions_m).map(|(id, place)| (id.0, place.into())).collect();
-        let structure = Structure::new(bodies, &places, Tolerances::default());
-        let source = self.source(address)?;
-        Ok(Some(LabPoses::new(address.to_string(), source, axes, structure)))
+        let structure = Structure::new(bodies.clone(), &places, Tolerances::default());
+        let source = self.source(&address)?;
+        Ok(Some(Poses::Lab(Box::new(LabPoses::new(address.to_string(), source, axes, structure, bodies)))))
     }
 
     fn source(&self, address: &Address) -> Result<Box<dyn pose::source::Source>, Failure> {

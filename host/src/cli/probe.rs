@@ -148,7 +148,10 @@ fn findings(
     roster: Option<&Roster>,
 ) -> Result<Findings, Failure> {
     let by_number = matches!(arguments.source, Address::NatNet(_));
-    let entries = roster.map(|roster| roster.bodies(by_number)).transpose().map_err(bad)?;
+    let entries = roster
+        .map(|roster| roster.bodies(by_number, &roster.ids().collect::<Vec<_>>()))
+        .transpose()
+        .map_err(bad)?;
     let (figures, status) = (feed.figures(), feed.status());
     // Names come after the first frames: a number alone is the body that is named later.
     let is_named = |number: Option<i32>| {

@@ -10,8 +10,10 @@
 use modboat::observer::Fix;
 use pose::axes::{Axes, Unit};
 use pose::feed::{Event, Feed};
+use pose::frame::Label;
 use pose::gate::{self, Gate};
 use pose::ledger::{FrameFault, Ledger};
+use pose::roster::Roster;
 use pose::source::{Link, Source};
 use pose::structure::{Found, Outcome, PlanarPose, Structure};
 use pose::time::HostInstant;
@@ -41,6 +43,8 @@ pub struct LabPoses {
     name: String,
     feed: Feed,
     structure: Structure,
+    /// The fleet's bodies, until all have been seen.
+    awaited: Option<Roster>,
     fix: Fix,
     last: Option<(f64, PlanarPose)>,
     /// When the last frame came.
@@ -69,15 +73,50 @@ pub struct PoseAccount {
 }
 
 impl LabPoses {
-    /// Of `structure` by the frames of `source`, in a laboratory with these axes.
+    /// Of `structure`, which has these `bodies`, by the frames of `source`, in a laboratory with these axes.
     #[must_use]
-    pub fn new(name: String, source: Box<dyn Source>, axes: Axes, structure: Structure) -> Self {
+    pub fn new(
+        name: String,
+        source: Box<dyn Source>,
+        axes: Axes,
+        structure: Structure,
+        bodies: Roster,
+    ) -> Self {
         let feed = Feed::new(source, Gate::new(axes, gate::Limits::default()));
-        Self { name, feed, structure, fix: Fix::default(), last: None, came: None, unused: 0, trouble: None }
+        let awaited = Some(bodies);
+        Self {
+            name,
+            feed,
+            structure,
+            awaited,
+            fix: Fix::default(),
+            last: None,
+            came: None,
+            unused: 0,
+            trouble: None,
+        }
+    }
+
+    /// The first body of the fleet that has not been seen since the beginning, and what is seen instead.
+    fn unseen(&mut self) -> Option<String> {
+        let awaited = self.awaited.as_ref()?;
+        let labels: Vec<Label> =
+            self.feed.figures().bodies().keys().chain(self.feed.bodies()).cloned().collect();
+        let Some(entry) = awaited.missing(&labels).next() else {
+            self.awaited = None;
+            return None;
+        };
+        let sent: Vec<String> =
+            labels.iter().filter(|label| label.name.is_some()).map(Label::to_string).collect();
+        let sent = if sent.is_empty() { "bodies without names".to_owned() } else { sent.join(", ") };
+        Some(format!("body {} of module {} is never seen; the server sends {sent}", entry.body, entry.module))
     }
 
     /// The pose that a frame shows, or why it shows none.
     fn locate(&mut self, seen: &gate::Fix) -> Result<PlanarPose, String> {
+        if let Some(unseen) = self.unseen() {
+            return Err(unseen);
+        }
         let expected =
             self.last.filter(|(at_s, _)| seen.captured_s - at_s < EXPECTED_S).map(|(_, pose)| pose);
         match self.structure.locate(&seen.bodies, expected.as_ref()) {

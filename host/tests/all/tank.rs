@@ -245,6 +245,8 @@ fn bad_input_is_one_clear_line() {
             format!("{run} --pose qtm:127.0.0.1 --up z --roster two.toml"),
             "two.toml:6: [[module]] 2: body = \"a\"",
         ),
+        (format!("{run} --pose log:no-such.mcap"), "no-such.mcap: No such file"),
+        (format!("{run} --pose log:two.toml"), "two.toml: not a log"),
         ("run holonomic-1 --pose natnet:127.0.0.1 --up z".to_owned(), "--pose needs --radio udp"),
         ("tank holonomic-1 --key fleet.key --fault lost:4@2".to_owned(), "--fault: body 4: there are only 3"),
         ("tank holonomic-1 --key fleet.key --fault deaf@2".to_owned(), "no fault \"deaf\""),
@@ -255,4 +257,38 @@ fn bad_input_is_one_clear_line() {
         assert_eq!(finished.code, Some(2), "{arguments:?}: {finished:?}");
         assert!(said.contains(says), "{arguments:?}: {said}");
     }
+}
+
+/// A body that the roster names and the server does not send is named before anything swims.
+#[test]
+fn a_body_that_is_never_seen_is_named() {
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    let roster = "[[module]]\nid = 1\n[[module]]\nid = 2\nbody = \"blue boat\"\n[[module]]\nid = 3\n";
+    std::fs::write(folder.path().join("fleet.toml"), roster).expect("written");
+    let pair = Pair {
+        name: "unseen".to_owned(),
+        scenario: "holonomic-1".to_owned(),
+        protocol: "natnet",
+        tank: Vec::new(),
+        run: words("--up z --roster fleet.toml"),
+    };
+    let (host, mocap) = (format!("127.0.0.1:{}", port()), format!("127.0.0.1:{}", port()));
+    let tank =
+        ["tank", &pair.scenario, "--key", KEY, "--host", &host, "--listen", &mocap, "--duration", "600"];
+    let tank = Process::start(folder.path(), &tank);
+    let probe =
+        ["probe", &format!("natnet:{mocap}"), "--up", "z", "--roster", "fleet.toml", "--duration", "2"];
+    let probed = Process::start(folder.path(), &probe).finish();
+    assert_eq!(probed.code, Some(1), "{probed:?}");
+    assert!(probed.err.join("\n").contains("never seen: module 2 (body \"blue boat\")"), "{probed:?}");
+    let pose = format!("natnet:{mocap}");
+    let mut run =
+        vec!["run", &pair.scenario, "--radio", "udp", "--key", KEY, "--listen", &host, "--pose", &pose];
+    run.extend(pair.run.iter().map(String::as_str));
+    let finished = Process::start(folder.path(), &run).finish();
+    drop(tank);
+    assert_eq!(finished.code, Some(1), "{finished:?}");
+    let said = finished.err.join("\n");
+    assert!(said.contains("body \"blue boat\" of module 2 is never seen; the server sends"), "{said}");
 }

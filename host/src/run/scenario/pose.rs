@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoseParameters {
+    /// Where poses come from, with modules on UDP, as for `--pose`; the simulated water if it is not given.
+    pub source: Option<String>,
     /// The laboratory's axis that points up. Never guessed: needed with a motion capture.
     pub up: Option<UpAxis>,
     /// The laboratory's unit; that of the protocol if it is not given.
@@ -43,7 +45,7 @@ pub enum LengthUnit {
 
 impl Default for PoseParameters {
     fn default() -> Self {
-        Self { up: None, unit: None, origin_m: [0.0; 3], heading_rad: 0.0, hold_after_s: 1.0 }
+        Self { source: None, up: None, unit: None, origin_m: [0.0; 3], heading_rad: 0.0, hold_after_s: 1.0 }
     }
 }
 
