@@ -250,11 +250,11 @@ impl<W: Write> Writer<W> {
         });
         group(&mut self.out, op::STATISTICS, &|out| {
             mcap::record(out, op::STATISTICS, |out| {
-                statistics(out, self.schemas.len(), &self.channels, &self.chunks)
+                statistics(out, self.schemas.len(), &self.channels, &self.chunks);
             });
         });
         group(&mut self.out, op::CHUNK_INDEX, &|out| {
-            self.chunks.iter().for_each(|chunk| chunk_index(out, chunk))
+            self.chunks.iter().for_each(|chunk| chunk_index(out, chunk));
         });
         let offsets = summary + self.out.len() as u64;
         for (code, start, length) in groups {
