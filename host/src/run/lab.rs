@@ -12,7 +12,7 @@ use pose::axes::{Axes, Unit};
 use pose::feed::{Event, Feed};
 use pose::frame::Label;
 use pose::gate::{self, Gate};
-use pose::ledger::{FrameFault, Ledger};
+use pose::ledger::FrameFault;
 use pose::roster::Roster;
 use pose::source::{Link, Source};
 use pose::structure::{Found, Outcome, PlanarPose, Structure};
@@ -20,7 +20,7 @@ use pose::time::HostInstant;
 use protocol::time::{Duration, FleetInstant};
 
 use super::RunError;
-use super::closed_loop::PoseSource;
+use super::pose_source::{PoseAccount, PoseSource};
 
 /// Frames that are not used in a row after which it is said why. *Assumed*: a tenth of a second at 100 Hz.
 const SAID_AFTER: u32 = 10;
@@ -51,25 +51,6 @@ pub struct LabPoses {
     came: Option<FleetInstant>,
     unused: u32,
     trouble: Option<String>,
-}
-
-/// What came of a motion capture, so far.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PoseAccount {
-    /// Where poses come from.
-    pub source: String,
-    /// What became of frames and bodies.
-    pub ledger: Ledger,
-    /// Connections that were made.
-    pub connects: u32,
-    /// Jumps of the server's clock.
-    pub clock_jumps: u64,
-    /// Least time from exposure to arrival, and how far off that may be, s; `None` where the protocol does not show it.
-    pub least_delay_s: Option<(f64, f64)>,
-    /// Time beyond the least that half of the frames did not exceed, s.
-    pub late_p50_s: f64,
-    /// And 99 of 100.
-    pub late_p99_s: f64,
 }
 
 impl LabPoses {

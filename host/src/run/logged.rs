@@ -10,7 +10,7 @@ use runlog::flotilla;
 use runlog::reader::{LogError, read};
 
 use super::RunError;
-use super::closed_loop::PoseSource;
+use super::pose_source::PoseSource;
 
 /// See the module's documentation.
 #[derive(Debug)]

@@ -22,10 +22,11 @@ use sim::tank::Tank;
 
 use super::super::RunError;
 use super::super::boats::BoatRun;
-use super::super::closed_loop::{Ending, Observer, PoseSource};
+use super::super::closed_loop::{Ending, Observer};
 use super::super::fleet::Fleet;
 use super::super::host::Controller;
 use super::super::pilot::Decision;
+use super::super::pose_source::PoseSource;
 use super::super::scenario::Scenario;
 use super::super::watch::{Watch, worded};
 use super::shown::boats::Scene;

@@ -9,7 +9,7 @@ use runlog::flotilla;
 use runlog::ros::Time;
 
 use super::super::host::Controller;
-use super::super::lab::PoseAccount;
+use super::super::pose_source::PoseAccount;
 use super::super::summary::LinkFigures;
 use super::super::watch::{Absence, LegWatch, Reason};
 
