@@ -181,7 +181,7 @@ impl Pilot {
 
     /// Whether the newest pose will be too old for a cycle that starts at `start`.
     fn is_blind_at(&self, start: FleetInstant) -> bool {
-        self.fix.is_none_or(|fix| start.as_secs_f64() - fix.t_s > self.scenario.pose.hold_after_s)
+        self.fix.is_some_and(|fix| start.as_secs_f64() - fix.t_s > self.scenario.pose.hold_after_s)
     }
 
     /// The second step of a transition is not sent any more.
@@ -268,7 +268,7 @@ impl Pilot {
         self.known.clear();
         self.known.extend(poses.map(|(index, link)| pose_of(phase, last, index, link)));
         // A longer lead, for links that lose much, does not make a pose older.
-        self.is_blind = self.is_blind_at(now.after(self.lead));
+        self.is_blind = self.fix.is_none() || self.is_blind_at(now.after(self.lead));
         if self.is_blind {
             self.handle_phase(PhaseEvent::Blind);
             return None;
