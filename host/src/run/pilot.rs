@@ -179,9 +179,12 @@ impl Pilot {
         self.fix.as_ref()
     }
 
-    /// Whether the newest pose will be too old for a cycle that starts at `start`.
-    fn is_blind_at(&self, start: FleetInstant) -> bool {
-        self.fix.is_some_and(|fix| start.as_secs_f64() - fix.t_s > self.scenario.pose.hold_after_s)
+    /// Whether the newest pose is too old at `now` for a decision: at the start of its cycle it would be older than `hold_after_s`, where
+    /// the lead leaves room for that.
+    fn is_blind_at(&self, now: FleetInstant) -> bool {
+        let hold_after_s = self.scenario.pose.hold_after_s;
+        let most_s = hold_after_s - self.scenario.timing.lead_s.min(0.5 * hold_after_s);
+        self.fix.is_some_and(|fix| now.as_secs_f64() - fix.t_s > most_s)
     }
 
     /// The second step of a transition is not sent any more.
@@ -267,8 +270,7 @@ impl Pilot {
         let poses = links.modules().iter().enumerate();
         self.known.clear();
         self.known.extend(poses.map(|(index, link)| pose_of(phase, last, index, link)));
-        // A longer lead, for links that lose much, does not make a pose older.
-        self.is_blind = self.fix.is_none() || self.is_blind_at(now.after(self.lead));
+        self.is_blind = self.fix.is_none() || self.is_blind_at(now);
         if self.is_blind {
             self.handle_phase(PhaseEvent::Blind);
             return None;
@@ -419,7 +421,7 @@ impl Pilot {
         if now < decision.start || now.after(lead) < start {
             return None;
         }
-        let blind = self.is_blind_at(now.after(self.lead));
+        let blind = self.is_blind_at(now);
         let decision = self.decisions.last_mut()?;
         if !blind && all_have(links, decision, decision.number) {
             let second = dispatch(decision, decision.last_number(), start, cycles(decision));

@@ -289,10 +289,11 @@ impl Summary {
     }
 
     /// Says in [`failure`](Self::failure) what went wrong; `cut_short` is why the run ended before its time, if that
-    /// is known.
-    pub(super) fn judge(&mut self, cut_short: Option<String>) {
+    /// is known; `turned` is how many cycles modules were sent that only turn, before the first swim.
+    pub(super) fn judge(&mut self, cut_short: Option<String>, turned: u64) {
         let Self { duration_s, planned_s, complete, .. } = *self;
         let cycles: u64 = self.link.iter().map(|link| link.ledger.cycles).sum();
+        let cycles = cycles.saturating_sub(turned);
         let taken: u64 = self.link.iter().map(|link| link.ledger.acknowledged).sum();
         let refused: u64 = self.link.iter().map(|link| link.ledger.refused + link.ledger.late).sum();
         self.failure = if let Some(first) = self.contacts.first() {
@@ -308,7 +309,7 @@ impl Summary {
             Some(format!("ended early, after {duration_s:.1} of {planned_s:.1} s{why}"))
         } else if cycles == 0 {
             Some("no cycle was found in which no tails meet; every module held".to_owned())
-        } else if taken == 0 {
+        } else if taken <= turned {
             // No module moved, so no tails touched.
             Some(format!(
                 "the modules took none of {cycles} cycles and refused {refused}: motor, period and transition do not go \

@@ -172,9 +172,10 @@ impl Case<'_> {
             }
             [least_rad, most_rad]
         };
-        self.pairs.all().iter().all(|pair| {
-            self.is_unknown(pair) || self.stops_clear(pair, [pair.i, pair.j].map(passed))
-        })
+        self.pairs
+            .all()
+            .iter()
+            .all(|pair| self.is_unknown(pair) || self.stops_clear(pair, [pair.i, pair.j].map(passed)))
     }
 }
 

@@ -156,6 +156,9 @@ impl Reading {
             return Err(flaw);
         }
         let record = self.record()?;
+        let before =
+            |decision: &&flotilla::Decision| self.origin.is_some_and(|origin| start(decision) < origin);
+        let turned = self.decisions.values().filter(before).count() * self.ids.len();
         let ended = self.end.is_some();
         let end = self.end.unwrap_or_else(|| flotilla::End {
             why: Some("the log ends there".to_owned()),
@@ -177,7 +180,7 @@ impl Reading {
             wall_s: end.wall_s,
         };
         let mut summary = Summary::new(&self.scenario, self.seed, &record, counts);
-        summary.judge(end.why);
+        summary.judge(end.why, turned as u64);
         Ok(Outcome { summary, record, ended })
     }
 
