@@ -53,7 +53,7 @@ pub use configuration::{Configuration, ConfigurationError};
 pub use frame::{EncodeError, Frame, FrameError, Header, Kind, MAX_DATAGRAM};
 pub use keys::{FleetId, FleetKey, ModuleKey, Nonce};
 pub use message::{
-    Acknowledge, Cycle, Delivery, Faults, Health, Hello, Message, ModboatCycle, ModuleId, ModuleKind,
+    Acknowledge, Connectors, Cycle, Delivery, Faults, Health, Hello, Message, ModboatCycle, ModuleId, ModuleKind,
     ModuleState, Motion, Refusal, RovCycle, RovTelemetry, TailUnknown, Telemetry, TimeReply, TimeRequest,
     TransitionLaw, Verdict, WIRE_VERSION,
 };

@@ -11,7 +11,7 @@ use modboat::observer::Fix;
 use pose::axes::{Axes, Unit};
 use pose::gate::{self, Gate};
 use pose::ledger::{FrameFault, Ledger};
-use pose::source::{Link, Source};
+use pose::source::{Link, Source, Status};
 use pose::structure::{Found, Outcome, PlanarPose, Structure};
 use pose::time::HostInstant;
 use protocol::time::FleetInstant;
@@ -20,9 +20,9 @@ use super::RunError;
 use super::closed_loop::PoseSource;
 
 /// Frames that are not used in a row after which it is said why. *Assumed*: a tenth of a second at 100 Hz.
-const SAID_AFTER: u32 = 10;
+pub(super) const SAID_AFTER: u32 = 10;
 /// Without a frame for this time the connection is looked at, s. *Assumed.*
-const SILENT_S: f64 = 0.5;
+pub(super) const SILENT_S: f64 = 0.5;
 /// The last pose says where the structure should be for this time, s.
 const EXPECTED_S: f64 = 5.0;
 
@@ -51,10 +51,43 @@ pub struct LabPoses {
 
 /// How long frames were under way beyond the least time, s.
 #[derive(Clone, Copy, Debug, Default)]
-struct Latency {
+pub(super) struct Latency {
     count: f64,
     sum_s: f64,
     most_s: f64,
+}
+
+impl Latency {
+    /// Another frame.
+    pub(super) fn add(&mut self, late_s: f64) {
+        self.count += 1.0;
+        self.sum_s += late_s;
+        self.most_s = self.most_s.max(late_s);
+    }
+
+    /// The account of a motion capture with these latencies.
+    pub(super) fn account(&self, source: &str, gate: &Gate, connects: u32) -> PoseAccount {
+        let clock = gate.clock();
+        PoseAccount {
+            source: source.to_owned(),
+            ledger: *gate.ledger(),
+            connects,
+            clock_jumps: clock.jumps(),
+            least_delay_s: clock.least_delay_s(),
+            late_mean_s: self.sum_s / self.count.max(1.0),
+            late_most_s: self.most_s,
+        }
+    }
+}
+
+/// How a motion capture stands that sends no frames.
+pub(super) fn silence(name: &str, status: &Status) -> String {
+    let stands = match status.link {
+        Link::Connecting => "there is no answer from it",
+        Link::Connected | Link::Streaming => "it is connected, and no frames come",
+    };
+    let trouble = status.trouble.as_ref().map_or_else(String::new, |trouble| format!(" ({trouble})"));
+    format!("{name}: {stands}{trouble}")
 }
 
 /// What came of a motion capture, so far.
@@ -114,9 +147,7 @@ impl LabPoses {
         self.arrived_s = Some(arrival.arrived.seconds());
         let located = match self.gate.take(arrival) {
             Ok(seen) => {
-                self.late.count += 1.0;
-                self.late.sum_s += seen.late_s;
-                self.late.most_s = self.late.most_s.max(seen.late_s);
+                self.late.add(seen.late_s);
                 self.locate(&seen).map(|pose| (seen.captured_s, pose))
             }
             // The same frame again is no trouble.
@@ -154,7 +185,7 @@ fn misfit(found: &Found) -> Option<String> {
     ))
 }
 
-const fn worded(fault: FrameFault) -> &'static str {
+pub(super) const fn worded(fault: FrameFault) -> &'static str {
     match fault {
         FrameFault::Doubled => "frames come twice",
         FrameFault::OffTheClock => "the server's clock has jumped",
@@ -177,13 +208,7 @@ impl<W> PoseSource<W> for LabPoses {
             self.gate.clock_mut().exchanged(&exchange);
         }
         if self.arrived_s.is_none_or(|arrived_s| at.seconds() - arrived_s > SILENT_S) {
-            let status = self.source.status();
-            let stands = match status.link {
-                Link::Connecting => "there is no answer from it",
-                Link::Connected | Link::Streaming => "it is connected, and no frames come",
-            };
-            let trouble = status.trouble.as_ref().map_or_else(String::new, |trouble| format!(" ({trouble})"));
-            self.trouble = Some(format!("{}: {stands}{trouble}", self.name));
+            self.trouble = Some(silence(&self.name, self.source.status()));
         }
         Ok(is_new.then_some(&self.fix))
     }
@@ -193,15 +218,6 @@ impl<W> PoseSource<W> for LabPoses {
     }
 
     fn account(&self) -> Option<PoseAccount> {
-        let (clock, late) = (self.gate.clock(), self.late);
-        Some(PoseAccount {
-            source: self.name.clone(),
-            ledger: *self.gate.ledger(),
-            connects: self.source.status().connects,
-            clock_jumps: clock.jumps(),
-            least_delay_s: clock.least_delay_s(),
-            late_mean_s: late.sum_s / late.count.max(1.0),
-            late_most_s: late.most_s,
-        })
+        Some(self.late.account(&self.name, &self.gate, self.source.status().connects))
     }
 }

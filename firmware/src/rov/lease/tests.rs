@@ -17,7 +17,7 @@ fn cycle(number: u32, start: u64) -> Cycle {
 
 fn with(number: u32, start: u64, thrusts: &[f32], lease: Duration) -> Cycle {
     let thrusts = thrusts.iter().copied().map(Newtons).collect();
-    let motion = Motion::Rov(RovCycle { thrusts, lease });
+    let motion = Motion::Rov(RovCycle { thrusts, lease, connectors: Connectors::Closed });
     Cycle { number, start: FleetInstant(start), motion, delivery: Delivery::Direct }
 }
 
