@@ -31,7 +31,9 @@ use protocol::configuration::LeaseLimits;
 use protocol::message::MAX_THRUSTERS;
 use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::units::{Amperes, Newtons, PulseMicros, Volts};
-use protocol::{Connectors, Cycle, Delivery, Message, ModuleKind, Motion, Refusal, RovCycle, RovTelemetry, Verdict};
+use protocol::{
+    Connectors, Cycle, Delivery, Message, ModuleKind, Motion, Refusal, RovCycle, RovTelemetry, Verdict,
+};
 
 use crate::link::endpoint::{Endpoint, Present, Robot};
 use crate::modboat::schedule::HORIZON;

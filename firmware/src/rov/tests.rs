@@ -9,7 +9,9 @@ use proptest::prelude::*;
 use protocol::configuration::{BankConstants, EscConstants, LeaseLimits, ThrusterMounting};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, Newtons, PulseMicros, Volts};
-use protocol::{Connectors, Cycle, Delivery, Faults, Message, ModuleState, Motion, Refusal, RovCycle, Verdict};
+use protocol::{
+    Connectors, Cycle, Delivery, Faults, Message, ModuleState, Motion, Refusal, RovCycle, Verdict,
+};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, identity};
@@ -87,7 +89,8 @@ impl Bench {
     /// A cycle that starts at `start` on the module's own clock.
     fn offer(&mut self, number: u32, start: u64, thrusts: [f32; 2], lease: u32) -> Verdict {
         let thrusts = thrusts.into_iter().map(Newtons).collect();
-        let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(lease), connectors: Connectors::Closed });
+        let motion =
+            Motion::Rov(RovCycle { thrusts, lease: Duration(lease), connectors: Connectors::Closed });
         let cycle = Cycle { number, start: FleetInstant(start + AHEAD), motion, delivery: Delivery::Direct };
         self.host.ask(self.now, &mut self.rov, &Message::Cycle(cycle))
     }

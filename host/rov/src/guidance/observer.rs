@@ -16,7 +16,8 @@
 //! | z, t_c | fix and the time it was captured | world; m, s |
 //! | x, v | position and velocity; for the attitude r is a rotation vector and v are rates | world and m, body and rad |
 //! | a_u | acceleration by currents, buoyancy, trim, wrong coefficients | linear: world, m/s²; angular: body, rad/s² |
-//! | ω, T | bandwidth, time between two fixes | rad/s, s |
+//! | ω | bandwidth: [`CALM_RAD_S`], and up to [`BANDWIDTH_RAD_S`] while the mean of r shows that the model is missed | rad/s |
+//! | T | time between two fixes | s |
 //!
 //! Assumptions and limits: a_u changes slowly against 1/ω. Fixes later than [`PAST_S`] are left aside.
 
@@ -27,9 +28,17 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use super::super::configuration_matrix::ConfigurationMatrix;
 use super::super::dynamics::{Dynamics, State};
 
-/// Bandwidth ω, rad/s. *Assumed*: above that of the controller, so that a push is answered, and low enough that 2 mm and 0.01 rad of
-/// noise at 100 Hz become some 2 mm/s and 10 mrad/s.
+/// Greatest bandwidth ω, rad/s, while fixes miss the model. *Assumed*: above that of the controller, so that a push is answered.
 pub const BANDWIDTH_RAD_S: f64 = 3.5;
+/// Least, rad/s, while they do not. *Assumed*: 2 mm and 0.01 rad of noise at 100 Hz become less than 1 mm/s and 3 mrad/s, which keeps
+/// propellers from answering noise.
+pub const CALM_RAD_S: f64 = 1.2;
+/// Fixes miss the model when their mean over [`MISSES_S`] is off by so much, m. *Assumed*: five times what is left of that noise.
+const MISSES_M: f64 = 2.5e-3;
+/// The same, rad.
+const MISSES_RAD: f64 = 1e-2;
+/// Time constant of that mean, s.
+const MISSES_S: f64 = 0.3;
 /// What was held true is remembered for this time, s: more than any latency worth steering with.
 pub const PAST_S: f64 = 1.0;
 /// Longest step of integration, s.
@@ -54,13 +63,16 @@ pub struct Observer {
     unknown: Vector6<f64>,
     past: VecDeque<Past>,
     fixed_s: Option<f64>,
+    /// Mean of r: m, rad.
+    missed: [Vector3<f64>; 2],
 }
 
 impl Observer {
     /// Of a body with these equations of motion and thrusters that is in `state`, where nothing unknown acts.
     #[must_use]
     pub fn new(dynamics: Dynamics, matrix: ConfigurationMatrix, state: State) -> Self {
-        Self { dynamics, matrix, state, unknown: Vector6::zeros(), past: VecDeque::new(), fixed_s: None }
+        let (unknown, missed) = (Vector6::zeros(), [Vector3::zeros(); 2]);
+        Self { dynamics, matrix, state, unknown, past: VecDeque::new(), fixed_s: None, missed }
     }
 
     /// The same for another body, `part`, that sits at `arm_m` on this one, turned by `turn`: it goes on from what is known.
@@ -80,7 +92,15 @@ impl Observer {
         let mut unknown = self.unknown;
         unknown.fixed_rows_mut::<3>(3).copy_from(&angular);
         let state = self.state.carried(arm_m, turn);
-        Self { dynamics, matrix, state, unknown, past: past.collect(), fixed_s: self.fixed_s }
+        Self {
+            dynamics,
+            matrix,
+            state,
+            unknown,
+            past: past.collect(),
+            fixed_s: self.fixed_s,
+            missed: self.missed,
+        }
     }
 
     /// What is held true now.
@@ -144,12 +164,12 @@ impl Observer {
         let Some(then) = self.held(at_s).filter(|_| fresh_s > 0.0) else { return };
         self.fixed_s = Some(at_s);
         let step_s = fresh_s.min(STEP_BELIEVED_S);
-        let theta = (-BANDWIDTH_RAD_S * step_s).exp();
-        let left = 1.0 - theta;
-        let (g, h, k) = (1.0 - theta.powi(3), 1.5 * left.powi(2) * (1.0 + theta), 0.5 * left.powi(3));
         // r = z − x(t_c)
         let off_m = position_m - then.position_m;
         let off_rad = (then.attitude.inverse() * attitude).scaled_axis();
+        let theta = (-self.bandwidth_rad_s(&[off_m, off_rad], step_s) * step_s).exp();
+        let left = 1.0 - theta;
+        let (g, h, k) = (1.0 - theta.powi(3), 1.5 * left.powi(2) * (1.0 + theta), 0.5 * left.powi(3));
         let shift = |later: f64| g + later * (h + k * later);
         let mut newest = 0.0;
         for past in self.past.iter_mut().filter(|past| past.at_s >= at_s) {
@@ -165,6 +185,16 @@ impl Observer {
         self.state.nu += Vector6::new(v.x, v.y, v.z, omega.x, omega.y, omega.z);
         let (a, alpha) = (off_m * (2.0 * k / step_s.powi(2)), off_rad * (2.0 * k / step_s.powi(2)));
         self.unknown += Vector6::new(a.x, a.y, a.z, alpha.x, alpha.y, alpha.z);
+    }
+
+    /// ω by the mean of r, which this one joins.
+    fn bandwidth_rad_s(&mut self, off: &[Vector3<f64>; 2], step_s: f64) -> f64 {
+        for (mean, off) in self.missed.iter_mut().zip(off) {
+            *mean += (off - *mean) * (step_s / MISSES_S).min(1.0);
+        }
+        let [off_m, off_rad] = self.missed.map(|mean| mean.norm());
+        let level = (off_m / MISSES_M).max(off_rad / MISSES_RAD);
+        CALM_RAD_S + (BANDWIDTH_RAD_S - CALM_RAD_S) * (2.0 * level - 1.0).clamp(0.0, 1.0)
     }
 
     /// What was held true of a moment, between two steps; of one later than the last step that one.

@@ -14,6 +14,9 @@
 //!
 //! A thruster is found when it explains [`EXPLAINED`] of what there is, with a share between [`SHARES`], for [`SURE_S`].
 //!
+//! The thrust that answers a current looks alike, once it is there: a thruster that is found is a suspect. It is taken out, and M a_u
+//! after [`TRIAL_S`] is the verdict ([`Residual::is_explained`]): of a dead one w̄ is left, of a sound one all of it.
+//!
 //! Assumptions and limits: one thruster at a time, and it gives nothing at all. A thruster that is asked for less than some
 //! [`LEAST_N`] cannot be told from noise, and is not missed either.
 
@@ -25,7 +28,7 @@ use super::observer::BANDWIDTH_RAD_S;
 /// ℓ, m: half a hull.
 pub const ARM_M: f64 = 0.15;
 /// Less than this is no residual, N. *Assumed*: some four times what noise of 2 mm and 0.01 rad makes of it.
-pub const LEAST_N: f64 = 0.35;
+pub const LEAST_N: f64 = 0.25;
 /// So much of the residual is to be explained. *Assumed.*
 pub const EXPLAINED: f64 = 0.85;
 /// Least and greatest share of its thrust that is missing. *Assumed.*
@@ -36,6 +39,8 @@ pub const SURE_S: f64 = 0.5;
 const MEMORY_S: f64 = 0.7;
 /// Time constant of w̄, s.
 const SLOW_S: f64 = 3.0;
+/// How long a suspect is out, s: the observer has settled then. *Assumed.*
+pub const TRIAL_S: f64 = 2.5;
 /// After this time what is not explained is taken for the water's doing, s.
 const GIVEN_UP_S: f64 = 6.0;
 
@@ -67,6 +72,18 @@ impl Residual {
         Self { suspects: vec![Suspect::default(); thrusters], mean: None, ww: 0.0, open_s: 0.0 }
     }
 
+    /// w̄: M a_u as it was before there was something to be explained, and the root mean square of w since.
+    #[must_use]
+    pub fn charge(&self) -> (Vector6<f64>, f64) {
+        (self.mean.unwrap_or_default(), self.ww.sqrt())
+    }
+
+    /// Whether `unknown`, M a_u with the suspect out, is w̄ again, by the charge that the trial began with.
+    #[must_use]
+    pub fn is_explained(&(mean, size): &(Vector6<f64>, f64), unknown: &Vector6<f64>) -> bool {
+        scaled(&(unknown - mean)).norm() < 0.5 * size
+    }
+
     /// Lets `dt_s` pass: `unknown` is M a_u, `thrusts_n` what the thrusters should give, N. The thruster that gives nothing, when it is
     /// found.
     pub fn update(
@@ -77,11 +94,7 @@ impl Residual {
         thrusts_n: &[f64],
     ) -> Option<usize> {
         let mean = *self.mean.get_or_insert(*unknown);
-        let scaled = |w: Vector6<f64>| {
-            let moment = 1.0 / ARM_M;
-            w.component_mul(&Vector6::new(1.0, 1.0, 1.0, moment, moment, moment))
-        };
-        let w = scaled(unknown - mean);
+        let w = scaled(&(unknown - mean));
         let (forgotten, lag) = ((dt_s / MEMORY_S).min(1.0), (BANDWIDTH_RAD_S * dt_s).min(1.0));
         self.ww += (w.norm_squared() - self.ww) * forgotten;
         let is_open = self.ww > LEAST_N * LEAST_N;
@@ -93,14 +106,15 @@ impl Residual {
         }
         let mut found: Option<(usize, f64)> = None;
         let columns = matrix.matrix().column_iter();
-        for (k, ((suspect, column), &thrust_n)) in self.suspects.iter_mut().zip(columns).zip(thrusts_n).enumerate()
+        for (k, ((suspect, column), &thrust_n)) in
+            self.suspects.iter_mut().zip(columns).zip(thrusts_n).enumerate()
         {
             let mut given_n = thrust_n;
             for stage in &mut suspect.lags {
                 *stage += (given_n - *stage) * lag;
                 given_n = *stage;
             }
-            let p = scaled(-column.into_owned() * given_n);
+            let p = scaled(&(-column.into_owned() * given_n));
             suspect.wp += (w.dot(&p) - suspect.wp) * forgotten;
             suspect.pp += (p.norm_squared() - suspect.pp) * forgotten;
             let share = suspect.wp / suspect.pp.max(1e-12);
@@ -113,6 +127,12 @@ impl Residual {
         }
         found.map(|(k, _)| k)
     }
+}
+
+/// Moments in units of ℓ.
+fn scaled(w: &Vector6<f64>) -> Vector6<f64> {
+    let moment = 1.0 / ARM_M;
+    w.component_mul(&Vector6::new(1.0, 1.0, 1.0, moment, moment, moment))
 }
 
 #[cfg(test)]

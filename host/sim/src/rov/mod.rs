@@ -25,10 +25,10 @@ use firmware::rov::Rov;
 use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
 use firmware::rov::thruster::bank::{Bank, BankError};
 use firmware::rov::thruster::t200::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
-use protocol::{Connectors, Radio};
 use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, PulseMicros, Volts};
+use protocol::{Connectors, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
 

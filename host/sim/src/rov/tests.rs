@@ -76,7 +76,11 @@ impl Bench {
                 self.number += 1;
                 let start = now.after(Duration(20_000));
                 let thrusts = thrusts(start.0).into_iter().map(Newtons).collect();
-                let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(300_000), connectors: Connectors::Closed });
+                let motion = Motion::Rov(RovCycle {
+                    thrusts,
+                    lease: Duration(300_000),
+                    connectors: Connectors::Closed,
+                });
                 self.dispatcher.dispatch(now, self.number, start, &[Some(motion)], Delivery::Direct);
             }
             self.dispatcher.handle_timer(now);

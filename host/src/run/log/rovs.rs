@@ -237,7 +237,11 @@ impl<'a> RovLog<'a> {
     }
 
     /// Everything that is counted, so far.
-    fn count<F: Fleet<Actuation = RovActuation>, P>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) {
+    fn count<F: Fleet<Actuation = RovActuation>, P>(
+        &mut self,
+        now: FleetInstant,
+        run: &RovRun<'_, '_, F, P>,
+    ) {
         self.counted = Some(now);
         let links = run.host.dispatcher();
         self.tell(now, Told::Links(&counts::links(stamp(now), &self.ids, links)));

@@ -177,13 +177,18 @@ impl<'a> Conductor<'a> {
         self.within = share;
     }
 
-    /// A thruster of a robot gives nothing from now on: no thrust is asked of it.
+    /// Whether a thruster of a robot works, as far as is known: of one that does not no thrust is asked.
     ///
     /// # Errors
     /// As for [`new`](Self::new); not for thrusters that there are.
-    pub fn set_failed(&mut self, robot: usize, thruster: usize) -> Result<(), ExecutionError> {
+    pub fn set_working(
+        &mut self,
+        robot: usize,
+        thruster: usize,
+        working: bool,
+    ) -> Result<(), ExecutionError> {
         if let Some(works) = self.working.get_mut(robot).and_then(|own| own.get_mut(thruster)) {
-            *works = false;
+            *works = working;
         }
         if self.mover() == Some(robot) {
             self.mover = Some((robot, self.controller(&[robot], true)?));

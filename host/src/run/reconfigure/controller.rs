@@ -27,7 +27,7 @@ use super::super::host::{Controller, Dispatch, Patience, Step};
 use super::super::orders::Order;
 use super::ExecutionError;
 use super::conductor::{AHEAD_S, Conductor, Coupling, HAND_OVER_S, PERIOD, apart};
-use super::estimator::{Estimator, Sighting};
+use super::estimator::{Estimator, Sighting, Verdict};
 use super::water::{STEP, STEP_S, is_step};
 
 /// Time that thrusts hold without another packet: five periods, so that four lost ones in a row do no harm.
@@ -211,24 +211,40 @@ impl<'a> Execution<'a> {
         let found = estimator.advance(now, STEP_S, begun);
         self.states.clear();
         self.states.extend_from_slice(estimator.states());
-        if let Some((robot, thruster)) = found {
+        let named = |robot: usize, thruster: usize| {
+            format!("thruster {} of robot {}", thruster + 1, self.problem.robots[robot].id)
+        };
+        match found {
+            Some(Verdict::Suspected(robot, thruster)) => {
+                self.conductor.set_working(robot, thruster, false)?
+            }
+            Some(Verdict::Acquitted(robot, thruster)) => self.conductor.set_working(robot, thruster, true)?,
+            Some(Verdict::Dead(robot, thruster)) => {
+                failed.push((robot, thruster, t_s));
+                let of = named(robot, thruster);
+                self.news.push(format!("{of} gives nothing, at {t_s:.1} s: it is allocated around"));
+            }
+            None => {}
+        }
+        // A robot that does not get where it should and would if the thruster worked.
+        if let Some((robot, thruster)) = estimator.suspect()
+            && self.conductor.waits()
+            && !failed.iter().any(|known| (known.0, known.1) == (robot, thruster))
+        {
             failed.push((robot, thruster, t_s));
-            let id = self.problem.robots[robot].id;
-            self.news.push(format!(
-                "thruster {} of robot {id} gives nothing, at {t_s:.1} s: it is allocated around",
-                thruster + 1
-            ));
-            self.conductor.set_failed(robot, thruster)?;
+            let of = named(robot, thruster);
+            self.news.push(format!("{of} seems to give nothing, at {t_s:.1} s: alone it cannot do without"));
         }
         let sees = estimator.age_s(now) <= *hold_after_s && estimator.lost(now, *hold_after_s).is_none();
         match *blind {
             None if begun && !sees => {
                 *blind = Some(now);
                 let unseen = estimator.lost(now, *hold_after_s).unwrap_or_default();
-                let of = self.problem.robots.get(unseen).map_or_else(
-                    || "a tool".to_owned(),
-                    |robot| format!("robot {}", robot.id),
-                );
+                let of = self
+                    .problem
+                    .robots
+                    .get(unseen)
+                    .map_or_else(|| "a tool".to_owned(), |robot| format!("robot {}", robot.id));
                 self.news.push(format!("no fix of {of} for {hold_after_s} s: all thrusters go to neutral"));
                 self.conductor.hold(true);
             }
@@ -370,9 +386,9 @@ impl Controller for Execution<'_> {
 
     /// Before the plan begins: bodies are not seen, or are not where the plan has them.
     fn is_blind(&self) -> bool {
-        self.estimated
-            .as_ref()
-            .is_some_and(|own| own.blind.is_some() || (self.joined.is_none() && own.estimator.missing().is_some()))
+        self.estimated.as_ref().is_some_and(|own| {
+            own.blind.is_some() || (self.joined.is_none() && own.estimator.missing().is_some())
+        })
     }
 
     fn take_news(&mut self) -> Option<String> {

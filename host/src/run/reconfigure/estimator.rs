@@ -23,7 +23,7 @@ use rov::configuration::{adjacency, clusters};
 use rov::configuration_matrix::ConfigurationMatrix;
 use rov::dynamics::{Dynamics, State};
 use rov::guidance::observer::Observer;
-use rov::guidance::residual::Residual;
+use rov::guidance::residual::{Residual, TRIAL_S};
 use sim::rov::basin::BasinError;
 use sim::rov::propellers::LAG_S;
 
@@ -65,6 +65,26 @@ struct Group {
     residual: Residual,
 }
 
+/// What has become of a thruster: which robot's, and which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It may give nothing: nothing is to be asked of it for a while.
+    Suspected(usize, usize),
+    /// It does not: it is to be used again.
+    Acquitted(usize, usize),
+    /// It gives nothing.
+    Dead(usize, usize),
+}
+
+/// A thruster that is out, to see what that changes.
+#[derive(Clone, Copy, Debug)]
+struct Trial {
+    body: usize,
+    thruster: usize,
+    ends_s: f64,
+    charge: (Vector6<f64>, f64),
+}
+
 /// See the module's documentation.
 #[derive(Clone, Debug)]
 pub struct Estimator {
@@ -78,6 +98,9 @@ pub struct Estimator {
     newest_s: Option<f64>,
     states: Vec<State>,
     unknown: Vec<Vector6<f64>>,
+    trial: Option<Trial>,
+    /// A thruster of a robot that swims alone, which cannot do without it.
+    suspect: Option<(usize, usize)>,
 }
 
 impl Estimator {
@@ -108,6 +131,8 @@ impl Estimator {
             newest_s: None,
             states: Vec::new(),
             unknown: Vec::new(),
+            trial: None,
+            suspect: None,
         };
         estimator.regroup()?;
         estimator.look();
@@ -143,7 +168,12 @@ impl Estimator {
     pub fn lost(&self, now: FleetInstant, after_s: f64) -> Option<usize> {
         let seen =
             |&body: &usize| self.bodies[body].seen_s.is_some_and(|at_s| now.as_secs_f64() - at_s <= after_s);
-        self.groups.iter().find(|group| !group.members.iter().any(|body| seen(body)))?.members.first().copied()
+        self.groups
+            .iter()
+            .find(|group| !group.members.iter().any(|body| seen(body)))?
+            .members
+            .first()
+            .copied()
     }
 
     /// Robots are told these thrusts, N, from `start` on.
@@ -152,9 +182,14 @@ impl Estimator {
         self.coming.push_back((start.as_secs_f64(), thrusts_n.to_vec()));
     }
 
-    /// Lets `dt_s` pass until `now`. `begun`: nothing holds the bodies in their places. The robot and the thruster that gives nothing,
-    /// when one is found.
-    pub fn advance(&mut self, now: FleetInstant, dt_s: f64, begun: bool) -> Option<(usize, usize)> {
+    /// A thruster of a robot that swims alone that may give nothing. Nothing is tried: without it the robot does not steer.
+    #[must_use]
+    pub fn suspect(&self) -> Option<(usize, usize)> {
+        self.suspect
+    }
+
+    /// Lets `dt_s` pass until `now`. `begun`: nothing holds the bodies in their places. What has become of a thruster, if that is news.
+    pub fn advance(&mut self, now: FleetInstant, dt_s: f64, begun: bool) -> Option<Verdict> {
         let now_s = now.as_secs_f64();
         while self.coming.front().is_some_and(|(start_s, _)| *start_s <= now_s) {
             let Some((_, thrusts_n)) = self.coming.pop_front() else { break };
@@ -169,35 +204,59 @@ impl Estimator {
                 *given_n = if *works { *given_n + (told_n - *given_n) * follows } else { 0.0 };
             }
         }
-        let mut found = None;
-        for Group { members, observer, residual, .. } in &mut self.groups {
+        let mut verdict = None;
+        for group in &mut self.groups {
             let given_n: Vec<f64> =
-                members.iter().flat_map(|&body| self.bodies[body].given_n.iter().copied()).collect();
-            observer.advance(now_s, dt_s, begun.then_some(given_n.as_slice()));
-            if !begun {
+                group.members.iter().flat_map(|&body| self.bodies[body].given_n.iter().copied()).collect();
+            group.observer.advance(now_s, dt_s, begun.then_some(given_n.as_slice()));
+            let wrench = group.observer.unknown_wrench();
+            if let Some(trial) = self.trial.filter(|trial| group.members.contains(&trial.body)) {
+                if now_s >= trial.ends_s {
+                    let dead = Residual::is_explained(&trial.charge, &wrench);
+                    let of = (trial.body, trial.thruster);
+                    verdict =
+                        Some(if dead { Verdict::Dead(of.0, of.1) } else { Verdict::Acquitted(of.0, of.1) });
+                    group.residual = Residual::new(given_n.len());
+                }
                 continue;
             }
-            let wrench = observer.unknown_wrench();
-            let Some(column) = residual.update(dt_s, observer.matrix(), &wrench, &given_n) else { continue };
-            // What it did not give is explained by that.
-            let lost = observer.matrix().matrix().column(column) * -given_n.get(column).copied().unwrap_or(0.0);
-            observer.explain(&lost.into_owned());
-            *residual = Residual::new(given_n.len());
+            if !begun || self.trial.is_some() {
+                continue;
+            }
+            let found = group.residual.update(dt_s, group.observer.matrix(), &wrench, &given_n);
+            let Some(column) = found else { continue };
             let mut left = column;
-            found = found.or_else(|| {
-                members.iter().find_map(|&body| {
-                    let own = self.bodies[body].works.len();
-                    if left < own { Some((body, left)) } else { (left -= own, None).1 }
-                })
+            let of = group.members.iter().find_map(|&body| {
+                let own = self.bodies[body].works.len();
+                if left < own { Some((body, left)) } else { (left -= own, None).1 }
             });
+            let Some((body, thruster)) = of else { continue };
+            if group.members.len() == 1 {
+                self.suspect = Some((body, thruster));
+                continue;
+            }
+            // What it does not give is explained by that.
+            let given = given_n.get(column).copied().unwrap_or(0.0);
+            let lost = group.observer.matrix().matrix().column(column) * -given;
+            group.observer.explain(&lost.into_owned());
+            self.trial =
+                Some(Trial { body, thruster, ends_s: now_s + TRIAL_S, charge: group.residual.charge() });
+            verdict = Some(Verdict::Suspected(body, thruster));
         }
-        if let Some((body, thruster)) = found
-            && let Some(works) = self.bodies[body].works.get_mut(thruster)
-        {
-            *works = false;
+        // Bodies that have let go or taken hold meanwhile have ended the trial.
+        if verdict.is_none() && self.trial.is_some_and(|trial| now_s > trial.ends_s) {
+            verdict = self.trial.map(|trial| Verdict::Acquitted(trial.body, trial.thruster));
+        }
+        match verdict {
+            Some(Verdict::Suspected(body, thruster)) => self.bodies[body].works[thruster] = false,
+            Some(Verdict::Acquitted(body, thruster)) => {
+                (self.bodies[body].works[thruster], self.trial) = (true, None);
+            }
+            Some(Verdict::Dead(..)) => self.trial = None,
+            None => {}
         }
         self.look();
-        found
+        verdict
     }
 
     /// Takes a fix. A docked body that is far from where its cluster has it is no fix of the cluster.
@@ -280,8 +339,15 @@ impl Estimator {
             .into_iter()
             .map(|group| group.into_iter().map(|index| docked[index]).collect())
             .collect();
-        groups.extend((0..self.bodies.len()).filter(|&body| !self.bodies[body].docked).map(|body| vec![body]));
+        groups
+            .extend((0..self.bodies.len()).filter(|&body| !self.bodies[body].docked).map(|body| vec![body]));
         self.groups = groups.into_iter().map(|members| self.group(members)).collect::<Result<_, _>>()?;
+        self.suspect = None;
+        if let Some(trial) = &mut self.trial {
+            // Nothing can be compared any more.
+            trial.ends_s = f64::NEG_INFINITY;
+            trial.charge = (Vector6::zeros(), 0.0);
+        }
         Ok(())
     }
 
@@ -291,7 +357,8 @@ impl Estimator {
             members.iter().map(|&body| (self.bodies[body].berth, &self.bodies[body].vehicle)).collect();
         let origin = placed.first().map_or_else(Pose::default, |(pose, _)| *pose);
         let dynamics = Dynamics::new(&Cluster::new(&origin, &placed)?)?;
-        let thrusters: Vec<(&Vehicle, Pose)> = placed.iter().map(|&(pose, vehicle)| (vehicle, pose)).collect();
+        let thrusters: Vec<(&Vehicle, Pose)> =
+            placed.iter().map(|&(pose, vehicle)| (vehicle, pose)).collect();
         let matrix = ConfigurationMatrix::of_cluster(&thrusters, &origin)?;
         let level = UnitQuaternion::from_euler_angles(0.0, 0.0, origin.yaw_rad);
         let seats: Vec<(Vector3<f64>, UnitQuaternion<f64>)> = placed
@@ -303,16 +370,18 @@ impl Estimator {
             })
             .collect();
         let residual = Residual::new(matrix.thrusters());
-        let known = self.groups.iter().filter(|group| members.iter().any(|body| group.members.contains(body)));
+        let known =
+            self.groups.iter().filter(|group| members.iter().any(|body| group.members.contains(body)));
         let Some(known) = known.max_by_key(|group| group.members.len()) else {
             let state = State { position_m: origin.position_m.into(), attitude: level, nu: Vector6::zeros() };
             let observer = Observer::new(dynamics, matrix, state);
             return Ok(Group { members, seats, observer, residual });
         };
         // From the frame of the known group to a body that is in both, and on to the first of the members.
-        let shared = members.iter().enumerate().find_map(|(index, body)| {
-            Some((index, known.members.iter().position(|member| member == body)?))
-        });
+        let shared = members
+            .iter()
+            .enumerate()
+            .find_map(|(index, body)| Some((index, known.members.iter().position(|member| member == body)?)));
         let (index, place) = shared.unwrap_or_default();
         let ((there, turned), (here, seat)) = (known.seats[place], seats[index]);
         let turn = turned * seat.inverse();

@@ -47,7 +47,8 @@ impl Sightings {
         let trouble = match self.gate.take(arrival) {
             Ok(fix) => {
                 self.late.add(fix.late_s);
-                let mut bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>> = vec![None; self.bodies.len()];
+                let mut bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>> =
+                    vec![None; self.bodies.len()];
                 for (label, said) in &fix.bodies {
                     let Some(entry) = self.roster.of(label) else { continue };
                     let Some(body) = self.bodies.iter().position(|number| *number == entry.module) else {

@@ -114,7 +114,11 @@ impl Default for ExactPoses {
 impl PoseSource<Water> for ExactPoses {
     type Pose = Seen;
 
-    fn poll<'a>(&'a mut self, _: FleetInstant, water: Option<&'a Water>) -> Result<Option<&'a Seen>, RunError> {
+    fn poll<'a>(
+        &'a mut self,
+        _: FleetInstant,
+        water: Option<&'a Water>,
+    ) -> Result<Option<&'a Seen>, RunError> {
         let (Some(water), Seen::Exact(states)) = (water, &mut self.0) else { return Ok(None) };
         states.clear();
         states.extend_from_slice(water.states());

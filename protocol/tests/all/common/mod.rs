@@ -111,7 +111,11 @@ fn rest_to_rest() -> ModboatCycle {
 
 fn rov() -> RovCycle {
     let thrusts = [1.5, -2.25, 0.0, 40.0, -39.9, 0.125, 7.0, -0.5];
-    RovCycle { thrusts: thrusts.into_iter().map(Newtons).collect(), lease: Duration(200_000), connectors: Connectors::Closed }
+    RovCycle {
+        thrusts: thrusts.into_iter().map(Newtons).collect(),
+        lease: Duration(200_000),
+        connectors: Connectors::Closed,
+    }
 }
 
 fn undocking() -> RovCycle {

@@ -98,7 +98,8 @@ fn executed(name: &str, trouble: Trouble) -> (Summary, Vec<String>) {
     let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut hook };
     let mut heard = Heard::default();
     let log = (Log::default(), Title::default());
-    let summary = run_with(log, &problem, &plan, &options, &mut fleet, drive, site, &mut heard).expect("begun").summary;
+    let summary =
+        run_with(log, &problem, &plan, &options, &mut fleet, drive, site, &mut heard).expect("begun").summary;
     println!(
         "{name}, seed {}: {:?}, executed {:.2} J of {:.2} J planned: {:.3}; docked {:?} m, {:?} rad; heard {:?}",
         trouble.seed,
@@ -134,8 +135,30 @@ fn assert_docked(summary: &Summary, of: &str) {
     assert_eq!(summary.failure, None, "{of}");
     for figures in &summary.moves {
         let (off_m, off_rad) = (figures.end_m.unwrap_or(9.0), figures.end_rad.unwrap_or(9.0));
-        assert!(off_m <= DOCK_M && off_rad <= DOCK_RAD, "{of}: robot {}: {off_m} m, {off_rad} rad", figures.robot);
+        assert!(
+            off_m <= DOCK_M && off_rad <= DOCK_RAD,
+            "{of}: robot {}: {off_m} m, {off_rad} rad",
+            figures.robot
+        );
     }
+}
+
+/// What the same takes with exact poses in the same current, with no noise and no fault, J.
+fn undisturbed_j(name: &str, current_m_s: [f64; 3]) -> f64 {
+    let (problem, plan, law) = plan_of(name);
+    let options = Options { seed: 1, radio: FaultParameters::default(), law };
+    let mut fleet = InProcess::rovs(&problem, options.radio, options.seed).expect("valid");
+    let mut site = Site::simulated(&problem, &plan, &options.law).expect("bodies");
+    site.water.as_mut().expect("water").set_current(current_m_s);
+    let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut |_, _, _| {} };
+    let log = (Log::default(), Title::default());
+    let summary =
+        run_with(log, &problem, &plan, &options, &mut fleet, drive, site, &mut Quiet).expect("begun").summary;
+    println!(
+        "{name} in {current_m_s:?} m/s, exact poses: {:?}, {:.2} J",
+        summary.failure, summary.executed.total_j
+    );
+    summary.executed.total_j
 }
 
 #[test]
@@ -143,10 +166,56 @@ fn robots_dock_by_noisy_poses_in_a_current() {
     for name in ["i-to-l", "t-to-i-far"] {
         for current_m_s in [[0.0; 3], [0.05, 0.0, 0.0], [-0.05, 0.0, 0.0], [0.0, 0.05, 0.0]] {
             let of = format!("{name} in {current_m_s:?} m/s");
-            println!("{of}");
+            let least_j = undisturbed_j(name, current_m_s);
             let (summary, heard) = executed(name, Trouble { current_m_s, ..calm(1) });
+            println!("{of}: {:.3} of undisturbed", summary.executed.total_j / least_j);
             assert_docked(&summary, &of);
             assert!(heard.iter().all(|said| !said.contains("gives nothing")), "{of}: {heard:?}");
+            assert!(
+                summary.executed.total_j <= 1.2 * least_j,
+                "{of}: {} of {least_j} J",
+                summary.executed.total_j
+            );
         }
     }
+}
+
+/// In the third move a thruster of a robot that waits gives nothing any more: it is named, and every robot docks.
+#[test]
+fn a_thruster_that_fails_is_allocated_around_and_named() {
+    let current_m_s = [0.05, 0.0, 0.0];
+    for (name, robot, thruster) in
+        [("t-to-i-far", 0, 2), ("t-to-i-far", 0, 4), ("t-to-i-below", 0, 2), ("i-to-l", 2, 0)]
+    {
+        let of = format!("{name}, thruster {} of robot {}", thruster + 1, robot + 1);
+        let least_j = undisturbed_j(name, current_m_s);
+        let dead = Some((robot, thruster, 2));
+        let (summary, heard) = executed(name, Trouble { current_m_s, dead, ..calm(1) });
+        println!("{of}: {:.3} of undisturbed", summary.executed.total_j / least_j);
+        assert_docked(&summary, &of);
+        let named = format!("thruster {} of robot {} gives nothing", thruster + 1, robot + 1);
+        let others =
+            heard.iter().filter(|said| said.contains("gives nothing") && !said.contains(&named)).count();
+        assert_eq!(others, 0, "{of}: {heard:?}");
+        if name != "i-to-l" {
+            assert!(heard.iter().any(|said| said.contains(&named)), "{of}: {heard:?}");
+        }
+    }
+}
+
+/// A robot that is heavier than its file says is held up by what the observer finds.
+#[test]
+fn a_wrong_buoyancy_is_taken_up() {
+    let (summary, _) = executed("i-to-l", Trouble { heavier_n: 1.0, ..calm(3) });
+    assert_docked(&summary, "i-to-l, 1 N heavier");
+}
+
+/// Three seconds without a fix in mid-move: a hold with its name, and the plan goes on.
+#[test]
+fn a_blind_run_holds_and_goes_on() {
+    let faults = vec!["blind@20+3".parse().expect("a fault")];
+    let (summary, heard) = executed("i-to-l", Trouble { faults, ..calm(4) });
+    assert_docked(&summary, "i-to-l, blind for 3 s");
+    assert!(heard.iter().any(|said| said.starts_with("no fix of robot 1 for 1 s")), "{heard:?}");
+    assert!(heard.iter().any(|said| said.starts_with("fixes come again")), "{heard:?}");
 }
