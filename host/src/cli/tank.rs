@@ -94,8 +94,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "HERTZ")]
     rate: Option<f64>,
     /// Velocity of the water about ROVs along the scenario's x and y, m/s
-    #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 2, allow_hyphen_values = true)]
-    current: Option<Vec<f64>>,
+    #[arg(long, value_name = "X,Y", value_parser = clap::value_parser!(rovs::Current), allow_hyphen_values = true)]
+    current: Option<rovs::Current>,
     /// A thruster of an ROV that fails, from 1, so long after the water lets go
     #[arg(long, value_name = "ROBOT,THRUSTER@SECONDS", value_parser = clap::value_parser!(rovs::Dead))]
     fail_thruster: Option<rovs::Dead>,

@@ -17,7 +17,8 @@
 //! The thrust that answers a current looks alike, once it is there: a thruster that is found is a suspect. It is taken out, and M a_u
 //! after [`TRIAL_S`] is the verdict ([`Residual::is_explained`]): of a dead one w̄ is left, of a sound one all of it.
 //!
-//! Assumptions and limits: one thruster at a time, and it gives nothing at all. A thruster that is asked for less than some
+//! Assumptions and limits: one thruster at a time, and it gives nothing at all. One that dies within [`SETTLES_S`] of a docking or
+//! undocking is taken for the water's doing. A thruster that is asked for less than some
 //! [`LEAST_N`] cannot be told from noise, and is not missed either.
 
 use nalgebra::Vector6;
@@ -34,7 +35,7 @@ pub const EXPLAINED: f64 = 0.85;
 /// Least and greatest share of its thrust that is missing. *Assumed.*
 pub const SHARES: [f64; 2] = [0.6, 1.5];
 /// For so long, s. *Assumed.*
-pub const SURE_S: f64 = 0.5;
+pub const SURE_S: f64 = 1.0;
 /// Time constant of the sums, s.
 const MEMORY_S: f64 = 0.7;
 /// Time constant of w̄, s.
@@ -42,7 +43,10 @@ const SLOW_S: f64 = 3.0;
 /// How long a suspect is out, s: the observer has settled then. *Assumed.*
 pub const TRIAL_S: f64 = 2.5;
 /// After this time what is not explained is taken for the water's doing, s.
-const GIVEN_UP_S: f64 = 6.0;
+const GIVEN_UP_S: f64 = 12.0;
+
+/// For so long M a_u finds its level in a cluster that is new, s: nothing is suspected. *Assumed*: four times 1/ω and the lags.
+const SETTLES_S: f64 = 4.0;
 
 /// Three lags in a row.
 type Lags = [f64; 3];
@@ -53,6 +57,7 @@ struct Suspect {
     wp: f64,
     pp: f64,
     sure_s: f64,
+    cleared: bool,
 }
 
 /// See the module's documentation.
@@ -63,19 +68,27 @@ pub struct Residual {
     ww: f64,
     /// For how long there has been something to be explained, s.
     open_s: f64,
+    age_s: f64,
 }
 
 impl Residual {
     /// Of a body with so many thrusters, of which nothing is known.
     #[must_use]
     pub fn new(thrusters: usize) -> Self {
-        Self { suspects: vec![Suspect::default(); thrusters], mean: None, ww: 0.0, open_s: 0.0 }
+        Self { suspects: vec![Suspect::default(); thrusters], mean: None, ww: 0.0, open_s: 0.0, age_s: 0.0 }
     }
 
     /// w̄: M a_u as it was before there was something to be explained, and the root mean square of w since.
     #[must_use]
     pub fn charge(&self) -> (Vector6<f64>, f64) {
         (self.mean.unwrap_or_default(), self.ww.sqrt())
+    }
+
+    /// A suspect was sound: it is none for as long as the same is to be explained.
+    pub fn clear(&mut self, thruster: usize) {
+        if let Some(suspect) = self.suspects.get_mut(thruster) {
+            (suspect.cleared, suspect.sure_s) = (true, 0.0);
+        }
     }
 
     /// Whether `unknown`, M a_u with the suspect out, is w̄ again, by the charge that the trial began with.
@@ -93,6 +106,10 @@ impl Residual {
         unknown: &Vector6<f64>,
         thrusts_n: &[f64],
     ) -> Option<usize> {
+        self.age_s += dt_s;
+        if self.age_s < SETTLES_S {
+            self.mean = Some(*unknown);
+        }
         let mean = *self.mean.get_or_insert(*unknown);
         let w = scaled(&(unknown - mean));
         let (forgotten, lag) = ((dt_s / MEMORY_S).min(1.0), (BANDWIDTH_RAD_S * dt_s).min(1.0));
@@ -101,6 +118,7 @@ impl Residual {
         self.open_s = if is_open { self.open_s + dt_s } else { 0.0 };
         if self.open_s > GIVEN_UP_S {
             (self.mean, self.open_s) = (Some(*unknown), 0.0);
+            self.suspects.iter_mut().for_each(|suspect| suspect.cleared = false);
         } else if !is_open {
             self.mean = Some(mean + (unknown - mean) * (dt_s / SLOW_S).min(1.0));
         }
@@ -119,7 +137,10 @@ impl Residual {
             suspect.pp += (p.norm_squared() - suspect.pp) * forgotten;
             let share = suspect.wp / suspect.pp.max(1e-12);
             let explained = suspect.wp * share / self.ww.max(1e-12);
-            let fits = is_open && explained > EXPLAINED && (SHARES[0]..=SHARES[1]).contains(&share);
+            let fits = is_open
+                && !suspect.cleared
+                && explained > EXPLAINED
+                && (SHARES[0]..=SHARES[1]).contains(&share);
             suspect.sure_s = if fits { suspect.sure_s + dt_s } else { 0.0 };
             if suspect.sure_s > SURE_S && found.is_none_or(|(_, best)| explained > best) {
                 found = Some((k, explained));

@@ -59,6 +59,22 @@ impl FromStr for Dead {
     }
 }
 
+/// Velocity of the water along x and y, m/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Current([f64; 2]);
+
+impl FromStr for Current {
+    type Err = String;
+
+    fn from_str(given: &str) -> Result<Self, String> {
+        let numbers = given.split_once(',').map(|(x, y)| [x, y].map(|number| number.trim().parse::<f64>()));
+        match numbers {
+            Some([Ok(x), Ok(y)]) if x.abs() <= 10.0 && y.abs() <= 10.0 => Ok(Self([x, y])),
+            _ => Err("it takes X,Y in m/s, each between -10 and 10, such as 0.05,0".to_owned()),
+        }
+    }
+}
+
 /// Whether a scenario is one of ROVs.
 pub(super) fn is_meant(scenario: &str) -> bool {
     BUILT_IN.iter().any(|(name, _)| *name == scenario)
@@ -130,11 +146,8 @@ impl Robots {
             bodies.push((tool.pose, vehicle(tool.vehicle)?));
         }
         let mut basin = Basin::new(&bodies).map_err(bad)?;
-        if let Some([x, y]) = arguments.current.as_deref() {
-            if !(x.is_finite() && y.is_finite()) {
-                return Err(Failure::Bad(format!("--current {x},{y} m/s: must be finite")));
-            }
-            basin.set_current([*x, *y, 0.0]);
+        if let Some(Current([x, y])) = arguments.current {
+            basin.set_current([x, y, 0.0]);
         }
         let ids: Vec<u16> = problem.robots.iter().map(|robot| robot.id).collect();
         let dead = arguments.fail_thruster.map(|Dead { robot, thruster, at_s }| {

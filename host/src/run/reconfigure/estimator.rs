@@ -81,6 +81,8 @@ pub enum Verdict {
 struct Trial {
     body: usize,
     thruster: usize,
+    /// Which of its cluster.
+    column: usize,
     ends_s: f64,
     charge: (Vector6<f64>, f64),
 }
@@ -216,7 +218,11 @@ impl Estimator {
                     let of = (trial.body, trial.thruster);
                     verdict =
                         Some(if dead { Verdict::Dead(of.0, of.1) } else { Verdict::Acquitted(of.0, of.1) });
-                    group.residual = Residual::new(given_n.len());
+                    if dead {
+                        group.residual = Residual::new(given_n.len());
+                    } else if trial.ends_s.is_finite() {
+                        group.residual.clear(trial.column);
+                    }
                 }
                 continue;
             }
@@ -239,8 +245,13 @@ impl Estimator {
             let given = given_n.get(column).copied().unwrap_or(0.0);
             let lost = group.observer.matrix().matrix().column(column) * -given;
             group.observer.explain(&lost.into_owned());
-            self.trial =
-                Some(Trial { body, thruster, ends_s: now_s + TRIAL_S, charge: group.residual.charge() });
+            self.trial = Some(Trial {
+                body,
+                thruster,
+                column,
+                ends_s: now_s + TRIAL_S,
+                charge: group.residual.charge(),
+            });
             verdict = Some(Verdict::Suspected(body, thruster));
         }
         // Bodies that have let go or taken hold meanwhile have ended the trial.
