@@ -26,4 +26,5 @@ mod said;
 mod scenario_readme;
 mod shortfalls;
 mod simulate;
+mod tank_rovs;
 mod udp;

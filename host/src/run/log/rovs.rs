@@ -258,6 +258,16 @@ impl<'a> RovLog<'a> {
         let moves =
             flotilla::Moves { stamp: stamp(now), moves: self.accounts.moves().map(reading::told).collect() };
         self.tell(now, Told::Moves(&moves));
+        let dead = run.host.controller.failed_thrusters();
+        if !dead.is_empty() {
+            let told = flotilla::DeadThrusters {
+                stamp: stamp(now),
+                robot: dead.iter().map(|(robot, ..)| self.ids[*robot]).collect(),
+                thruster: dead.iter().map(|(_, thruster, _)| *thruster as u16 + 1).collect(),
+                at_s: dead.iter().map(|(.., at_s)| *at_s).collect(),
+            };
+            self.tell(now, Told::DeadThrusters(&told));
+        }
         let (start_s, length_s) = run.host.controller.gaps().iter().copied().unzip();
         self.tell(now, Told::Pauses(&flotilla::Pauses { stamp: stamp(now), start_s, length_s }));
         if self.log.is_kept() {
