@@ -17,8 +17,8 @@
 //! The thrust that answers a current looks alike, once it is there: a thruster that is found is a suspect. It is taken out, and M a_u
 //! after [`TRIAL_S`] is the verdict ([`Residual::is_explained`]): of a dead one w̄ is left, of a sound one all of it.
 //!
-//! Assumptions and limits: one thruster at a time, and it gives nothing at all. One that dies within [`SETTLES_S`] of a docking or
-//! undocking is taken for the water's doing. A thruster that is asked for less than some
+//! Assumptions and limits: one thruster at a time, and it gives nothing at all. One that dies before a new cluster has
+//! settled, some seconds from a docking or undocking, is taken for the water's doing. A thruster that is asked for less than some
 //! [`LEAST_N`] cannot be told from noise, and is not missed either.
 
 use nalgebra::Vector6;
@@ -45,8 +45,10 @@ pub const TRIAL_S: f64 = 2.5;
 /// After this time what is not explained is taken for the water's doing, s.
 const GIVEN_UP_S: f64 = 12.0;
 
-/// For so long M a_u finds its level in a cluster that is new, s: nothing is suspected. *Assumed*: four times 1/ω and the lags.
-const SETTLES_S: f64 = 4.0;
+/// In a cluster that is new nothing is suspected until M a_u has stayed at its mean of [`MEMORY_S`] for this time, s. *Assumed.*
+const SETTLED_S: f64 = 1.5;
+/// Nor longer than this, s. *Assumed.*
+const SETTLES_S: f64 = 15.0;
 
 /// Three lags in a row.
 type Lags = [f64; 3];
@@ -69,13 +71,24 @@ pub struct Residual {
     /// For how long there has been something to be explained, s.
     open_s: f64,
     age_s: f64,
+    /// M a_u of late, and for how long it has stayed there, s.
+    recent: Option<Vector6<f64>>,
+    settled_s: f64,
 }
 
 impl Residual {
     /// Of a body with so many thrusters, of which nothing is known.
     #[must_use]
     pub fn new(thrusters: usize) -> Self {
-        Self { suspects: vec![Suspect::default(); thrusters], mean: None, ww: 0.0, open_s: 0.0, age_s: 0.0 }
+        Self {
+            suspects: vec![Suspect::default(); thrusters],
+            mean: None,
+            ww: 0.0,
+            open_s: 0.0,
+            age_s: 0.0,
+            recent: None,
+            settled_s: 0.0,
+        }
     }
 
     /// w̄: M a_u as it was before there was something to be explained, and the root mean square of w since.
@@ -107,7 +120,11 @@ impl Residual {
         thrusts_n: &[f64],
     ) -> Option<usize> {
         self.age_s += dt_s;
-        if self.age_s < SETTLES_S {
+        let recent = *self.recent.get_or_insert(*unknown);
+        self.recent = Some(recent + (unknown - recent) * (dt_s / MEMORY_S).min(1.0));
+        if self.settled_s < SETTLED_S && self.age_s < SETTLES_S {
+            let stays = scaled(&(unknown - recent)).norm() < LEAST_N;
+            self.settled_s = if stays { self.settled_s + dt_s } else { 0.0 };
             self.mean = Some(*unknown);
         }
         let mean = *self.mean.get_or_insert(*unknown);

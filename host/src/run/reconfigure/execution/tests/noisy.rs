@@ -93,7 +93,7 @@ fn executed(name: &str, trouble: Trouble) -> (Summary, Vec<String>, Option<(usiz
         let conductor = execution.conductor();
         if let (None, Some((number, nth)), Some(_)) = (failed, trouble.dead, conductor.reference())
             && conductor.moving() == Some(number)
-            && now >= *due.get_or_insert(now.after(protocol::time::Duration(8_000_000)))
+            && now >= *due.get_or_insert(now.after(protocol::time::Duration(15_000_000)))
         {
             let mut pushing: Vec<(usize, usize, f64)> = Vec::new();
             for (robot, module) in
