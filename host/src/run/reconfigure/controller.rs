@@ -216,7 +216,7 @@ impl<'a> Execution<'a> {
         };
         match found {
             Some(Verdict::Suspected(robot, thruster)) => {
-                self.conductor.set_working(robot, thruster, false)?
+                self.conductor.set_working(robot, thruster, false)?;
             }
             Some(Verdict::Acquitted(robot, thruster)) => self.conductor.set_working(robot, thruster, true)?,
             Some(Verdict::Dead(robot, thruster)) => {

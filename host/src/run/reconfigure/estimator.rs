@@ -170,12 +170,7 @@ impl Estimator {
     pub fn lost(&self, now: FleetInstant, after_s: f64) -> Option<usize> {
         let seen =
             |&body: &usize| self.bodies[body].seen_s.is_some_and(|at_s| now.as_secs_f64() - at_s <= after_s);
-        self.groups
-            .iter()
-            .find(|group| !group.members.iter().any(|body| seen(body)))?
-            .members
-            .first()
-            .copied()
+        self.groups.iter().find(|group| !group.members.iter().any(&seen))?.members.first().copied()
     }
 
     /// Robots are told these thrusts, N, from `start` on.
