@@ -25,8 +25,8 @@ use protocol::configuration::{
 use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::units::{Amperes, Newtons, Radians, RadiansPerSecond, Volts};
 use protocol::{
-    Cycle, Delivery, FleetKey, Frame, MAX_DATAGRAM, Message, ModuleId, Motion, Nonce, RovCycle, Session,
-    Side, TimeReply,
+    Connectors, Cycle, Delivery, FleetKey, Frame, MAX_DATAGRAM, Message, ModuleId, Motion, Nonce, RovCycle,
+    Session, Side, TimeReply,
 };
 
 /// An encoder that stands still, and outputs that go nowhere.
@@ -147,7 +147,11 @@ fn rov(criterion: &mut Criterion) {
         let reply = TimeReply { request_sent: now, received: FleetInstant(now.0), sent: FleetInstant(now.0) };
         deliver(&mut rov, now.0, &Message::TimeReply(reply));
     }
-    let motion = RovCycle { thrusts: [Newtons(12.0); N].into_iter().collect(), lease: Duration(1_000_000) };
+    let motion = RovCycle {
+        thrusts: [Newtons(12.0); N].into_iter().collect(),
+        lease: Duration(1_000_000),
+        connectors: Connectors::Closed,
+    };
     let cycle = Cycle {
         number: 1,
         start: FleetInstant(5_000),

@@ -4,6 +4,7 @@
 //! fails for [`OUTPUT_FAILS_FOR`] stops it: the others go to neutral.
 
 use embedded_hal::pwm::SetDutyCycle;
+use protocol::Connectors;
 use protocol::configuration::BatteryLimits;
 use protocol::ledger::Class;
 use protocol::time::LocalInstant;
@@ -37,6 +38,12 @@ impl<P: SetDutyCycle> Rov<P> {
     #[must_use]
     pub fn with_battery(self, limits: BatteryLimits) -> Self {
         Self { battery: BatteryWatch::new(limits), ..self }
+    }
+
+    /// What its docking connectors do at `now`, for a board that has some: to be read after every tick.
+    #[must_use]
+    pub fn connectors(&self, now: LocalInstant) -> Connectors {
+        self.endpoint.connectors(now)
     }
 
     /// Its thrusters.

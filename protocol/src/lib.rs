@@ -53,9 +53,9 @@ pub use configuration::{Configuration, ConfigurationError};
 pub use frame::{EncodeError, Frame, FrameError, Header, Kind, MAX_DATAGRAM};
 pub use keys::{FleetId, FleetKey, ModuleKey, Nonce};
 pub use message::{
-    Acknowledge, Cycle, Delivery, Faults, Health, Hello, Message, ModboatCycle, ModuleId, ModuleKind,
-    ModuleState, Motion, Refusal, RovCycle, RovTelemetry, TailUnknown, Telemetry, TimeReply, TimeRequest,
-    TransitionLaw, Verdict, WIRE_VERSION,
+    Acknowledge, Connectors, Cycle, Delivery, Faults, Health, Hello, Message, ModboatCycle, ModuleId,
+    ModuleKind, ModuleState, Motion, Refusal, RovCycle, RovTelemetry, TailUnknown, Telemetry, TimeReply,
+    TimeRequest, TransitionLaw, Verdict, WIRE_VERSION,
 };
 pub use radio::Radio;
 pub use session::{Announcer, Session, Side};

@@ -176,26 +176,48 @@ pub enum TransitionLaw {
     },
 }
 
+/// What is written behind a message. Its absence is the first variant of what it carries: messages of hosts that know neither are
+/// read as before. A Modboat's cycle has the law of its transition there, an ROV's its connectors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Trailer {
+    /// [`TransitionLaw::ConstantSpeed`], never written.
+    ConstantSpeed,
+    /// [`TransitionLaw::RestToRest`].
+    RestToRest {
+        /// Length of each ramp.
+        ramp: Duration,
+    },
+    /// [`Connectors::Open`].
+    Open,
+}
+
 impl Message {
-    /// What is written behind the message: the law of time of a cycle's transition, unless it is constant speed.
-    pub(crate) const fn trailer(&self) -> Option<TransitionLaw> {
+    /// What is written behind the message, if anything.
+    pub(crate) const fn trailer(&self) -> Option<Trailer> {
         match self {
-            Self::Cycle(Cycle { motion: Motion::Modboat(ModboatCycle { law, .. }), .. }) => match law {
+            Self::Cycle(Cycle { motion: Motion::Modboat(ModboatCycle { law, .. }), .. }) => match *law {
                 TransitionLaw::ConstantSpeed => None,
-                TransitionLaw::RestToRest { .. } => Some(*law),
+                TransitionLaw::RestToRest { ramp } => Some(Trailer::RestToRest { ramp }),
+            },
+            Self::Cycle(Cycle { motion: Motion::Rov(RovCycle { connectors, .. }), .. }) => match connectors {
+                Connectors::Closed => None,
+                Connectors::Open => Some(Trailer::Open),
             },
             _ => None,
         }
     }
 
-    /// The same with what was read behind it; `None` where nothing may stand.
-    pub(crate) fn with_trailer(mut self, trailer: TransitionLaw) -> Option<Self> {
-        match &mut self {
-            Self::Cycle(Cycle { motion: Motion::Modboat(cycle), .. }) => cycle.law = trailer,
+    /// The same with what was read behind it; `None` where that may not stand.
+    pub(crate) fn with_trailer(mut self, trailer: Trailer) -> Option<Self> {
+        let Self::Cycle(Cycle { motion, .. }) = &mut self else { return None };
+        match (motion, trailer) {
+            (Motion::Modboat(cycle), Trailer::RestToRest { ramp }) => {
+                cycle.law = TransitionLaw::RestToRest { ramp };
+            }
+            (Motion::Rov(cycle), Trailer::Open) => cycle.connectors = Connectors::Open,
             _ => return None,
         }
-        // One way to write each message: what would not be written is not read.
-        self.trailer().is_some().then_some(self)
+        Some(self)
     }
 }
 
@@ -206,6 +228,19 @@ pub struct RovCycle {
     pub thrusts: Vec<Newtons, MAX_THRUSTERS>,
     /// After this long without another cycle the thrusters go to neutral.
     pub lease: Duration,
+    /// What its docking connectors do as long. On the wire it follows the whole message, and its absence means closed.
+    #[serde(skip)]
+    pub connectors: Connectors,
+}
+
+/// What the docking connectors of an ROV do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Connectors {
+    /// They keep hold of what they have, and take hold of what meets them.
+    #[default]
+    Closed,
+    /// They let go.
+    Open,
 }
 
 /// What became of a cycle.

@@ -30,8 +30,8 @@ use protocol::session::open_announcement;
 use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::units::{Amperes, Newtons, Volts};
 use protocol::{
-    Cycle, Delivery, FleetKey, Frame, Kind, MAX_DATAGRAM, Message, ModuleId, ModuleState, Motion, Nonce,
-    RovCycle, Session, Side, TimeReply,
+    Connectors, Cycle, Delivery, FleetKey, Frame, Kind, MAX_DATAGRAM, Message, ModuleId, ModuleState, Motion,
+    Nonce, RovCycle, Session, Side, TimeReply,
 };
 
 const MODULE: ModuleId = ModuleId(2);
@@ -245,7 +245,11 @@ fn step(world: &mut World, bytes: &mut impl Iterator<Item = u8>) -> Option<()> {
             let [a, b, lease] = [bytes.next()?, bytes.next()?, bytes.next()?];
             world.number += 1;
             let thrusts = [a, b].map(|byte| Newtons((f32::from(byte) - 128.0) / 4.0)).into_iter().collect();
-            let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(u32::from(lease) * 5_000) });
+            let motion = Motion::Rov(RovCycle {
+                thrusts,
+                lease: Duration(u32::from(lease) * 5_000),
+                connectors: Connectors::Closed,
+            });
             let start = FleetInstant(world.now + AHEAD + u64::from(a) * 500);
             world.say(&Message::Cycle(Cycle {
                 number: world.number,

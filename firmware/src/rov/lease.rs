@@ -19,6 +19,8 @@
 //! | a cycle that is only to be prepared | refused: every packet of thrusts stands for itself |
 //! | emergency stop | neutral until released |
 //!
+//! Docking connectors are on the same lease: they are open as long as a cycle that says so is executed, and closed otherwise.
+//!
 //! While the controllers arm, cycles are accepted and nothing is put out; the state says so.
 //!
 //! Assumptions and limits: at most [`WAITING`] cycles wait for their start. Thrusts are along each thruster's axis; how much
@@ -29,7 +31,9 @@ use protocol::configuration::LeaseLimits;
 use protocol::message::MAX_THRUSTERS;
 use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::units::{Amperes, Newtons, PulseMicros, Volts};
-use protocol::{Cycle, Delivery, Message, ModuleKind, Motion, Refusal, RovCycle, RovTelemetry, Verdict};
+use protocol::{
+    Connectors, Cycle, Delivery, Message, ModuleKind, Motion, Refusal, RovCycle, RovTelemetry, Verdict,
+};
 
 use crate::link::endpoint::{Endpoint, Present, Robot};
 use crate::modboat::schedule::HORIZON;
@@ -109,6 +113,12 @@ impl ThrustLease {
         self.executed(now).map_or(&[], |leased| &leased.cycle.thrusts)
     }
 
+    /// What the connectors do at `now` (fleet time). They open for as long as a lease says so: without one a docked robot stays docked.
+    #[must_use]
+    pub fn connectors(&self, now: FleetInstant) -> Connectors {
+        self.executed(now).map_or(Connectors::Closed, |leased| leased.cycle.connectors)
+    }
+
     /// True for a cycle within the limits. NaN is within nothing.
     fn allows(&self, cycle: &RovCycle) -> bool {
         let LeaseLimits { thrust_max, lease_max } = self.limits;
@@ -172,6 +182,12 @@ impl Endpoint<ThrustLease> {
     #[must_use]
     pub fn thrusts(&self, now: LocalInstant) -> &[Newtons] {
         self.robot().thrusts(self.fleet(now))
+    }
+
+    /// What the connectors do at `now`, own clock.
+    #[must_use]
+    pub fn connectors(&self, now: LocalInstant) -> Connectors {
+        self.robot().connectors(self.fleet(now))
     }
 }
 

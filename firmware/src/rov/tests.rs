@@ -9,7 +9,9 @@ use proptest::prelude::*;
 use protocol::configuration::{BankConstants, EscConstants, LeaseLimits, ThrusterMounting};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, Newtons, PulseMicros, Volts};
-use protocol::{Cycle, Delivery, Faults, Message, ModuleState, Motion, Refusal, RovCycle, Verdict};
+use protocol::{
+    Connectors, Cycle, Delivery, Faults, Message, ModuleState, Motion, Refusal, RovCycle, Verdict,
+};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, identity};
@@ -87,7 +89,8 @@ impl Bench {
     /// A cycle that starts at `start` on the module's own clock.
     fn offer(&mut self, number: u32, start: u64, thrusts: [f32; 2], lease: u32) -> Verdict {
         let thrusts = thrusts.into_iter().map(Newtons).collect();
-        let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(lease) });
+        let motion =
+            Motion::Rov(RovCycle { thrusts, lease: Duration(lease), connectors: Connectors::Closed });
         let cycle = Cycle { number, start: FleetInstant(start + AHEAD), motion, delivery: Delivery::Direct };
         self.host.ask(self.now, &mut self.rov, &Message::Cycle(cycle))
     }
@@ -310,7 +313,7 @@ fn an_output_that_fails_stops_the_rov() {
             said.extend(host.listen(now, &mut rov));
             if now.0 == 1_300_000 {
                 let thrusts = [4.0, 4.0].into_iter().map(Newtons).collect();
-                let motion = Motion::Rov(RovCycle { thrusts, lease });
+                let motion = Motion::Rov(RovCycle { thrusts, lease, connectors: Connectors::Closed });
                 let start = FleetInstant(now.0 + AHEAD);
                 let cycle = Cycle { number: 1, start, motion, delivery: Delivery::Direct };
                 assert_eq!(host.ask(now, &mut rov, &Message::Cycle(cycle)), Verdict::Accepted);

@@ -472,6 +472,18 @@ messages! {
         length_s: Vec<f64>,
     }
 
+    /// Thrusters that were found to give nothing, so far.
+    DeadThrusters = "flotilla_msgs" {
+        /// Fleet time.
+        stamp: Time,
+        /// The robot of each, by its id.
+        robot: Vec<u16>,
+        /// Which of it, from 1.
+        thruster: Vec<u16>,
+        /// When it was found, s of the plan's time.
+        at_s: Vec<f64>,
+    }
+
     /// The run is over.
     End = "flotilla_msgs" {
         /// Fleet time.

@@ -81,6 +81,20 @@ impl State {
         [p.x, p.y, p.z, wrap_rad(phi), wrap_rad(theta), wrap_rad(psi)]
     }
 
+    /// The state of what is fixed to this body at `arm_m` (body), turned by `turn` from it.
+    #[must_use]
+    pub fn carried(&self, arm_m: &Vector3<f64>, turn: &UnitQuaternion<f64>) -> Self {
+        let (v, omega): (Vector3<f64>, Vector3<f64>) =
+            (self.nu.fixed_rows::<3>(0).into(), self.nu.fixed_rows::<3>(3).into());
+        let v = turn.inverse_transform_vector(&(v + omega.cross(arm_m)));
+        let omega = turn.inverse_transform_vector(&omega);
+        Self {
+            position_m: self.position_m + self.attitude * arm_m,
+            attitude: self.attitude * turn,
+            nu: Vector6::new(v.x, v.y, v.z, omega.x, omega.y, omega.z),
+        }
+    }
+
     fn down(&self) -> Vector3<f64> {
         self.attitude.inverse_transform_vector(&Vector3::z())
     }

@@ -165,6 +165,11 @@ impl<H: Hardware, R: Radio> Simulated<H, R> {
         self.clock.offset_s += by_s;
     }
 
+    /// The firmware and its own time at `now`; `None` without power.
+    pub(super) fn firmware(&self, now: FleetInstant) -> Option<(&H::Firmware, LocalInstant)> {
+        Some((self.firmware.as_ref()?, self.clock.read(now)))
+    }
+
     fn status(&self, now: FleetInstant) -> Option<Status> {
         Some(self.firmware.as_ref()?.status(self.clock.read(now)))
     }

@@ -2,14 +2,18 @@
 
 use std::net::Ipv4Addr;
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use pose::address::{Address, Options};
+use pose::roster::{Entry, Name, Roster as Bodies};
 use pose::structure::{Structure, Tolerances};
 use protocol::ModuleId;
+use reconfiguration::problem::Problem;
 
 use super::{Failure, bad, could};
 use crate::run::lab::{LabPoses, standard_unit};
 use crate::run::logged::LoggedPoses;
+use crate::run::reconfigure::poses::LabBodies;
+use crate::run::reconfigure::scenario::ReconfigureScenario;
 use crate::run::roster::Roster;
 use crate::run::scenario::{LengthUnit, PoseParameters, Scenario, UpAxis};
 
@@ -83,6 +87,24 @@ impl PoseArguments {
         Ok(Some(Poses::Lab(Box::new(LabPoses::new(address.to_string(), source, axes, structure, bodies)))))
     }
 
+    /// The motion capture that was asked for, which sees the robots and tools of a reconfiguration.
+    pub(super) fn open_rovs(&self, scenario: &ReconfigureScenario) -> Result<Option<LabBodies>, Failure> {
+        let Some(address) = &self.pose else { return Ok(None) };
+        let axes = scenario.pose.axes(standard_unit(address)).ok_or_else(no_up)?;
+        let by_number = matches!(address, Address::NatNet(_));
+        let labels = body_labels(&scenario.problem);
+        let entry = |(number, name): &(u16, String)| Entry {
+            module: *number,
+            body: if by_number { Name::Number(i32::from(*number)) } else { Name::Name(name.clone()) },
+            offset_m: Vector3::zeros(),
+            turn_rad: 0.0,
+        };
+        let roster = Bodies::new(labels.iter().map(entry).collect()).map_err(bad)?;
+        let numbers = labels.iter().map(|(number, _)| *number).collect();
+        let source = self.source(address)?;
+        Ok(Some(LabBodies::new(address.to_string(), source, axes, roster, numbers)))
+    }
+
     fn source(&self, address: &Address) -> Result<Box<dyn pose::source::Source>, Failure> {
         use pose::address::OpenError;
         let options = Options { interface: self.interface, ..Options::default() };
@@ -91,6 +113,14 @@ impl PoseArguments {
             OpenError::Resolve { .. } | OpenError::Log(_) => bad(error),
         })
     }
+}
+
+/// How a motion capture calls robots and tools: `module-1` and on for robots, by their place in the problem as on the link, then `tool-1` and on.
+/// Tools are numbered on behind the robots.
+pub(super) fn body_labels(problem: &Problem) -> Vec<(u16, String)> {
+    let robots = (1..=problem.robots.len()).map(|number| format!("module-{number}"));
+    let tools = (1..=problem.tools.len()).map(|number| format!("tool-{number}"));
+    (1..).zip(robots.chain(tools)).collect()
 }
 
 /// Axes are never guessed.

@@ -17,6 +17,7 @@ use rov::power::PowerLaw;
 
 use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
+use super::poses::PoseArguments;
 use super::progress::Bar;
 use super::run::{RadioKind, list};
 use super::{Failure, all_said, bad, could, keygen, signal, tell, untold, written};
@@ -26,7 +27,9 @@ use crate::run::fleet::{InProcess, OverUdp};
 use crate::run::log::Log;
 use crate::run::log::rovs::Title;
 use crate::run::progress::Progress;
-use crate::run::reconfigure::execution::{Executed, Options, run_into};
+use crate::run::reconfigure::controller::Fixes;
+use crate::run::reconfigure::execution::{Executed, Options, Site, run_into, run_with};
+use crate::run::reconfigure::poses::LabBodies;
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 
 mod table;
@@ -38,7 +41,8 @@ const DEFAULT: &str = "t-to-i-far";
 #[command(after_help = "Examples:\n  flotilla reconfigure\n  \
                         flotilla reconfigure i-to-l --criterion energy --json > plan.json\n  \
                         flotilla reconfigure i-to-l --verify plan.json\n  \
-                        flotilla reconfigure i-to-l --criterion energy --radio udp --listen 127.0.0.1:4870")]
+                        flotilla reconfigure i-to-l --criterion energy --radio udp --listen 127.0.0.1:4870\n  \
+                        flotilla reconfigure i-to-l --criterion energy --radio udp --pose qtm:192.168.1.10 --up z")]
 pub(super) struct Arguments {
     /// A scenario file, or one that comes with the program: t-to-i-far, t-to-i-below, i-to-l, sonar-to-bow
     #[arg(default_value = DEFAULT)]
@@ -76,6 +80,11 @@ pub(super) struct Arguments {
     /// The fleet's key file, with --radio udp [default: flotilla/fleet.key in $XDG_CONFIG_HOME or ~/.config]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
+    #[command(flatten)]
+    poses: PoseArguments,
+    /// Without a fix for this time all thrusters go to neutral, s, instead of the scenario's
+    #[arg(long, value_name = "SECONDS", requires = "pose")]
+    hold_after: Option<f64>,
     /// Folder for logs, plans, summary.json and the pictures [default: runs/NAME, a new one each time]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -128,7 +137,17 @@ struct Column {
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let opened = ReconfigureScenario::open(&arguments.scenario);
-    let scenario = opened.map_err(bad)?;
+    let mut scenario = opened.map_err(bad)?;
+    arguments.poses.apply(&mut scenario.pose);
+    if arguments.poses.pose.is_some() && arguments.radio != RadioKind::Udp {
+        return Err(Failure::Bad("--pose is for ROVs on --radio udp".to_owned()));
+    }
+    if let Some(seconds) = arguments.hold_after {
+        if !(0.35..=60.0).contains(&seconds) {
+            return Err(Failure::Bad(format!("--hold-after {seconds} s: must lie between 0.35 and 60")));
+        }
+        scenario.pose.hold_after_s = seconds;
+    }
     if let Some(path) = &arguments.verify {
         return judge(&scenario.problem, path);
     }
@@ -143,7 +162,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         RadioKind::Udp => {
             let host = keygen::host(arguments.key.as_deref())?;
             let radio = UdpRadio::bind(arguments.listen.as_str());
-            Some((radio.map_err(bad)?, host))
+            Some((radio.map_err(bad)?, host, arguments.poses.open_rovs(&scenario)?))
         }
     };
     let (mut columns, mut failures) = (Vec::new(), Vec::new());
@@ -228,7 +247,7 @@ fn execute(
     scenario: &ReconfigureScenario,
     column: &Column,
     (log, index): (Log, usize),
-    radio: Option<(UdpRadio, HostIdentity)>,
+    radio: Option<(UdpRadio, HostIdentity, Option<LabBodies>)>,
     bar: &mut Bar,
 ) -> Result<Executed, Failure> {
     let (problem, plan) = (&scenario.problem, &column.planned.plan);
@@ -237,7 +256,7 @@ fn execute(
     let law = law(arguments.power, problem.rules.battery_v)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let options = Options { seed, radio: faults, law };
-    let Some((radio, host)) = radio else {
+    let Some((radio, host, poses)) = radio else {
         let mut fleet = InProcess::rovs(problem, faults, seed).map_err(could)?;
         let mut desk = Desk::signals();
         let drive = Drive { pace: Pace::Simulated, operator: &mut desk, hook: &mut |_, _, _| {} };
@@ -251,7 +270,12 @@ fn execute(
     let mut fleet = OverUdp::rovs(problem, radio, host, faults, seed);
     let mut desk = super::run::desk(&problem.name, bar);
     let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
-    run_into(log, problem, plan, &options, &mut fleet, drive, bar).map_err(could)
+    let Some(poses) = poses else {
+        return run_into(log, problem, plan, &options, &mut fleet, drive, bar).map_err(could);
+    };
+    let fixes = Some(Fixes { hold_after_s: scenario.pose.hold_after_s });
+    let site = Site { water: None, poses, fixes };
+    run_with(log, problem, plan, &options, &mut fleet, drive, site, bar).map_err(could)
 }
 
 /// Plans, figures and pictures.

@@ -1,4 +1,4 @@
-//! `flotilla tank`: a laboratory in a box. The scenario's modules as firmware on UDP sockets of their own, the water around them, and a
+//! `flotilla tank`: a laboratory in a box. The scenario's modules, Modboats or ROVs, as firmware on UDP sockets of their own, the water around them, and a
 //! motion-capture server over it: what `flotilla run --radio udp --pose …` meets here is what it meets in a laboratory.
 
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
@@ -25,6 +25,7 @@ use runlog::ros::{Header, JointState, Time};
 use runlog::writer::{FileWriter, Topic};
 use sim::TailState;
 use sim::lab::{CameraParameters, Cameras, Fault, LabError};
+use sim::mocap::MocapParameters;
 use sim::module::{Boat, SimModule, TICK};
 use sim::node::Setup;
 use sim::tank::Tank;
@@ -36,10 +37,14 @@ use super::{Failure, bad, could, signal, tell};
 use crate::run::roster::Roster;
 use crate::run::scenario::{PoseParameters, Scenario, UpAxis};
 
+mod rovs;
+
 #[derive(clap::Args)]
 #[command(
     after_help = "Example, in two terminals:\n  flotilla tank holonomic-1 --mocap natnet --latency 0.02 --jitter 0.01 --loss 0.02\n  \
                         flotilla run holonomic-1 --radio udp --pose natnet:127.0.0.1 --up z\n\n\
+                        ROVs:\n  flotilla tank i-to-l --mocap qtm --latency 0.03 --current 0.05,0 --fail-thruster 3,1@80\n  \
+                        flotilla reconfigure i-to-l --criterion energy --radio udp --pose qtm:127.0.0.1 --up z\n\n\
                         Faults: KIND[:BODIES]@START[+LENGTH], such as blind@20+10, swap:1,2@30, clock:3600@15;\n\
                         there are blind, dead, frozen, swap:A,B, lost:A, away:A, nan:A, clock:SECONDS, slow and doubled"
 )]
@@ -85,6 +90,18 @@ pub(super) struct Arguments {
     /// Noise of each coordinate, m, instead of the scenario's
     #[arg(long, value_name = "METRES")]
     noise: Option<f64>,
+    /// Noise of each turn, rad, instead of the scenario's
+    #[arg(long, value_name = "RADIANS")]
+    attitude_noise: Option<f64>,
+    /// Frames a second, instead of the scenario's
+    #[arg(long, value_name = "HERTZ")]
+    rate: Option<f64>,
+    /// Velocity of the water about ROVs along the scenario's x and y, m/s
+    #[arg(long, value_name = "X,Y", value_parser = clap::value_parser!(rovs::Current), allow_hyphen_values = true)]
+    current: Option<rovs::Current>,
+    /// A thruster of an ROV that fails, from 1, so long after the water lets go
+    #[arg(long, value_name = "ROBOT,THRUSTER@SECONDS", value_parser = clap::value_parser!(rovs::Dead))]
+    fail_thruster: Option<rovs::Dead>,
     /// The server's clock less this machine's, s
     #[arg(long, value_name = "SECONDS", default_value_t = 86_400.0, allow_hyphen_values = true)]
     clock: f64,
@@ -111,6 +128,14 @@ enum Protocol {
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
+    if rovs::is_meant(&arguments.scenario) {
+        return rovs::main(arguments);
+    }
+    if arguments.current.is_some() || arguments.fail_thruster.is_some() {
+        return Err(Failure::Bad(
+            "--current and --fail-thruster belong to ROVs; [tank] has the current of Modboats".to_owned(),
+        ));
+    }
     let scenario = Scenario::open(&arguments.scenario).map_err(bad)?;
     if let Some(seconds) = arguments.duration.filter(|seconds| !(*seconds > 0.0 && *seconds <= 1e7)) {
         return Err(Failure::Bad(format!("--duration = {seconds} s: must lie between 0 and 10000000")));
@@ -118,12 +143,31 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let mut boats = boats(arguments, &scenario)?;
     let labels: Vec<Label> =
         boats.ids.iter().map(|id| Label::new(i32::from(*id), &format!("module-{id}"))).collect();
-    let mut server = serve(arguments, &labels)?;
-    let axes = axes(arguments, &scenario);
-    let mut cameras = cameras(arguments, &scenario, axes, labels)?;
+    let server = serve(arguments, &labels)?;
+    let axes = axes(arguments, &scenario.pose);
+    let seed = arguments.seed.unwrap_or(scenario.seed);
+    let mut cameras = cameras(arguments, &scenario.mocap, seed, axes, labels)?;
     tell(&format!("{} modules, host at {}", boats.modules.len(), arguments.host));
     tell(&format!("motion capture on {}", server.address()));
     let mut truth = arguments.out.as_deref().map(Truth::create).transpose()?;
+    live(arguments, server, &mut cameras, |now, tick_s| {
+        boats.step(now)?;
+        if let Some(truth) = &mut truth {
+            truth.write((tick_s * 1e6).round() as u64, &boats)?;
+        }
+        Ok(boats.poses())
+    })?;
+    truth.map_or(Ok(()), Truth::finish)?;
+    boats.judge()
+}
+
+/// Real time until told to end: `step` lets the bodies live until an instant, a tick in seconds, and tells where they are.
+fn live(
+    arguments: &Arguments,
+    mut server: Box<dyn Server>,
+    cameras: &mut Cameras,
+    mut step: impl FnMut(FleetInstant, f64) -> Result<Vec<Pose>, Failure>,
+) -> Result<(), Failure> {
     signal::watch();
     let began = Instant::now();
     for turn in 1.. {
@@ -136,12 +180,9 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             break;
         }
         let elapsed = began.elapsed();
-        boats.step(FleetInstant(elapsed.as_micros() as u64))?;
-        if let Some(truth) = &mut truth {
-            truth.write(due_us, &boats)?;
-        }
+        let poses = step(FleetInstant(elapsed.as_micros() as u64), tick_s)?;
         let now = HostInstant(elapsed);
-        cameras.look(tick_s, &boats.poses());
+        cameras.look(tick_s, &poses);
         server.set_clock_ahead_ns((cameras.clock_ahead_s(tick_s) * 1e9) as i64);
         while let Some(frame) = cameras.poll(tick_s) {
             server.send(now, &frame);
@@ -150,8 +191,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             server.poll(now);
         }
     }
-    truth.map_or(Ok(()), Truth::finish)?;
-    boats.judge()
+    Ok(())
 }
 
 /// Modboats on sockets of their own, in one water.
@@ -309,11 +349,8 @@ fn boats(arguments: &Arguments, scenario: &Scenario) -> Result<Boats, Failure> {
 }
 
 /// The laboratory: as the scenario says, z up where it does not.
-fn axes(arguments: &Arguments, scenario: &Scenario) -> Axes {
-    let mut parameters = PoseParameters { up: Some(UpAxis::Z), ..PoseParameters::default() };
-    parameters.up = scenario.pose.up.or(parameters.up);
-    parameters.unit = scenario.pose.unit;
-    (parameters.origin_m, parameters.heading_rad) = (scenario.pose.origin_m, scenario.pose.heading_rad);
+fn axes(arguments: &Arguments, pose: &PoseParameters) -> Axes {
+    let mut parameters = PoseParameters { up: pose.up.or(Some(UpAxis::Z)), ..pose.clone() };
     arguments.lab.apply(&mut parameters);
     let standard = if arguments.mocap == Protocol::Qtm { Unit::Millimetre } else { Unit::Metre };
     parameters.axes(standard).unwrap_or(Axes::new(Up::Z, standard))
@@ -321,25 +358,27 @@ fn axes(arguments: &Arguments, scenario: &Scenario) -> Axes {
 
 fn cameras(
     arguments: &Arguments,
-    scenario: &Scenario,
+    mocap: &MocapParameters,
+    seed: u64,
     axes: Axes,
     labels: Vec<Label>,
 ) -> Result<Cameras, Failure> {
     let parameters = CameraParameters {
-        rate_hz: scenario.mocap.rate_hz,
-        position_noise_m: arguments.noise.unwrap_or(scenario.mocap.position_noise_m),
-        attitude_noise_rad: scenario.mocap.heading_noise_rad,
+        rate_hz: arguments.rate.unwrap_or(mocap.rate_hz),
+        position_noise_m: arguments.noise.unwrap_or(mocap.position_noise_m),
+        attitude_noise_rad: arguments.attitude_noise.unwrap_or(mocap.heading_noise_rad),
         latency_s: arguments.latency,
         jitter_s: arguments.jitter,
         loss: arguments.loss,
         doubled: 0.0,
         clock_ahead_s: arguments.clock,
     };
-    let seed = arguments.seed.unwrap_or(scenario.seed) ^ 0x3C0D;
-    Cameras::new(parameters, axes, labels, arguments.fault.clone(), seed).map_err(|error| match error {
-        LabError::Parameter(error) => Failure::Bad(format!("--{error}")),
-        LabError::Fault(error) => Failure::Bad(format!("--fault: {error}")),
-    })
+    Cameras::new(parameters, axes, labels, arguments.fault.clone(), seed ^ 0x3C0D).map_err(
+        |error| match error {
+            LabError::Parameter(error) => Failure::Bad(format!("--{error}")),
+            LabError::Fault(error) => Failure::Bad(format!("--fault: {error}")),
+        },
+    )
 }
 
 fn serve(arguments: &Arguments, labels: &[Label]) -> Result<Box<dyn Server>, Failure> {

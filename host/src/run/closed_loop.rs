@@ -13,7 +13,7 @@
 //! | [`Controller`] | [`Pilot`](super::pilot::Pilot) | [`Execution`](super::reconfigure::controller::Execution) |
 //! | [`Fleet`] | [`InProcess`](super::fleet::InProcess), [`OverUdp`](super::fleet::OverUdp) | the same |
 //! | [`World`] | [`Tank`](sim::tank::Tank) | [`Water`](super::reconfigure::water::Water) |
-//! | [`PoseSource`] | [`Cameras`](super::boats::Cameras) | [`ExactPoses`](super::reconfigure::water::ExactPoses) |
+//! | [`PoseSource`] | [`Cameras`](super::boats::Cameras), [`LabPoses`](super::lab::LabPoses) | [`ExactPoses`](super::reconfigure::water::ExactPoses), [`LabBodies`](super::reconfigure::poses::LabBodies) |
 //! | [`Observer`] | [`BoatLog`](super::log::boats::BoatLog) | [`RovLog`](super::log::rovs::RovLog) |
 
 use link::strangers::Silence;
@@ -288,6 +288,9 @@ where
                     Some(trouble) => progress.note(&format!("no pose: {trouble}")),
                     None => progress.note("poses come again"),
                 }
+            }
+            while let Some(news) = self.host.controller.take_news() {
+                progress.note(&news);
             }
             for observer in observers.iter_mut() {
                 observer.observe(now, self)?;

@@ -80,6 +80,11 @@ pub trait Controller {
         false
     }
 
+    /// What a person is to know, once.
+    fn take_news(&mut self) -> Option<String> {
+        None
+    }
+
     /// What the fleet does, for a person.
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String;
 

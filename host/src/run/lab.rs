@@ -14,7 +14,7 @@ use pose::frame::Label;
 use pose::gate::{self, Gate};
 use pose::ledger::FrameFault;
 use pose::roster::Roster;
-use pose::source::{Link, Source};
+use pose::source::{Link, Source, Status};
 use pose::structure::{Found, Outcome, PlanarPose, Structure};
 use pose::time::HostInstant;
 use protocol::time::{Duration, FleetInstant};
@@ -23,9 +23,9 @@ use super::RunError;
 use super::pose_source::{PoseAccount, PoseSource};
 
 /// Frames that are not used in a row after which it is said why. *Assumed*: a tenth of a second at 100 Hz.
-const SAID_AFTER: u32 = 10;
+pub(super) const SAID_AFTER: u32 = 10;
 /// Without a frame for this time the connection is looked at. *Assumed.*
-const SILENT: Duration = Duration(500_000);
+pub(super) const SILENT: Duration = Duration(500_000);
 /// The last pose says where the structure should be for this time, s.
 const EXPECTED_S: f64 = 5.0;
 
@@ -51,6 +51,16 @@ pub struct LabPoses {
     came: Option<FleetInstant>,
     unused: u32,
     trouble: Option<String>,
+}
+
+/// How a motion capture stands that sends no frames.
+pub(super) fn silence(name: &str, status: &Status) -> String {
+    let stands = match status.link {
+        Link::Connecting => "there is no answer from it",
+        Link::Connected | Link::Streaming => "it is connected, and no frames come",
+    };
+    let trouble = status.trouble.as_ref().map_or_else(String::new, |trouble| format!(" ({trouble})"));
+    format!("{name}: {stands}{trouble}")
 }
 
 impl LabPoses {
@@ -148,7 +158,7 @@ fn misfit(found: &Found) -> Option<String> {
     ))
 }
 
-const fn worded(fault: FrameFault) -> &'static str {
+pub(super) const fn worded(fault: FrameFault) -> &'static str {
     match fault {
         FrameFault::Doubled => "frames come twice",
         FrameFault::OffTheClock => "the server's clock has jumped",
@@ -169,13 +179,7 @@ impl<W> PoseSource<W> for LabPoses {
             is_new |= self.take(event);
         }
         if self.came.is_none_or(|came| now.since(came) > SILENT) {
-            let status = self.feed.status();
-            let stands = match status.link {
-                Link::Connecting => "there is no answer from it",
-                Link::Connected | Link::Streaming => "it is connected, and no frames come",
-            };
-            let trouble = status.trouble.as_ref().map_or_else(String::new, |trouble| format!(" ({trouble})"));
-            self.trouble = Some(format!("{}: {stands}{trouble}", self.name));
+            self.trouble = Some(silence(&self.name, self.feed.status()));
         }
         Ok(is_new.then_some(&self.fix))
     }
@@ -185,15 +189,7 @@ impl<W> PoseSource<W> for LabPoses {
     }
 
     fn account(&self) -> Option<PoseAccount> {
-        let (feed, clock) = (&self.feed, self.feed.gate().clock());
-        Some(PoseAccount {
-            source: self.name.clone(),
-            ledger: *feed.ledger(),
-            connects: feed.status().connects,
-            clock_jumps: clock.jumps(),
-            least_delay_s: clock.least_delay_s(),
-            late_p50_s: feed.figures().late_s(0.5),
-            late_p99_s: feed.figures().late_s(0.99),
-        })
+        let Self { name, feed, .. } = self;
+        Some(PoseAccount::new(name, feed.gate(), feed.figures(), feed.status().connects))
     }
 }

@@ -6,6 +6,7 @@
 //! | two modules had one number | ever | which of the two swam is not known |
 //! | a module reported numbers that none can have, and nothing else | for [`IMPLAUSIBLE_FOR`](link::dispatcher::IMPLAUSIBLE_FOR) | what it did is not known |
 //! | the fleet held | for more than [`SHARE`] of a leg, and [`FLOOR`] intervals | the same |
+//! | a thruster gives nothing | ever | the robot does not steer alone any more |
 //! | more was asked than can be given | the demand is faster than the structure can ever swim that way | no cycle can be at fault |
 //! | much slower than asked | in a leg of at least [`SETTLED_S`], more than [`MISSED`] of the velocity was missed | beyond what a current, a wrong drag or lost cycles cost |
 //!
@@ -80,6 +81,15 @@ pub enum Shortfall {
         /// What was swum, m/s.
         mean_m_s: f64,
     },
+    /// A thruster gives nothing.
+    Thruster {
+        /// Whose.
+        robot: u16,
+        /// Which, from 1.
+        thruster: u16,
+        /// When it was found, s.
+        at_s: f64,
+    },
     /// It could have been given, and was not.
     Missed {
         /// In which leg.
@@ -105,6 +115,9 @@ impl Display for Shortfall {
         match self {
             Self::Absent { what, module, time_s, share, reason, .. } => {
                 write!(f, "{what} {module} took no part for {time_s:.1} s ({:.0} %): {reason}", 100.0 * share)
+            }
+            Self::Thruster { robot, thruster, at_s } => {
+                write!(f, "thruster {thruster} of robot {robot} gives nothing, as found at {at_s:.1} s")
             }
             Self::Held { time_s, share, .. } => {
                 write!(f, "the fleet held for {time_s:.1} s ({:.0} %)", 100.0 * share)

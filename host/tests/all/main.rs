@@ -28,4 +28,5 @@ mod scenario_readme;
 mod shortfalls;
 mod simulate;
 mod tank;
+mod tank_rovs;
 mod udp;

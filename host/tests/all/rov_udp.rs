@@ -11,7 +11,7 @@ use link::key_file::KeyFile;
 use link::udp::UdpRadio;
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::Newtons;
-use protocol::{Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, Refusal, RovCycle};
+use protocol::{Connectors, Delivery, MAX_DATAGRAM, ModuleId, ModuleState, Motion, Radio, Refusal, RovCycle};
 use sim::rov::remote::RemoteRov;
 use tempfile::tempdir;
 
@@ -61,7 +61,8 @@ fn a_process_thrusts_as_told_and_stops_in_silence() {
             number += 1;
             next = now.after(Duration(50_000));
             let thrusts = wanted_n.iter().map(|&newtons| Newtons(newtons as f32)).collect();
-            let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(500_000) });
+            let motion =
+                Motion::Rov(RovCycle { thrusts, lease: Duration(500_000), connectors: Connectors::Closed });
             let start = now.after(Duration(30_000));
             dispatcher.dispatch(now, number, start, &[Some(motion)], Delivery::Direct);
         }

@@ -136,7 +136,7 @@ fn every_key_of_a_reconfiguration_is_documented_with_its_default() {
         let unknown = "no_such_key = 1\n";
         let text = match table.as_str() {
             "" => format!("{unknown}{LEAST_RECONFIGURE}"),
-            "rules" => format!("{LEAST_RECONFIGURE}[rules]\n{unknown}"),
+            "rules" | "pose" => format!("{LEAST_RECONFIGURE}[{table}]\n{unknown}"),
             "tool" => format!("{LEAST_RECONFIGURE}[[tool]]\n{unknown}"),
             table => LEAST_RECONFIGURE.replace(&format!("[[{table}]]\n"), &format!("[[{table}]]\n{unknown}")),
         };
@@ -153,8 +153,10 @@ fn every_key_of_a_reconfiguration_is_documented_with_its_default() {
             };
             full = match table.as_str() {
                 "" => format!("{key} = {literal}\n{full}"),
-                "rules" if full.contains("[rules]") => format!("{full}{key} = {literal}\n"),
-                "rules" => format!("{full}[rules]\n{key} = {literal}\n"),
+                "rules" | "pose" if full.contains(&format!("\n[{table}]")) => {
+                    full.replace(&format!("\n[{table}]\n"), &format!("\n[{table}]\n{key} = {literal}\n"))
+                }
+                "rules" | "pose" => format!("{full}[{table}]\n{key} = {literal}\n"),
                 table => {
                     full.replace(&format!("[[{table}]]\n"), &format!("[[{table}]]\n{key} = {literal}\n"))
                 }

@@ -74,10 +74,11 @@ proptest! {
     }
 
     #[test]
-    fn rov_cycles_survive(number: u32, start: u64, lease: u32, thrusts in prop::collection::vec(-60f32..60.0, 0..=8)) {
+    fn rov_cycles_survive(number: u32, start: u64, lease: u32, open: bool, thrusts in prop::collection::vec(-60f32..60.0, 0..=8)) {
         let motion = Motion::Rov(RovCycle {
             thrusts: thrusts.into_iter().map(Newtons).collect(),
             lease: Duration(lease),
+            connectors: if open { Connectors::Open } else { Connectors::Closed },
         });
         let message = Message::Cycle(Cycle { number, start: FleetInstant(start), motion, delivery: Delivery::Direct });
         let (again, length) = told(&message, Side::Host);

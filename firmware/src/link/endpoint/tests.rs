@@ -1,7 +1,9 @@
 use std::vec::Vec;
 
 use protocol::units::{Amperes, Radians, RadiansPerSecond, Volts};
-use protocol::{Delivery, Faults, FleetKey, ModboatCycle, ModuleId, ModuleKind, Motion, RovCycle};
+use protocol::{
+    Connectors, Delivery, Faults, FleetKey, ModboatCycle, ModuleId, ModuleKind, Motion, RovCycle,
+};
 
 use super::*;
 use crate::bench_host::{AHEAD, BenchHost, Counterpart, assert_exact, identity, in_session};
@@ -210,7 +212,11 @@ fn refuses_what_it_must_not_run() {
         motion.rotation = Radians(0.5);
     }
     assert_eq!(bench.ask(&Message::Cycle(elsewhere)), refused(Refusal::PoseMismatch));
-    let motion = Motion::Rov(RovCycle { thrusts: heapless::Vec::new(), lease: Duration(1) });
+    let motion = Motion::Rov(RovCycle {
+        thrusts: heapless::Vec::new(),
+        lease: Duration(1),
+        connectors: Connectors::Closed,
+    });
     let rov = Message::Cycle(Cycle { motion, ..cycle(7, 2_000 * MS, 1.0) });
     assert_eq!(bench.ask(&rov), refused(Refusal::WrongKind));
     bench.run(2_001 * MS);

@@ -17,7 +17,7 @@ fn cycle(number: u32, start: u64) -> Cycle {
 
 fn with(number: u32, start: u64, thrusts: &[f32], lease: Duration) -> Cycle {
     let thrusts = thrusts.iter().copied().map(Newtons).collect();
-    let motion = Motion::Rov(RovCycle { thrusts, lease });
+    let motion = Motion::Rov(RovCycle { thrusts, lease, connectors: Connectors::Closed });
     Cycle { number, start: FleetInstant(start), motion, delivery: Delivery::Direct }
 }
 
@@ -42,6 +42,28 @@ fn runs_from_its_start_to_the_end_of_its_lease_and_no_longer() {
     assert_eq!(number(&lease, 250_000), None);
     assert_eq!(number(&lease, u64::MAX), None);
     assert_eq!(lease.latest(FleetInstant(u64::MAX)), Some(1));
+}
+
+/// Connectors are open for as long as a lease says so: without one a docked robot stays docked.
+#[test]
+fn connectors_close_when_the_lease_ends() {
+    let mut lease = lease();
+    let Motion::Rov(motion) = with(1, 50_000, &[1.0, 1.0], LEASE).motion else { panic!("an ROV's") };
+    let motion = Motion::Rov(RovCycle { connectors: Connectors::Open, ..motion });
+    let open = Cycle { motion, ..cycle(1, 50_000) };
+    assert_eq!(lease.offer(FleetInstant(0), &open), Verdict::Accepted);
+    for (at, expected) in [
+        (49_999, Connectors::Closed),
+        (50_000, Connectors::Open),
+        (249_999, Connectors::Open),
+        (250_000, Connectors::Closed),
+    ] {
+        assert_eq!(lease.connectors(FleetInstant(at)), expected, "{at} µs");
+    }
+    // The next cycle closes them at its start, and a hold at once.
+    assert_eq!(lease.offer(FleetInstant(60_000), &cycle(2, 100_000)), Verdict::Accepted);
+    assert_eq!(lease.connectors(FleetInstant(99_999)), Connectors::Open);
+    assert_eq!(lease.connectors(FleetInstant(100_000)), Connectors::Closed);
 }
 
 #[test]

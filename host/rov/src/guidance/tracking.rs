@@ -1,7 +1,7 @@
 //! Tracking controller: from reference and state to thrusts, for a robot and for a docked cluster.
 //!
 //! ```text
-//! τ = M (ν̇_r + K (ν_d − ν)) + C(ν_r)ν_r + D(ν_r)ν_r + g(level)        after (7)
+//! τ = M (ν̇_r + K (ν_d − ν) − a_u) + C(ν_r)ν_r + D(ν_r)ν_r + g(level)  after (7)
 //! u = least power within limits with T u = τ                            (9), (16)
 //! ν_d = [ Rᵀ v_d ; Rᵀ ω_r − ω_p e_R ],   K = diag(2ω),   ω_p = ω/2
 //! ```
@@ -12,6 +12,7 @@
 //! | v_d | velocity demanded by LOS guidance, [`super::los`] | world, m/s |
 //! | R, e_R | attitude; turn from the attitude wanted (level, heading of the reference) to it, as a vector | body; rad |
 //! | K, ω_p | gain of the velocity, of the position | 1/s |
+//! | a_u | acceleration by what no model knows, [`super::observer`]; none where it is not observed | m/s², rad/s² |
 //! | ω | bandwidth | rad/s |
 //! | T_d | delay from a measurement to the thrust that answers it | s |
 //!
@@ -26,8 +27,11 @@
 //! Errors of less than [`STILL_M`], [`STILL_RAD`] are not answered: thrust about zero would have the propellers turn
 //! round again and again. Thrusts below [`LEAST_N`] are not sent: no T200 gives them.
 //!
-//! Assumptions and limits: the state is known as by motion capture, velocity included; no integral action, so a force
-//! F that no model knows leaves an error of F/(m ω²), and a steady current leaves one too.
+//! **Integral action** is that of the observer: a_u is the integral of what the fixes miss of the model under the thrusts that were
+//! commanded, limits included, so that a demand out of reach winds nothing up.
+//!
+//! Assumptions and limits: the state is known, velocity included. Without an observer a force F that no model knows leaves an error of
+//! F/(m ω²), and a steady current leaves one too.
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use reconfiguration::pose::Pose;
@@ -78,6 +82,8 @@ pub struct TrackingController {
     dynamics: Dynamics,
     allocator: Allocator,
     delay_s: f64,
+    /// a_u: linear part in the world, angular part in the body.
+    unknown: Option<Vector6<f64>>,
 }
 
 impl TrackingController {
@@ -94,7 +100,12 @@ impl TrackingController {
         let thrusters: Vec<(&Vehicle, Pose)> =
             members.iter().map(|&(pose, vehicle)| (vehicle, pose)).collect();
         let matrix = ConfigurationMatrix::of_cluster(&thrusters, &origin)?;
-        Ok(Self { dynamics, allocator: Allocator::new(matrix, limits_n, law)?, delay_s })
+        Ok(Self { dynamics, allocator: Allocator::new(matrix, limits_n, law)?, delay_s, unknown: None })
+    }
+
+    /// Tells a_u as [`Observer::unknown`](super::observer::Observer::unknown) has it, for all that follows.
+    pub fn oppose(&mut self, unknown: Option<Vector6<f64>>) {
+        self.unknown = unknown;
     }
 
     /// τ: `now` is the reference of this instant, `ahead` that of when the thrusts act. Without a state, feedforward alone.
@@ -118,6 +129,11 @@ impl TrackingController {
             let miss = joined(&in_body(&v_d.into()), &omega_d) - state.nu;
             let gains = joined(&Vector3::repeat(2.0 * position), &Vector3::repeat(2.0 * turn));
             nu_dot += gains.component_mul(&miss);
+            if let Some(unknown) = &self.unknown {
+                let [linear, angular]: [Vector3<f64>; 2] =
+                    [unknown.fixed_rows::<3>(0).into(), unknown.fixed_rows::<3>(3).into()];
+                nu_dot -= joined(&in_body(&linear.into()), &angular);
+            }
         }
         let steady = Vector6::from(self.dynamics.cluster().force_needed(&nu_r.into()));
         // τ = M (ν̇_r + K (ν_d − ν)) + C(ν_r)ν_r + D(ν_r)ν_r + g(level)

@@ -16,8 +16,13 @@
 //! | P, L | linear and angular momentum about the cluster's origin | kg·m/s, kg·m²/s |
 //! | rᵢ | member i from the cluster's origin | m |
 //!
+//! A steady, uniform current carries everything: (7) holds in the frame that drifts with it. A velocity that all members share passes
+//! through the balance of momenta unchanged, so that it is drawn up over ground.
+//!
 //! Assumptions and limits: connectors are rigid and take hold at once; undocked robots do not touch; hulls do not
 //! disturb each other's water.
+
+use std::ops::{AddAssign, SubAssign};
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use reconfiguration::pose::Pose;
@@ -85,6 +90,8 @@ struct Raft {
 pub struct Basin {
     bodies: Vec<Floating>,
     rafts: Vec<Raft>,
+    /// Velocity of the water, world, m/s.
+    current_m_s: Vector3<f64>,
 }
 
 impl Basin {
@@ -98,9 +105,14 @@ impl Basin {
             let mass = alone.rigid_body_mass() + alone.added_mass();
             Floating { vehicle: vehicle.clone(), mass, berth, docked: true }
         });
-        let mut basin = Self { bodies: floating.collect(), rafts: Vec::new() };
+        let mut basin = Self { bodies: floating.collect(), rafts: Vec::new(), current_m_s: Vector3::zeros() };
         basin.regroup()?;
         Ok(basin)
+    }
+
+    /// Lets the water flow with this velocity, the same everywhere and always, world, m/s.
+    pub fn set_current(&mut self, current_m_s: [f64; 3]) {
+        self.current_m_s = current_m_s.into();
     }
 
     /// Lets `dt_s` pass under the thrusts of every body, N; a tool's are none.
@@ -112,7 +124,18 @@ impl Basin {
                 together.extend(thrusts_n.get(member).into_iter().flat_map(AsRef::as_ref));
             }
             let tau = Vector6::from(raft.matrix.wrench(&together));
+            let current_m_s = self.current_m_s;
+            if current_m_s == Vector3::zeros() {
+                raft.dynamics.advance(&mut raft.state, &tau, dt_s, STEP_MOST_S);
+                continue;
+            }
+            // In the frame that drifts with it the water rests, and the same laws hold there.
+            let flow = raft.state.attitude.inverse_transform_vector(&current_m_s);
+            raft.state.nu.fixed_rows_mut::<3>(0).sub_assign(flow);
             raft.dynamics.advance(&mut raft.state, &tau, dt_s, STEP_MOST_S);
+            raft.state.position_m += current_m_s * dt_s;
+            let flow = raft.state.attitude.inverse_transform_vector(&current_m_s);
+            raft.state.nu.fixed_rows_mut::<3>(0).add_assign(flow);
         }
     }
 
@@ -120,7 +143,7 @@ impl Basin {
     #[must_use]
     pub fn state(&self, body: usize) -> State {
         match self.seat(body) {
-            Some((raft, (arm, turn))) => raft.at(arm, turn),
+            Some((raft, (arm, turn))) => raft.state.carried(arm, turn),
             None => State::from_eta(&[0.0; 6], &[0.0; 6]),
         }
     }
@@ -255,21 +278,6 @@ impl Basin {
         let state = self.state(body);
         let own = self.bodies[body].mass * state.nu;
         (state.attitude * own.fixed_rows::<3>(0), state.attitude * own.fixed_rows::<3>(3))
-    }
-}
-
-impl Raft {
-    /// The state of what sits at `arm`, turned by `turn`.
-    fn at(&self, arm: &Vector3<f64>, turn: &UnitQuaternion<f64>) -> State {
-        let (v, omega): (Vector3<f64>, Vector3<f64>) =
-            (self.state.nu.fixed_rows::<3>(0).into(), self.state.nu.fixed_rows::<3>(3).into());
-        let v = turn.inverse_transform_vector(&(v + omega.cross(arm)));
-        let omega = turn.inverse_transform_vector(&omega);
-        State {
-            position_m: self.state.position_m + self.state.attitude * arm,
-            attitude: self.state.attitude * turn,
-            nu: Vector6::new(v.x, v.y, v.z, omega.x, omega.y, omega.z),
-        }
     }
 }
 

@@ -25,10 +25,10 @@ use firmware::rov::Rov;
 use firmware::rov::lease::{SURE_WITHIN, ThrustLease};
 use firmware::rov::thruster::bank::{Bank, BankError};
 use firmware::rov::thruster::t200::{VOLTAGE_MAX_V, VOLTAGE_MIN_V};
-use protocol::Radio;
 use protocol::configuration::{BankConstants, LeaseLimits, ThrusterMounting};
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::{Amperes, PulseMicros, Volts};
+use protocol::{Connectors, Radio};
 use quantity::ParameterError;
 use thiserror::Error;
 
@@ -113,6 +113,11 @@ impl<R: Radio> SimRov<R> {
     /// Pulses at the pins, µs. Without power there are none: the controllers stop, as at 1500.
     pub fn pulses_us(&self) -> Vec<f64> {
         self.hardware.pulses().map(|pulse| f64::from(pulse.0)).collect()
+    }
+
+    /// Whether its docking connectors are open at `now`, true time. Without power they are closed.
+    pub fn is_open(&self, now: FleetInstant) -> bool {
+        self.firmware(now).is_some_and(|(rov, local)| rov.connectors(local) == Connectors::Open)
     }
 
     /// Breaks a thruster for good.

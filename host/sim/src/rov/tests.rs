@@ -5,7 +5,7 @@ use link::loopback::{Ether, LoopbackRadio, Node as Address};
 use protocol::configuration::EscConstants;
 use protocol::ledger::Class;
 use protocol::units::Newtons;
-use protocol::{Delivery, FleetKey, ModuleId, ModuleState, Motion, RovCycle};
+use protocol::{Connectors, Delivery, FleetKey, ModuleId, ModuleState, Motion, RovCycle};
 
 use crate::clock::ClockParameters;
 use crate::node::Setup;
@@ -76,7 +76,11 @@ impl Bench {
                 self.number += 1;
                 let start = now.after(Duration(20_000));
                 let thrusts = thrusts(start.0).into_iter().map(Newtons).collect();
-                let motion = Motion::Rov(RovCycle { thrusts, lease: Duration(300_000) });
+                let motion = Motion::Rov(RovCycle {
+                    thrusts,
+                    lease: Duration(300_000),
+                    connectors: Connectors::Closed,
+                });
                 self.dispatcher.dispatch(now, self.number, start, &[Some(motion)], Delivery::Direct);
             }
             self.dispatcher.handle_timer(now);

@@ -46,7 +46,7 @@ const REPEATED: u32 = 2;
 const DRAWN: u32 = 4;
 
 /// The closed loop of a reconfiguration with the fleet `F`.
-pub type RovRun<'a, 'p, F> = Run<'a, Execution<'p>, F, Water, ExactPoses>;
+pub type RovRun<'a, 'p, F, P = ExactPoses> = Run<'a, Execution<'p>, F, Water, P>;
 
 /// What an execution is called beside others of the same problem.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -152,10 +152,10 @@ impl<'a> RovLog<'a> {
     ///
     /// # Errors
     /// As for [`Reading::finish`].
-    pub fn finish<F: Fleet<Actuation = RovActuation>>(
+    pub fn finish<F: Fleet<Actuation = RovActuation>, P>(
         mut self,
         ending: &Ending,
-        run: &RovRun<'_, '_, F>,
+        run: &RovRun<'_, '_, F, P>,
     ) -> Result<(Outcome, Option<String>), String> {
         let now = ending.at;
         self.events(now);
@@ -177,14 +177,18 @@ impl<'a> RovLog<'a> {
         }
     }
 
-    fn sample<F: Fleet<Actuation = RovActuation>>(
+    fn sample<F: Fleet<Actuation = RovActuation>, P>(
         &mut self,
         now: FleetInstant,
         t_s: f64,
-        run: &RovRun<'_, '_, F>,
+        run: &RovRun<'_, '_, F, P>,
     ) -> Option<flotilla::Robots> {
-        let water = run.world.as_ref()?;
-        let (conductor, states) = (run.host.controller.conductor(), water.states());
+        let (conductor, water) = (run.host.controller.conductor(), run.world.as_ref());
+        // What is held true, where the water is real.
+        let states = water.map_or_else(|| run.host.controller.states(), Water::states);
+        if states.len() < self.vehicles.len() {
+            return None;
+        }
         self.accounts.look(conductor, states, &self.vehicles);
         let reference = conductor.reference();
         let robots = self.ids.iter().enumerate().map(|(robot, &id)| flotilla::Robot {
@@ -204,7 +208,7 @@ impl<'a> RovLog<'a> {
             stamp: stamp(now),
             t_s,
             moving: conductor.moving().map_or(-1, |moving| moving as i32),
-            restoring_nm: tool.map_or([0.0; 2], |tool| water.restoring_nm(tool)),
+            restoring_nm: tool.zip(water).map_or([0.0; 2], |(tool, water)| water.restoring_nm(tool)),
             robots,
         };
         self.note_thrusts(&mut sample, &run.actuation);
@@ -241,7 +245,11 @@ impl<'a> RovLog<'a> {
     }
 
     /// Everything that is counted, so far.
-    fn count<F: Fleet<Actuation = RovActuation>>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F>) {
+    fn count<F: Fleet<Actuation = RovActuation>, P>(
+        &mut self,
+        now: FleetInstant,
+        run: &RovRun<'_, '_, F, P>,
+    ) {
         self.counted = Some(now);
         let links = run.host.dispatcher();
         self.tell(now, Told::Links(&counts::links(stamp(now), &self.ids, links)));
@@ -258,6 +266,16 @@ impl<'a> RovLog<'a> {
         let moves =
             flotilla::Moves { stamp: stamp(now), moves: self.accounts.moves().map(reading::told).collect() };
         self.tell(now, Told::Moves(&moves));
+        let dead = run.host.controller.failed_thrusters();
+        if !dead.is_empty() {
+            let told = flotilla::DeadThrusters {
+                stamp: stamp(now),
+                robot: dead.iter().map(|(robot, ..)| self.ids[*robot]).collect(),
+                thruster: dead.iter().map(|(_, thruster, _)| *thruster as u16 + 1).collect(),
+                at_s: dead.iter().map(|(.., at_s)| *at_s).collect(),
+            };
+            self.tell(now, Told::DeadThrusters(&told));
+        }
         let (start_s, length_s) = run.host.controller.gaps().iter().copied().unzip();
         self.tell(now, Told::Pauses(&flotilla::Pauses { stamp: stamp(now), start_s, length_s }));
         if self.log.is_kept() {
@@ -270,7 +288,7 @@ impl<'a> RovLog<'a> {
 }
 
 /// Time since the water let go, in whole steps, s; 0 before.
-fn plan_time_s<F: Fleet>(now: FleetInstant, run: &RovRun<'_, '_, F>) -> f64 {
+fn plan_time_s<F: Fleet, P>(now: FleetInstant, run: &RovRun<'_, '_, F, P>) -> f64 {
     let since_us = run.host.controller.origin().map_or(0, |origin| now.0.saturating_sub(origin.0));
     (since_us / u64::from(STEP.0)) as f64 * STEP_S
 }
@@ -280,8 +298,8 @@ fn place(pose: &Pose) -> flotilla::Place {
     flotilla::Place { x_m, y_m, z_m, yaw_rad }
 }
 
-impl<F: Fleet<Actuation = RovActuation>> Observer<RovRun<'_, '_, F>> for RovLog<'_> {
-    fn observe(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F>) -> Result<(), RunError> {
+impl<F: Fleet<Actuation = RovActuation>, P> Observer<RovRun<'_, '_, F, P>> for RovLog<'_> {
+    fn observe(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) -> Result<(), RunError> {
         self.events(now);
         self.step(now, run);
         self.watch.observe(now, run)?;
@@ -294,7 +312,7 @@ impl<F: Fleet<Actuation = RovActuation>> Observer<RovRun<'_, '_, F>> for RovLog<
 }
 
 impl RovLog<'_> {
-    fn step<F: Fleet<Actuation = RovActuation>>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F>) {
+    fn step<F: Fleet<Actuation = RovActuation>, P>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) {
         let controller = &run.host.controller;
         let Some(origin) = controller.origin().filter(|_| is_step(now)) else { return };
         if run.is_blind() {
@@ -309,7 +327,11 @@ impl RovLog<'_> {
         if let Some((number, mover)) = self.moving.filter(|_| now > origin) {
             self.accounts.spend(STEP_S, number, mover, &run.actuation);
             let ended = conductor.moving() != Some(number);
-            if ended && let Some(misfit) = run.world.as_ref().and_then(Water::drawn_in) {
+            let drawn_in = match &run.world {
+                Some(water) => water.drawn_in(),
+                None => controller.drawn_in(),
+            };
+            if ended && let Some(misfit) = drawn_in {
                 self.accounts.end(number, misfit);
             }
         }

@@ -92,6 +92,8 @@ topics! {
         Moves, moves: flotilla::Moves = "/moves";
         /// Gaps in the time of a plan so far.
         Pauses, pauses: flotilla::Pauses = "/pauses";
+        /// Thrusters that give nothing, so far; nothing where there is none.
+        DeadThrusters, dead_thrusters: flotilla::DeadThrusters = "/dead_thrusters";
         /// The end.
         End, end: flotilla::End = "/end";
     }

@@ -16,8 +16,8 @@
 //!   rests until it is there again, then goes on from rest.
 //! - What takes longer than [`PATIENCE_S`] fails, by name. So does a waiting cluster that is pushed away or tilted.
 //!
-//! Assumptions and limits: position, attitude and velocity of every robot are known exactly, as by a motion capture
-//! without noise.
+//! Assumptions and limits: position, attitude and velocity of every robot are taken for known. Where they are estimates, a mover that is
+//! to dock keeps to a part of the tolerance ([`Conductor::keep_within`]).
 
 mod failure;
 mod fit;
@@ -28,6 +28,7 @@ pub use failure::Failure;
 use super::ExecutionError;
 use fit::check;
 use lead::Lead;
+use nalgebra::Vector6;
 use protocol::time::Duration;
 use reconfiguration::plan::{Action, ActionKind, Plan};
 use reconfiguration::pose::Pose;
@@ -36,7 +37,7 @@ use reconfiguration::vehicle::Vehicle;
 use rov::configuration::{adjacency, clusters};
 use rov::dynamics::State;
 use rov::guidance::reference::{Reference, ReferenceTrajectory};
-use rov::guidance::tracking::TrackingController;
+use rov::guidance::tracking::{TrackingController, TrackingError};
 use rov::power::{self, PowerLaw};
 use sim::rov::propellers::LAG_S;
 
@@ -94,6 +95,10 @@ pub struct Conductor<'a> {
     /// Robots, then tools: what they are, and where they are docked.
     bodies: Vec<(Pose, &'a Vehicle)>,
     answering: Vec<bool>,
+    /// Which thrusters of each body give what they are told.
+    working: Vec<Vec<bool>>,
+    /// Share of [`DOCK_M`] and [`DOCK_RAD`] that a mover keeps to: less than one where its state is an estimate.
+    within: f64,
     arrived: Vec<bool>,
     /// Move and action; the number of moves when all is done.
     number: usize,
@@ -128,6 +133,7 @@ impl<'a> Conductor<'a> {
         check(problem, plan)?;
         let count = problem.robots.len();
         let thrusters = bodies.iter().take(count).map(|(_, vehicle)| vehicle.thrusters.len());
+        let working = bodies.iter().map(|(_, vehicle)| vec![true; vehicle.thrusters.len()]).collect();
         let limits_n = power::limits_n(problem.rules.battery_v)?;
         let lead = Lead::new(thrusters, limits_n, PERIOD_S);
         let nowhere = Action {
@@ -147,6 +153,8 @@ impl<'a> Conductor<'a> {
             limits_n,
             bodies,
             answering: vec![true; count],
+            working,
+            within: 1.0,
             arrived: vec![false; count],
             number: 0,
             action: 0,
@@ -162,6 +170,40 @@ impl<'a> Conductor<'a> {
         };
         conductor.begin_move()?;
         Ok(conductor)
+    }
+
+    /// States are estimates from now on: a mover that is to dock keeps to this share of the tolerance.
+    pub fn keep_within(&mut self, share: f64) {
+        self.within = share;
+    }
+
+    /// Whether a thruster of a robot works, as far as is known: of one that does not no thrust is asked.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); not for thrusters that there are.
+    pub fn set_working(
+        &mut self,
+        robot: usize,
+        thruster: usize,
+        working: bool,
+    ) -> Result<(), ExecutionError> {
+        if let Some(works) = self.working.get_mut(robot).and_then(|own| own.get_mut(thruster)) {
+            *works = working;
+        }
+        if self.mover() == Some(robot) {
+            self.mover = Some((robot, self.controller(&[robot], true)?));
+        }
+        self.station()
+    }
+
+    /// Tells what acts on every body that no model knows, as accelerations; see [`TrackingController::oppose`].
+    pub fn oppose(&mut self, unknown: &[Vector6<f64>]) {
+        for Station { bodies, controller, .. } in &mut self.stations {
+            controller.oppose(bodies.first().and_then(|&body| unknown.get(body)).copied());
+        }
+        if let Some((robot, controller)) = &mut self.mover {
+            controller.oppose(unknown.get(*robot).copied());
+        }
     }
 
     /// Robots, then tools: where they are docked, and what they are.
@@ -235,7 +277,7 @@ impl<'a> Conductor<'a> {
         }
         let undocking = self.trajectory.kind() == ActionKind::Undock;
         self.off = if undocking { (0.0, 0.0) } else { apart(&states[robot], &self.now().pose) };
-        let there = self.off.0 <= DOCK_M && self.off.1 <= DOCK_RAD;
+        let there = self.is_there();
         if self.astray {
             self.waited_s += dt_s;
             if there && self.answering[robot] {
@@ -331,6 +373,11 @@ impl<'a> Conductor<'a> {
         }
     }
 
+    /// Whether the mover is where it should be.
+    fn is_there(&self) -> bool {
+        self.off.0 <= self.within * DOCK_M && self.off.1 <= self.within * DOCK_RAD
+    }
+
     /// The reference when the thrusts of now will act, across the end of the action if that is going to come.
     fn ahead(&self) -> Reference {
         if self.astray {
@@ -338,7 +385,7 @@ impl<'a> Conductor<'a> {
         }
         let (then_s, duration_s) = (self.t_s + LEAD_S, self.trajectory.duration_s());
         let next = self.plan.moves.get(self.number).and_then(|of| of.actions.get(self.action + 1));
-        match next.filter(|_| then_s > duration_s && self.off.0 <= DOCK_M && self.off.1 <= DOCK_RAD) {
+        match next.filter(|_| then_s > duration_s && self.is_there()) {
             Some(next) => {
                 ReferenceTrajectory::new(next, &self.problem.rules).at(then_s - duration_s.max(self.t_s))
             }
@@ -371,10 +418,7 @@ impl<'a> Conductor<'a> {
             && let Some(first) = next.actions.first()
         {
             self.trajectory = ReferenceTrajectory::new(first, &self.problem.rules).lasting(HAND_OVER_S);
-            let (pose, vehicle) = self.bodies[robot];
-            let limits = vec![self.limits_n; vehicle.thrusters.len()];
-            let controller = TrackingController::new(&[(pose, vehicle)], &limits, self.law.clone(), DELAY_S)?;
-            self.mover = Some((robot, controller));
+            self.mover = Some((robot, self.controller(&[robot], true)?));
         }
         self.station()
     }
@@ -387,19 +431,23 @@ impl<'a> Conductor<'a> {
         self.stations.clear();
         for cluster in clusters(&adjacency(&placed)) {
             let bodies: Vec<usize> = cluster.iter().map(|&index| waiting[index]).collect();
-            let members: Vec<(Pose, &Vehicle)> = bodies.iter().map(|&body| self.bodies[body]).collect();
-            let limits_n: Vec<(f64, f64)> = bodies
-                .iter()
-                .flat_map(|&body| {
-                    let silent = self.answering.get(body) == Some(&false);
-                    let limits_n = if silent { (0.0, 0.0) } else { self.limits_n };
-                    vec![limits_n; self.bodies[body].1.thrusters.len()]
-                })
-                .collect();
-            let controller = TrackingController::new(&members, &limits_n, self.law.clone(), DELAY_S)?;
-            self.stations.push(Station { hold: Reference::at_rest(members[0].0), bodies, controller });
+            let controller = self.controller(&bodies, false)?;
+            let hold = Reference::at_rest(self.bodies[bodies[0]].0);
+            self.stations.push(Station { hold, bodies, controller });
         }
         Ok(())
+    }
+
+    /// A tracking controller of these bodies, docked to each other. A robot that does not answer gives nothing; one that moves is waited for.
+    fn controller(&self, bodies: &[usize], moves: bool) -> Result<TrackingController, TrackingError> {
+        let members: Vec<(Pose, &Vehicle)> = bodies.iter().map(|&body| self.bodies[body]).collect();
+        let mut limits_n = Vec::new();
+        for &body in bodies {
+            let silent = !moves && self.answering.get(body) == Some(&false);
+            let works = self.working.get(body).into_iter().flatten();
+            limits_n.extend(works.map(|works| if silent || !works { (0.0, 0.0) } else { self.limits_n }));
+        }
+        TrackingController::new(&members, &limits_n, self.law.clone(), DELAY_S)
     }
 
     fn adrift(&self, states: &[State]) -> Option<Failure> {
@@ -442,7 +490,7 @@ impl<'a> Conductor<'a> {
 }
 
 /// Distance, m, and angle, rad, from a level pose.
-fn apart(state: &State, pose: &Pose) -> (f64, f64) {
+pub(super) fn apart(state: &State, pose: &Pose) -> (f64, f64) {
     let level = nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, pose.yaw_rad);
     let away = state.position_m - nalgebra::Vector3::from(pose.position_m);
     (away.norm(), state.attitude.angle_to(&level))

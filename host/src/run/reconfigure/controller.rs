@@ -7,24 +7,27 @@
 //! plan time 0 …    the water lets go; moves, one after the other, until the last robot holds in its slot
 //! ```
 //!
-//! [`Conductor`] says what each robot is to do.
+//! [`Conductor`] says what each robot is to do. Where states are not known exactly the [`Estimator`] tells them from fixes. Without a fix for
+//! `hold_after_s` robots are told nothing more: they go to neutral when their leases end, and the plan waits until fixes come again.
 
 use link::dispatcher::{Dispatcher, DispatcherEvent, ModuleLink};
 use protocol::message::MAX_THRUSTERS;
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::Newtons;
-use protocol::{Delivery, ModuleKind, ModuleState, Motion, RovCycle};
+use protocol::{Connectors, Delivery, ModuleKind, ModuleState, Motion, RovCycle};
 use reconfiguration::plan::Plan;
 use reconfiguration::problem::Problem;
 use rov::dynamics::State;
 use rov::power::PowerLaw;
+use sim::rov::basin::Misfit;
 
 use super::super::RunError;
 use super::super::clock::Gap;
 use super::super::host::{Controller, Dispatch, Patience, Step};
 use super::super::orders::Order;
 use super::ExecutionError;
-use super::conductor::{AHEAD_S, Conductor, Coupling, HAND_OVER_S, PERIOD};
+use super::conductor::{AHEAD_S, Conductor, Coupling, HAND_OVER_S, PERIOD, apart};
+use super::estimator::{Estimator, Sighting, Verdict};
 use super::water::{STEP, STEP_S, is_step};
 
 /// Time that thrusts hold without another packet: five periods, so that four lost ones in a row do no harm.
@@ -33,6 +36,37 @@ const LEASE: Duration = Duration(250_000);
 const SILENCE: Duration = Duration(300_000);
 /// How long robots are waited for at the beginning. *Assumed*.
 const PATIENCE: Patience = Patience { missing_after_s: 3.0, join_s: 30.0 };
+
+/// The share of the docking tolerance that is kept to with estimated states. *Assumed*: what is left is four times their error.
+const WITHIN: f64 = 0.75;
+/// A run that sees nothing for this time ends, s. *Assumed*.
+const BLIND_MOST_S: f64 = 60.0;
+
+/// What is seen of the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Seen {
+    /// Their states, as they are.
+    Exact(Vec<State>),
+    /// A fix.
+    Fix(Sighting),
+}
+
+/// What a run does with fixes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fixes {
+    /// Without one for this time the run holds, s.
+    pub hold_after_s: f64,
+}
+
+/// States of bodies from fixes.
+struct Estimated {
+    estimator: Estimator,
+    hold_after_s: f64,
+    /// Since when it has seen nothing for too long.
+    blind: Option<FleetInstant>,
+    /// Thrusters that were found to give nothing: robot, thruster, s of the plan's time.
+    failed: Vec<(usize, usize, f64)>,
+}
 
 /// See the module's documentation.
 pub struct Execution<'a> {
@@ -52,6 +86,11 @@ pub struct Execution<'a> {
     halted: Option<Order>,
     /// Spans in which the host did not run: start, s of the plan's time, which stands still in them, and length, s.
     gaps: Vec<(f64, f64)>,
+    estimated: Option<Estimated>,
+    /// Which robots' connectors are to be open.
+    open: Vec<bool>,
+    news: Vec<String>,
+    drawn_in: Option<Misfit>,
 }
 
 impl<'a> Execution<'a> {
@@ -72,7 +111,41 @@ impl<'a> Execution<'a> {
             number: 0,
             halted: None,
             gaps: Vec::new(),
+            estimated: None,
+            open: vec![false; problem.robots.len()],
+            news: Vec::new(),
+            drawn_in: None,
         })
+    }
+
+    /// With states that fixes tell.
+    ///
+    /// # Errors
+    /// [`ExecutionError::Basin`] for bodies that cannot be in water.
+    pub fn by_fixes(mut self, fixes: Fixes) -> Result<Self, ExecutionError> {
+        let estimator = Estimator::new(self.conductor.bodies(), f64::from(LEASE.0) * 1e-6)?;
+        self.conductor.keep_within(WITHIN);
+        let hold_after_s = fixes.hold_after_s;
+        self.estimated = Some(Estimated { estimator, hold_after_s, blind: None, failed: Vec::new() });
+        Ok(self)
+    }
+
+    /// States of all bodies, as they are held true.
+    #[must_use]
+    pub fn states(&self) -> &[State] {
+        &self.states
+    }
+
+    /// How far from its slot, and turned, the robot was held to be that took hold last.
+    #[must_use]
+    pub fn drawn_in(&self) -> Option<&Misfit> {
+        self.drawn_in.as_ref()
+    }
+
+    /// Thrusters that were found to give nothing: robot and thruster, from 0, and when, s of the plan's time.
+    #[must_use]
+    pub fn failed_thrusters(&self) -> &[(usize, usize, f64)] {
+        self.estimated.as_ref().map_or(&[], |estimated| &estimated.failed)
     }
 
     /// What each robot is to do.
@@ -97,7 +170,8 @@ impl<'a> Execution<'a> {
         };
         self.answering.clear();
         self.answering.extend(links.modules().iter().map(answers));
-        if self.joined.is_none() && self.answering.iter().all(|answers| *answers) {
+        let placed = self.estimated.as_ref().is_none_or(|own| own.estimator.missing().is_none());
+        if self.joined.is_none() && placed && self.answering.iter().all(|answers| *answers) {
             self.joined = Some(now);
         }
         // Held in place until, by the end of the next step, the propellers give what balances.
@@ -110,34 +184,122 @@ impl<'a> Execution<'a> {
 
     fn dispatch(&mut self, now: FleetInstant) -> Result<Dispatch, ExecutionError> {
         self.number += 1;
-        let motion = |thrusts_n: &Vec<f64>| {
+        let motion = |(thrusts_n, &open): (&Vec<f64>, &bool)| {
             let thrusts = thrusts_n.iter().take(MAX_THRUSTERS);
             let thrusts = thrusts.map(|&thrust_n| Newtons(thrust_n as f32)).collect();
-            Some(Motion::Rov(RovCycle { thrusts, lease: LEASE }))
+            let connectors = if open { Connectors::Open } else { Connectors::Closed };
+            Some(Motion::Rov(RovCycle { thrusts, lease: LEASE, connectors }))
         };
-        let motions = self.conductor.commands_n(&self.states)?.iter().map(motion).collect();
+        if let Some(Estimated { estimator, .. }) = &self.estimated {
+            self.conductor.oppose(estimator.unknown());
+        }
+        let commands_n = self.conductor.commands_n(&self.states)?;
+        let motions = commands_n.iter().zip(&self.open).map(motion).collect();
         let start = now.after(Duration((AHEAD_S * 1e6) as u32));
+        if let Some(Estimated { estimator, .. }) = &mut self.estimated {
+            estimator.command(start, &commands_n);
+        }
         Ok(Dispatch { number: self.number, start, motions, delivery: Delivery::Direct })
+    }
+
+    /// States at `now` by what was seen until then. Why the run ends, if it is blind for good.
+    fn estimate(&mut self, now: FleetInstant, begun: bool) -> Result<Option<String>, ExecutionError> {
+        let t_s = self.origin.map_or(0.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
+        let Some(Estimated { estimator, hold_after_s, blind, failed }) = &mut self.estimated else {
+            return Ok(None);
+        };
+        let found = estimator.advance(now, STEP_S, begun);
+        self.states.clear();
+        self.states.extend_from_slice(estimator.states());
+        let named = |robot: usize, thruster: usize| {
+            format!("thruster {} of robot {}", thruster + 1, self.problem.robots[robot].id)
+        };
+        match found {
+            Some(Verdict::Suspected(robot, thruster)) => {
+                self.conductor.set_working(robot, thruster, false)?;
+            }
+            Some(Verdict::Acquitted(robot, thruster)) => self.conductor.set_working(robot, thruster, true)?,
+            Some(Verdict::Dead(robot, thruster)) => {
+                failed.push((robot, thruster, t_s));
+                let of = named(robot, thruster);
+                self.news.push(format!("{of} gives nothing, at {t_s:.1} s: it is allocated around"));
+            }
+            None => {}
+        }
+        // A robot that does not get where it should and would if the thruster worked.
+        if let Some((robot, thruster)) = estimator.suspect()
+            && self.conductor.waits()
+            && !failed.iter().any(|known| (known.0, known.1) == (robot, thruster))
+        {
+            failed.push((robot, thruster, t_s));
+            let of = named(robot, thruster);
+            self.news.push(format!("{of} seems to give nothing, at {t_s:.1} s: alone it cannot do without"));
+        }
+        let sees = estimator.age_s(now) <= *hold_after_s && estimator.lost(now, *hold_after_s).is_none();
+        match *blind {
+            None if begun && !sees => {
+                *blind = Some(now);
+                let unseen = estimator.lost(now, *hold_after_s).unwrap_or_default();
+                let of = self
+                    .problem
+                    .robots
+                    .get(unseen)
+                    .map_or_else(|| "a tool".to_owned(), |robot| format!("robot {}", robot.id));
+                self.news.push(format!("no fix of {of} for {hold_after_s} s: all thrusters go to neutral"));
+                self.conductor.hold(true);
+            }
+            Some(_) if sees => {
+                *blind = None;
+                self.news.push("fixes come again: the plan goes on".to_owned());
+                self.conductor.hold(self.halted.is_some());
+            }
+            Some(since) if now.since(since).as_secs_f32() > BLIND_MOST_S as f32 => {
+                return Ok(Some(format!("no fix for {BLIND_MOST_S} s")));
+            }
+            _ => {}
+        }
+        Ok(None)
     }
 }
 
 impl Controller for Execution<'_> {
     const MODULE: &'static str = "robot";
     const KIND: ModuleKind = ModuleKind::Rov;
-    type Pose = [State];
+    type Pose = Seen;
     type Coupling = Coupling;
 
     fn handle_event<A: Copy>(&mut self, _event: DispatcherEvent, _links: &Dispatcher<A>) {}
 
-    fn handle_pose(&mut self, states: &[State]) {
-        self.states.clear();
-        self.states.extend_from_slice(states);
+    fn handle_pose(&mut self, seen: &Seen) {
+        match (seen, &mut self.estimated) {
+            (Seen::Exact(states), _) => self.states.clone_from(states),
+            (Seen::Fix(sighting), Some(Estimated { estimator, .. })) => {
+                estimator.take(sighting, self.origin.is_some());
+            }
+            (Seen::Fix(_), None) => {}
+        }
     }
 
     fn handle_coupled(&mut self, coupling: Coupling) -> Result<(), RunError> {
         match coupling {
-            Coupling::Undock(_) => Ok(()),
-            Coupling::Dock(..) => Ok(self.conductor.docked()?),
+            Coupling::Undock(robot) => {
+                self.open[robot] = true;
+                if let Some(Estimated { estimator, .. }) = &mut self.estimated {
+                    estimator.undock(robot).map_err(ExecutionError::from)?;
+                }
+                Ok(())
+            }
+            Coupling::Dock(robot, slot) => {
+                self.open[robot] = false;
+                if let Some(state) = self.states.get(robot) {
+                    let (position_m, angle_rad) = apart(state, &slot);
+                    self.drawn_in = Some(Misfit { position_m, angle_rad });
+                }
+                if let Some(Estimated { estimator, .. }) = &mut self.estimated {
+                    estimator.dock(robot, slot).map_err(ExecutionError::from)?;
+                }
+                Ok(self.conductor.docked()?)
+            }
         }
     }
 
@@ -154,6 +316,9 @@ impl Controller for Execution<'_> {
         if self.advanced < now {
             self.advanced = now;
             self.look(now, links);
+            if let Some(why) = self.estimate(now, begun)? {
+                return Ok(Step::End(Some(why)));
+            }
             if begun {
                 match self.conductor.advance(STEP_S, &self.states, &self.answering) {
                     Ok(None) => {}
@@ -167,7 +332,8 @@ impl Controller for Execution<'_> {
             return Ok(Step::End(None));
         }
         // Held, robots are told to keep their place; stopped, nothing.
-        let told = matches!(self.halted, None | Some(Order::Hold));
+        let blind = self.estimated.as_ref().is_some_and(|own| own.blind.is_some());
+        let told = matches!(self.halted, None | Some(Order::Hold)) && !blind;
         if told && self.joined.is_some() && now.0.is_multiple_of(u64::from(PERIOD.0)) {
             return Ok(Step::Dispatch(self.dispatch(now)?));
         }
@@ -198,7 +364,7 @@ impl Controller for Execution<'_> {
 
     fn resume(&mut self) {
         self.halted = None;
-        self.conductor.hold(false);
+        self.conductor.hold(self.estimated.as_ref().is_some_and(|own| own.blind.is_some()));
     }
 
     /// When the water lets go.
@@ -216,6 +382,17 @@ impl Controller for Execution<'_> {
 
     fn gets_on(&self) -> bool {
         !self.conductor.waits()
+    }
+
+    /// Before the plan begins: bodies are not seen, or are not where the plan has them.
+    fn is_blind(&self) -> bool {
+        self.estimated.as_ref().is_some_and(|own| {
+            own.blind.is_some() || (self.joined.is_none() && own.estimator.missing().is_some())
+        })
+    }
+
+    fn take_news(&mut self) -> Option<String> {
+        (!self.news.is_empty()).then(|| self.news.remove(0))
     }
 
     fn status<A: Copy>(&self, _links: &Dispatcher<A>) -> String {

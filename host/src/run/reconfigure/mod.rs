@@ -5,6 +5,7 @@
 //! | [`scenario`] | what is run, from a TOML file |
 //! | [`conductor`] | which action, which thrusts |
 //! | [`controller`] | the controller of the closed loop: who answers, when the plan begins, what is sent |
+//! | [`poses`], [`estimator`] | bodies as a motion capture sees them, and what their states are by that |
 //! | [`water`] | the water and the poses in it |
 //! | [`accounts`] | what is measured meanwhile; the [log](super::log::rovs) takes it down |
 //! | [`execution`] | a run |
@@ -19,7 +20,9 @@ use thiserror::Error;
 pub mod accounts;
 pub mod conductor;
 pub mod controller;
+pub mod estimator;
 pub mod execution;
+pub mod poses;
 pub mod scenario;
 pub mod summary;
 pub mod water;

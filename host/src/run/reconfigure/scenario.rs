@@ -10,7 +10,7 @@ use reconfiguration::vehicle::{self, Vehicle};
 use rov::conditions::{Conditions, Place, ProblemError};
 use serde::Deserialize;
 
-use super::super::scenario::unfit;
+use super::super::scenario::{PoseParameters, unfit};
 
 /// The reconfigurations that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 4] = [
@@ -30,6 +30,8 @@ pub struct ReconfigureScenario {
     pub problem: Problem,
     /// Seed of everything random in its execution.
     pub seed: u64,
+    /// Poses from a motion capture.
+    pub pose: PoseParameters,
 }
 
 /// The file's own shape; [`ReconfigureScenario`] is what becomes of it.
@@ -49,6 +51,8 @@ struct Tables {
     slots: Vec<SlotTable>,
     #[serde(default)]
     rules: Rules,
+    #[serde(default)]
+    pose: PoseParameters,
 }
 
 const fn one() -> u64 {
@@ -141,14 +145,15 @@ impl ReconfigureScenario {
         }
         let slots =
             tables.slots.into_iter().map(|SlotTable { pose, requires }| Slot { pose, requires }).collect();
-        let Tables { name, description, seed, rules, .. } = tables;
+        let Tables { name, description, seed, rules, pose, .. } = tables;
         let problem = Problem { name, description, vehicles, robots, tools, slots, rules };
         problem.check().map_err(|error| {
             let path = key(&error, &problem);
             let path: Vec<&str> = path.iter().map(String::as_str).collect();
             at(&path, error.to_string())
         })?;
-        Ok(Self { problem, seed })
+        pose.validate().map_err(|error| at(&["pose", error.key], format!("[pose] {error}")))?;
+        Ok(Self { problem, seed, pose })
     }
 }
 
@@ -211,7 +216,7 @@ mod tests {
             [("t-to-i-far", 4, 1), ("t-to-i-below", 4, 1), ("i-to-l", 3, 0), ("sonar-to-bow", 3, 0)];
         assert_eq!(BUILT_IN.map(|(name, _)| name), expected.map(|(name, ..)| name));
         for (name, robots, tools) in expected {
-            let ReconfigureScenario { problem, seed } = ReconfigureScenario::open(name).expect(name);
+            let ReconfigureScenario { problem, seed, .. } = ReconfigureScenario::open(name).expect(name);
             assert_eq!((problem.name.as_str(), seed), (name, 1));
             assert_eq!(
                 (problem.robots.len(), problem.tools.len(), problem.slots.len()),

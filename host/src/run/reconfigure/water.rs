@@ -12,6 +12,7 @@ use super::super::closed_loop::World;
 use super::super::pose_source::PoseSource;
 use super::ExecutionError;
 use super::conductor::{Coupling, DOCK_M, DOCK_RAD};
+use super::controller::Seen;
 
 /// A step of water and controller: 200 Hz.
 pub const STEP: Duration = Duration(5_000);
@@ -40,6 +41,11 @@ impl Water {
         let basin = Basin::new(bodies)?;
         let states = (0..bodies.len()).map(|body| basin.state(body)).collect();
         Ok(Self { basin, states, drawn_in: None })
+    }
+
+    /// Lets the water flow, world, m/s.
+    pub fn set_current(&mut self, current_m_s: [f64; 3]) {
+        self.basin.set_current(current_m_s);
     }
 
     /// States of all bodies.
@@ -98,16 +104,25 @@ impl World for Water {
 }
 
 /// States of all bodies as they are.
-pub struct ExactPoses;
+pub struct ExactPoses(Seen);
+
+impl Default for ExactPoses {
+    fn default() -> Self {
+        Self(Seen::Exact(Vec::new()))
+    }
+}
 
 impl PoseSource<Water> for ExactPoses {
-    type Pose = [State];
+    type Pose = Seen;
 
     fn poll<'a>(
         &'a mut self,
         _: FleetInstant,
         water: Option<&'a Water>,
-    ) -> Result<Option<&'a [State]>, RunError> {
-        Ok(water.map(Water::states))
+    ) -> Result<Option<&'a Seen>, RunError> {
+        let (Some(water), Seen::Exact(states)) = (water, &mut self.0) else { return Ok(None) };
+        states.clear();
+        states.extend_from_slice(water.states());
+        Ok(Some(&self.0))
     }
 }

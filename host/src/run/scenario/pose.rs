@@ -52,7 +52,7 @@ impl Default for PoseParameters {
 
 impl PoseParameters {
     /// Refuses what cannot work, by the first offending key.
-    pub(super) fn validate(&self) -> Result<(), ParameterError> {
+    pub(in super::super) fn validate(&self) -> Result<(), ParameterError> {
         let reason = "must lie between 0.1 and 60";
         let [x, y, z] = self.origin_m.map(|value| ("origin_m", value, "m", -1e6..=1e6, "is out of range"));
         check_within(&[

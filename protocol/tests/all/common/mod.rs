@@ -68,6 +68,7 @@ pub fn messages() -> Vec<(&'static str, Side, Message)> {
         ("cycle-modboat-prepare", cycle(42, Motion::Modboat(modboat()), Delivery::Prepare)),
         ("cycle-modboat-rest-to-rest", cycle(42, Motion::Modboat(rest_to_rest()), Delivery::Direct)),
         ("cycle-rov", cycle(43, Motion::Rov(rov()), Delivery::Direct)),
+        ("cycle-rov-connectors-open", cycle(43, Motion::Rov(undocking()), Delivery::Direct)),
         ("commit", Message::Commit(42)),
         ("hold", Message::Hold),
         ("emergency-stop", Message::EmergencyStop),
@@ -110,7 +111,15 @@ fn rest_to_rest() -> ModboatCycle {
 
 fn rov() -> RovCycle {
     let thrusts = [1.5, -2.25, 0.0, 40.0, -39.9, 0.125, 7.0, -0.5];
-    RovCycle { thrusts: thrusts.into_iter().map(Newtons).collect(), lease: Duration(200_000) }
+    RovCycle {
+        thrusts: thrusts.into_iter().map(Newtons).collect(),
+        lease: Duration(200_000),
+        connectors: Connectors::Closed,
+    }
+}
+
+fn undocking() -> RovCycle {
+    RovCycle { connectors: Connectors::Open, ..rov() }
 }
 
 fn acknowledge(verdict: Verdict) -> Message {

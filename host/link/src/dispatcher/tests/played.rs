@@ -6,8 +6,8 @@ pub(super) use protocol::time::Duration;
 use protocol::time::FleetInstant;
 use protocol::units::{Amperes, Newtons, PulseMicros, Radians, RadiansPerSecond, Volts};
 use protocol::{
-    Announcer, Faults, FleetKey, Hello, MAX_DATAGRAM, ModboatCycle, ModuleKey, ModuleKind, RovCycle,
-    RovTelemetry, Session, Side, Telemetry,
+    Announcer, Connectors, Faults, FleetKey, Hello, MAX_DATAGRAM, ModboatCycle, ModuleKey, ModuleKind,
+    RovCycle, RovTelemetry, Session, Side, Telemetry,
 };
 
 use super::super::*;
@@ -25,7 +25,11 @@ pub(super) const SWIM: Motion = Motion::Modboat(ModboatCycle {
 });
 
 pub(super) fn thrust(lease: Duration) -> Motion {
-    Motion::Rov(RovCycle { thrusts: [Newtons(4.0)].into_iter().collect(), lease })
+    Motion::Rov(RovCycle {
+        thrusts: [Newtons(4.0)].into_iter().collect(),
+        lease,
+        connectors: Connectors::Closed,
+    })
 }
 
 pub(super) fn answer(cycle: u32, verdict: Verdict) -> Message {

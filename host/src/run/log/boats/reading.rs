@@ -119,7 +119,11 @@ impl Reading {
             Told::Absences(absences) => self.absences.clone_from(absences),
             Told::End(end) => self.end = Some(end.clone()),
             // Of the first the reading is made; the others are told of ROVs.
-            Told::Scenario(_) | Told::Robots(_) | Told::Moves(_) | Told::Pauses(_) => {}
+            Told::Scenario(_)
+            | Told::Robots(_)
+            | Told::Moves(_)
+            | Told::Pauses(_)
+            | Told::DeadThrusters(_) => {}
         }
     }
 

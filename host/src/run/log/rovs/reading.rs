@@ -7,7 +7,7 @@ use runlog::flotilla;
 use super::super::super::host::Controller;
 use super::super::super::reconfigure::controller::Execution;
 use super::super::super::reconfigure::summary::{Energy, MoveFigures, Summary};
-use super::super::super::shortfall;
+use super::super::super::shortfall::{self, Shortfall};
 use super::super::super::summary::{AbsenceFigures, GapFigures, all_of, reboots};
 use super::super::counts;
 use super::super::topics::Told;
@@ -29,6 +29,7 @@ pub struct Reading {
     absences: flotilla::Absences,
     moves: flotilla::Moves,
     pauses: flotilla::Pauses,
+    dead: flotilla::DeadThrusters,
     end: Option<flotilla::End>,
     /// What makes no sense, first of all.
     flaw: Option<String>,
@@ -63,6 +64,7 @@ impl Reading {
             absences: flotilla::Absences::default(),
             moves: flotilla::Moves::default(),
             pauses: flotilla::Pauses::default(),
+            dead: flotilla::DeadThrusters::default(),
             end: None,
             flaw: None,
         }
@@ -84,6 +86,7 @@ impl Reading {
             Told::Legs(legs) => self.legs.clone_from(legs),
             Told::Absences(absences) => self.absences.clone_from(absences),
             Told::Moves(moves) => self.moves.clone_from(moves),
+            Told::DeadThrusters(dead) => self.dead.clone_from(dead),
             Told::Pauses(pauses) => self.pauses.clone_from(pauses),
             Told::End(end) => self.end = Some(end.clone()),
             // Of the first the reading is made; the others are told of Modboats.
@@ -123,7 +126,13 @@ impl Reading {
         let watched = counts::watched(1, &self.legs, &self.absences);
         let found =
             watched.iter().flat_map(|seen| shortfall::of_watch(None, seen, FLOOR_S, Execution::MODULE, id));
-        let shortfalls: Vec<_> = found.collect();
+        let flotilla::DeadThrusters { robot, thruster, at_s, .. } = &self.dead;
+        let dead = robot
+            .iter()
+            .zip(thruster)
+            .zip(at_s)
+            .map(|((&robot, &thruster), &at_s)| Shortfall::Thruster { robot, thruster, at_s });
+        let shortfalls: Vec<_> = found.chain(dead).collect();
         let gaps = self.pauses.start_s.iter().zip(&self.pauses.length_s);
         let link = counts::link_figures(&self.links);
         let summary = Summary {

@@ -1,5 +1,7 @@
 //! The host is stopped while a robot moves, by a clock of the test's own: leases end, the plan's time stands still, the move is ended.
 
+mod noisy;
+
 use std::cell::Cell;
 use std::time::Duration;
 
@@ -59,6 +61,7 @@ fn paused(stops_s: &[f64], length_s: f64) -> Summary {
         &options,
         &mut fleet,
         drive,
+        Site::simulated(&problem, &plan, &options.law).expect("bodies"),
         &mut Quiet,
     )
     .expect("begun")

@@ -1,0 +1,250 @@
+//! ROVs in the laboratory in a box: firmware on sockets of their own, robots and tools in one water, connectors.
+//!
+//! As hands do, everything is held in its place until every robot has followed thrusts for [`HANDS_S`]. A robot whose connectors are
+//! open lets go; one that is loose and whose connectors are closed takes hold in a slot that it is within the tolerance of.
+
+use std::str::FromStr;
+
+use link::udp::UdpRadio;
+use pose::axes::Pose;
+use pose::frame::Label;
+use protocol::ModuleState;
+use protocol::time::{Duration, FleetInstant};
+use reconfiguration::pose::Pose as Level;
+use reconfiguration::problem::Problem;
+use reconfiguration::vehicle::Vehicle;
+use rov::dynamics::State;
+use rov::power::PowerLaw;
+use sim::mocap::MocapParameters;
+use sim::module::TICK;
+use sim::node::Setup;
+use sim::rov::basin::Basin;
+use sim::rov::{RovActuation, SimRov, Thrusters};
+
+use super::super::module::{CLOCK, any_port, resolve, seed};
+use super::super::poses::body_labels;
+use super::super::{Failure, bad, could, keygen::module_credentials, tell};
+use super::{Arguments, axes, cameras, live, serve};
+use crate::run::reconfigure::conductor::{DOCK_M, DOCK_RAD, HAND_OVER_S};
+use crate::run::reconfigure::poses::in_the_world;
+use crate::run::reconfigure::scenario::{BUILT_IN, ReconfigureScenario};
+use crate::run::reconfigure::water::STEP_S;
+
+/// What [`Execution`](crate::run::reconfigure::controller::Execution) waits before its plan begins, s.
+const HANDS_S: f64 = 2.0 * HAND_OVER_S;
+
+/// A thruster that fails.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Dead {
+    robot: u16,
+    thruster: usize,
+    at_s: f64,
+}
+
+impl FromStr for Dead {
+    type Err = String;
+
+    fn from_str(given: &str) -> Result<Self, String> {
+        let read = || {
+            let (what, at_s) = given.split_once('@')?;
+            let (robot, thruster) = what.split_once(',')?;
+            let dead = Self {
+                robot: robot.parse().ok()?,
+                thruster: thruster.parse().ok()?,
+                at_s: at_s.parse().ok()?,
+            };
+            (dead.thruster > 0 && dead.at_s >= 0.0).then_some(dead)
+        };
+        read().ok_or_else(|| "it takes ROBOT,THRUSTER@SECONDS, such as 3,1@80".to_owned())
+    }
+}
+
+/// Velocity of the water along x and y, m/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Current([f64; 2]);
+
+impl FromStr for Current {
+    type Err = String;
+
+    fn from_str(given: &str) -> Result<Self, String> {
+        let numbers = given.split_once(',').map(|(x, y)| [x, y].map(|number| number.trim().parse::<f64>()));
+        match numbers {
+            Some([Ok(x), Ok(y)]) if x.abs() <= 10.0 && y.abs() <= 10.0 => Ok(Self([x, y])),
+            _ => Err("it takes X,Y in m/s, each between -10 and 10, such as 0.05,0".to_owned()),
+        }
+    }
+}
+
+/// Whether a scenario is one of ROVs.
+pub(super) fn is_meant(scenario: &str) -> bool {
+    BUILT_IN.iter().any(|(name, _)| *name == scenario)
+        || std::fs::read_to_string(scenario).is_ok_and(|text| text.contains("[[robot]]"))
+}
+
+pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
+    let scenario = ReconfigureScenario::open(&arguments.scenario).map_err(bad)?;
+    if arguments.roster.is_some() {
+        return Err(Failure::Bad("--roster: robots are numbered by their place in the scenario".to_owned()));
+    }
+    let mut robots = Robots::new(arguments, &scenario.problem)?;
+    let labels = body_labels(&scenario.problem);
+    let labels: Vec<Label> =
+        labels.iter().map(|(number, name)| Label::new(i32::from(*number), name)).collect();
+    let server = serve(arguments, &labels)?;
+    let mocap = MocapParameters { rate_hz: 100.0, ..MocapParameters::default() };
+    let axes = axes(arguments, &scenario.pose);
+    let mut cameras = cameras(arguments, &mocap, arguments.seed.unwrap_or(scenario.seed), axes, labels)?;
+    tell(&format!("{} ROVs, host at {}", robots.rovs.len(), arguments.host));
+    tell(&format!("motion capture on {}", server.address()));
+    live(arguments, server, &mut cameras, |now, tick_s| robots.step(now, tick_s))
+}
+
+/// Robots and tools in one water.
+struct Robots {
+    ids: Vec<u16>,
+    rovs: Vec<SimRov<UdpRadio>>,
+    actuation: Vec<RovActuation>,
+    basin: Basin,
+    states: Vec<State>,
+    docked: Vec<bool>,
+    /// Where robots may take hold.
+    slots: Vec<Level>,
+    dead: Option<(usize, usize, f64)>,
+    law: PowerLaw,
+    energy_j: f64,
+    /// Since when all follow thrusts, and since when nothing holds them, s.
+    following_s: Option<f64>,
+    released_s: Option<f64>,
+    stepped: u64,
+}
+
+impl Robots {
+    fn new(arguments: &Arguments, problem: &Problem) -> Result<Self, Failure> {
+        let host = resolve(&arguments.host)?;
+        let vehicle = |kind: usize| {
+            problem.vehicles.get(kind).ok_or_else(|| Failure::Bad("a vehicle is missing".to_owned()))
+        };
+        let (mut rovs, mut bodies): (Vec<_>, Vec<(Level, &Vehicle)>) = (Vec::new(), Vec::new());
+        for (robot, number) in problem.robots.iter().zip(1_u16..) {
+            let vehicle = vehicle(robot.vehicle)?;
+            bodies.push((robot.start, vehicle));
+            let credentials = module_credentials(arguments.key.as_deref(), number)?;
+            let radio = UdpRadio::bind(any_port(host)).map_err(bad)?.patient();
+            let setup = Setup {
+                id: credentials.id,
+                fleet: credentials.fleet,
+                key: credentials.key,
+                report_every: Duration(20_000),
+                clock: &CLOCK,
+                seed: seed().wrapping_mul(1_000_003).wrapping_add(u64::from(number)),
+            };
+            let reversed: Vec<bool> = vehicle.thrusters.iter().map(|thruster| thruster.reversed).collect();
+            let thrusters = Thrusters::new(&reversed, problem.rules.battery_v).map_err(bad)?;
+            rovs.push(SimRov::new(&setup, thrusters, radio, host).map_err(bad)?);
+        }
+        for tool in &problem.tools {
+            bodies.push((tool.pose, vehicle(tool.vehicle)?));
+        }
+        let mut basin = Basin::new(&bodies).map_err(bad)?;
+        if let Some(Current([x, y])) = arguments.current {
+            basin.set_current([x, y, 0.0]);
+        }
+        let ids: Vec<u16> = problem.robots.iter().map(|robot| robot.id).collect();
+        let dead = arguments.fail_thruster.map(|Dead { robot, thruster, at_s }| {
+            let place = ids.iter().position(|id| *id == robot);
+            let place = place.filter(|&place| thruster <= bodies[place].1.thrusters.len());
+            let place = place.ok_or_else(|| {
+                Failure::Bad(format!("--fail-thruster {robot},{thruster}: there is no such thruster"))
+            })?;
+            Ok((place, thruster - 1, at_s))
+        });
+        Ok(Self {
+            actuation: vec![RovActuation::default(); rovs.len()],
+            states: (0..bodies.len()).map(|body| basin.state(body)).collect(),
+            docked: vec![true; rovs.len()],
+            slots: problem.slots.iter().map(|slot| slot.pose).collect(),
+            dead: dead.transpose()?,
+            law: PowerLaw::fitted(problem.rules.battery_v).map_err(bad)?,
+            energy_j: 0.0,
+            following_s: None,
+            released_s: None,
+            stepped: 0,
+            ids,
+            rovs,
+            basin,
+        })
+    }
+
+    /// One tick, which ends at `tick_s`; where everything is in the cameras' world.
+    fn step(&mut self, now: FleetInstant, tick_s: f64) -> Result<Vec<Pose>, Failure> {
+        for (rov, actuation) in self.rovs.iter_mut().zip(&mut self.actuation) {
+            rov.tick(now).map_err(could)?;
+            rov.actuate(actuation);
+        }
+        self.stepped += 1;
+        let ticks = (STEP_S / f64::from(TICK.as_secs_f32())).round() as u64;
+        if self.stepped.is_multiple_of(ticks) {
+            self.let_go(now, tick_s);
+            if let Some(released_s) = self.released_s {
+                self.flow(now, tick_s - released_s).map_err(could)?;
+            }
+        }
+        Ok(in_the_world(&self.states))
+    }
+
+    /// Hands that hold everything let go when all robots follow thrusts.
+    fn let_go(&mut self, now: FleetInstant, tick_s: f64) {
+        if self.released_s.is_some() {
+            return;
+        }
+        let follow = self.rovs.iter().all(|rov| rov.state(now) == Some(ModuleState::Executing));
+        let since_s = if follow { *self.following_s.get_or_insert(tick_s) } else { tick_s };
+        if !follow {
+            self.following_s = None;
+        } else if tick_s - since_s >= HANDS_S {
+            self.released_s = Some(tick_s);
+            tell(&format!("{tick_s:.1} s: the water lets go"));
+        }
+    }
+
+    /// A step of the water, `t_s` after it has let go.
+    fn flow(&mut self, now: FleetInstant, t_s: f64) -> Result<(), sim::rov::basin::BasinError> {
+        if let Some((robot, thruster, at_s)) = self.dead
+            && t_s >= at_s
+        {
+            self.rovs[robot].set_failed(thruster);
+            self.dead = None;
+            tell(&format!("{t_s:.1} s: thruster {} of robot {} fails", thruster + 1, self.ids[robot]));
+        }
+        self.basin.step(STEP_S, &self.actuation);
+        let thrusts = self.actuation.iter().flat_map(|actuation| &actuation.thrusts_n);
+        self.energy_j += STEP_S * thrusts.map(|&thrust_n| self.law.power_w(thrust_n)).sum::<f64>();
+        for robot in 0..self.rovs.len() {
+            let open = self.rovs[robot].is_open(now);
+            if self.docked[robot] && open {
+                self.basin.undock(robot)?;
+                self.docked[robot] = false;
+                tell(&format!("{t_s:.1} s: robot {} lets go", self.ids[robot]));
+            } else if !self.docked[robot] && !open {
+                let free = self.slots.iter().copied().find_map(|slot| {
+                    let misfit = self.basin.misfit(robot, slot);
+                    (misfit.position_m <= DOCK_M && misfit.angle_rad <= DOCK_RAD).then_some((slot, misfit))
+                });
+                let Some((slot, misfit)) = free else { continue };
+                self.basin.dock(robot, slot)?;
+                self.docked[robot] = true;
+                tell(&format!(
+                    "{t_s:.1} s: robot {} takes hold, {:.1} mm and {:.2}° off; {:.1} J drawn so far",
+                    self.ids[robot],
+                    misfit.position_m * 1e3,
+                    misfit.angle_rad.to_degrees(),
+                    self.energy_j
+                ));
+            }
+        }
+        for (body, state) in self.states.iter_mut().enumerate() {
+            *state = self.basin.state(body);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,168 @@
+//! Poses of robots and tools from a motion capture: each its own body, in six degrees of freedom.
+//!
+//! ```text
+//! Source ─ frames → Gate ─ bodies in the world, on the host's clock → roster, north-east-down → Estimator
+//! ```
+
+use nalgebra::{UnitQuaternion, Vector3};
+use pose::axes::{Axes, Pose, swap_world_and_ned};
+use pose::figures::Figures;
+use pose::frame::Arrival;
+use pose::gate::{self, Gate};
+use pose::ledger::FrameFault;
+use pose::roster::Roster;
+use pose::source::Source;
+use pose::time::HostInstant;
+use protocol::time::FleetInstant;
+use sim::lab::Cameras;
+
+use super::super::RunError;
+use super::super::lab::{SAID_AFTER, SILENT, silence, worded};
+use super::super::pose_source::{PoseAccount, PoseSource};
+use super::controller::Seen;
+use super::estimator::Sighting;
+use super::water::Water;
+
+/// What becomes of frames.
+struct Sightings {
+    name: String,
+    gate: Gate,
+    roster: Roster,
+    /// The numbers of bodies in the roster, in the order of the problem: robots, then tools.
+    bodies: Vec<u16>,
+    seen: Seen,
+    unused: u32,
+    trouble: Option<String>,
+    figures: Figures,
+}
+
+impl Sightings {
+    fn new(name: String, axes: Axes, limits: gate::Limits, roster: Roster, bodies: Vec<u16>) -> Self {
+        let seen = Seen::Fix(Sighting::default());
+        let gate = Gate::new(axes, limits);
+        Self { name, gate, roster, bodies, seen, unused: 0, trouble: None, figures: Figures::default() }
+    }
+
+    /// Takes a frame; whether it shows anything.
+    fn take(&mut self, arrival: &Arrival) -> bool {
+        let trouble = match self.gate.take(arrival) {
+            Ok(fix) => {
+                self.figures.count_fix(&fix);
+                let mut bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>> =
+                    vec![None; self.bodies.len()];
+                for (label, said) in &fix.bodies {
+                    let Some(entry) = self.roster.of(label) else { continue };
+                    let Some(body) = self.bodies.iter().position(|number| *number == entry.module) else {
+                        continue;
+                    };
+                    let Pose { position, attitude } = entry.vehicle(&swap_world_and_ned(said));
+                    bodies[body] = Some((position, attitude));
+                }
+                if bodies.iter().any(Option::is_some) {
+                    (self.unused, self.trouble) = (0, None);
+                    self.seen = Seen::Fix(Sighting { at_s: fix.captured_s, bodies });
+                    return true;
+                }
+                "no body of the roster is tracked"
+            }
+            Err(FrameFault::Doubled | FrameFault::OutOfOrder) => return false,
+            Err(fault) => worded(fault),
+        };
+        self.unused += 1;
+        if self.unused >= SAID_AFTER {
+            self.trouble = Some(trouble.to_owned());
+        }
+        false
+    }
+}
+
+/// Of a motion capture.
+pub struct LabBodies {
+    source: Box<dyn Source>,
+    sightings: Sightings,
+    came: Option<FleetInstant>,
+}
+
+impl LabBodies {
+    /// Of the bodies with these numbers of `roster`, robots then tools, in a laboratory with these axes.
+    #[must_use]
+    pub fn new(name: String, source: Box<dyn Source>, axes: Axes, roster: Roster, bodies: Vec<u16>) -> Self {
+        let sightings = Sightings::new(name, axes, gate::Limits::default(), roster, bodies);
+        Self { source, sightings, came: None }
+    }
+}
+
+impl<W> PoseSource<W> for LabBodies {
+    type Pose = Seen;
+
+    fn poll<'a>(&'a mut self, now: FleetInstant, _: Option<&'a W>) -> Result<Option<&'a Seen>, RunError> {
+        let at = HostInstant(std::time::Duration::from_micros(now.0));
+        let mut is_new = false;
+        while let Some(arrival) = self.source.poll(at).map_err(|error| RunError::Pose(error.to_string()))? {
+            self.came = Some(now);
+            is_new |= self.sightings.take(&arrival);
+        }
+        if let Some(exchange) = self.source.exchange() {
+            self.sightings.gate.clock_mut().exchanged(&exchange);
+        }
+        if self.came.is_none_or(|came| now.since(came) > SILENT) {
+            self.sightings.trouble = Some(silence(&self.sightings.name, self.source.status()));
+        }
+        Ok(is_new.then_some(&self.sightings.seen))
+    }
+
+    fn trouble(&self) -> Option<&str> {
+        self.sightings.trouble.as_deref()
+    }
+
+    fn account(&self) -> Option<PoseAccount> {
+        let Sightings { name, gate, figures, .. } = &self.sightings;
+        Some(PoseAccount::new(name, gate, figures, self.source.status().connects))
+    }
+}
+
+/// Of simulated cameras over the water of this process: in simulated time, with all that goes wrong in a laboratory.
+pub struct SimulatedBodies {
+    cameras: Cameras,
+    sightings: Sightings,
+}
+
+impl SimulatedBodies {
+    /// Of the bodies with these numbers of `roster`, by `cameras` in a laboratory with these axes.
+    #[must_use]
+    pub fn new(cameras: Cameras, axes: Axes, roster: Roster, bodies: Vec<u16>) -> Self {
+        let sightings =
+            Sightings::new("simulated cameras".to_owned(), axes, gate::Limits::default(), roster, bodies);
+        Self { cameras, sightings }
+    }
+}
+
+/// Every body in the world of the cameras: east, north, up.
+#[must_use]
+pub fn in_the_world(states: &[rov::dynamics::State]) -> Vec<Pose> {
+    let ned = |state: &rov::dynamics::State| Pose { position: state.position_m, attitude: state.attitude };
+    states.iter().map(|state| swap_world_and_ned(&ned(state))).collect()
+}
+
+impl PoseSource<Water> for SimulatedBodies {
+    type Pose = Seen;
+
+    fn poll<'a>(
+        &'a mut self,
+        now: FleetInstant,
+        water: Option<&'a Water>,
+    ) -> Result<Option<&'a Seen>, RunError> {
+        let Some(water) = water else { return Ok(None) };
+        self.cameras.look(now.as_secs_f64(), &in_the_world(water.states()));
+        let arrived = HostInstant(std::time::Duration::from_micros(now.0));
+        let mut is_new = false;
+        while let Some(frame) = self.cameras.poll(now.as_secs_f64()) {
+            is_new |= self.sightings.take(&Arrival { frame, arrived });
+        }
+        Ok(is_new.then_some(&self.sightings.seen))
+    }
+
+    fn trouble(&self) -> Option<&str> {
+        self.sightings.trouble.as_deref()
+    }
+}
