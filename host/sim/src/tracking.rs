@@ -144,12 +144,7 @@ impl Tracking {
         let kept = Off { greatest_rad: default.tracking_error_rad, ..Off::default() };
         let stops =
             Stops { past_swing_rad: default.stop_past_swing_rad, past_turn_rad: default.stop_past_turn_rad };
-        (usual == *motor && no_more).then_some(Self {
-            rest: kept,
-            swing: kept,
-            transition: kept,
-            stops,
-        })
+        (usual == *motor && no_more).then_some(Self { rest: kept, swing: kept, transition: kept, stops })
     }
 
     /// The greatest error of all phases, rad, and in which it is.

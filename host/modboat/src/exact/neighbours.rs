@@ -2,6 +2,7 @@
 
 use crate::motion::{Swing, ends};
 use crate::pairs::Pair;
+use crate::planner_config::LossTolerance;
 use crate::setting::{Case, Participation};
 
 /// One module's cycle as the search sees it.
@@ -35,6 +36,19 @@ pub struct Rules<'a> {
 }
 
 impl Rules<'_> {
+    /// Whether cycles that any module may stop in are preferred, and not asked for already.
+    #[must_use]
+    pub fn prefers_stopping(&self) -> bool {
+        self.case.tolerance == LossTolerance::Prefer
+    }
+
+    /// The same, and cycles that any module may stop in: see [`Case::before`] for what that leaves out.
+    #[must_use]
+    pub fn stopping(self) -> Self {
+        let case = Case { tolerance: LossTolerance::Power, before: None, ..self.case };
+        Self { case, ..self }
+    }
+
     /// Whether i and j of `pair` keep the margin in these cycles.
     #[must_use]
     pub fn allow(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {

@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use super::allocation::{Aim, Allocation, GOAL, Met, Poses};
 use super::choice::{Choice, FEW, SMALL};
 use super::law::{Law, Sign};
-use super::merit::Merit;
+use super::merit::{Merit, tolerant_worth};
 use super::neighbours::{Cycle, Rules};
 use super::orientation::{Orientation, may_hold};
 use super::rest::RestPoses;
@@ -295,9 +295,10 @@ impl Search {
             }
         }
         patterns.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let tolerant_is_worth = if rules.prefers_stopping() { tolerant_worth() } else { 0.0 };
         let (mut score, mut compared) = (f64::NEG_INFINITY, 0);
         for &(at_most, pattern) in patterns.iter() {
-            if at_most <= score || compared >= COMPARED {
+            if at_most + tolerant_is_worth <= score || compared >= COMPARED {
                 break;
             }
             let met = STARTS_RAD.iter().any(|&start_rad| {
@@ -313,9 +314,11 @@ impl Search {
             // The structure turns by the change of ΣA as the mean of the tails' angles does.
             let net_rad: f64 = allocation.cycles.iter().map(|cycle| cycle.amplitude_rad).sum();
             let jump = JUMP_1_RAD * before_rad.map_or(0.0, |before_rad| (net_rad - before_rad).abs());
-            let least = score + jump;
+            let stops = met && tolerant_is_worth > 0.0 && allocation.allowed(&rules.stopping(), law);
+            let bonus = if stops { tolerant_is_worth } else { 0.0 };
+            let least = score + jump - bonus;
             if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, least) {
-                score = own - jump;
+                score = own - jump + bonus;
                 best.clone_from(&allocation.cycles);
             }
         }
