@@ -3,7 +3,6 @@
 use quantity::wrap_rad;
 
 use super::choice::SMALL;
-use super::merit::tolerant_turn_worth;
 use super::neighbours::Rules;
 use crate::motion::Wrench;
 use crate::setting::Case;
@@ -32,11 +31,6 @@ pub(super) struct Asked<'a> {
 impl<'a> Asked<'a> {
     pub(super) fn rules(&self) -> Rules<'a> {
         Rules { case: self.case, loss_tolerant: self.loss_tolerant }
-    }
-
-    /// What cycles that any module may stop in are worth, where they are preferred.
-    pub(super) fn tolerant_is_worth(&self) -> f64 {
-        if self.rules().prefers_stopping() { tolerant_turn_worth() } else { 0.0 }
     }
 
     /// What is taken off a score for the tails' travel by the shortest way.

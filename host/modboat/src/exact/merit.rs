@@ -25,13 +25,6 @@ const BALANCE: f64 = 0.2;
 /// Relative error with which a demand about one counts as met: Newton's method is as good as there.
 const NEAR: f64 = 1e-4;
 
-pub(super) fn tolerant_worth() -> f64 {
-    std::env::var("TW").ok().and_then(|v| v.parse().ok()).unwrap_or(0.5)
-}
-pub(super) fn tolerant_turn_worth() -> f64 {
-    std::env::var("TT").ok().and_then(|v| v.parse().ok()).unwrap_or(0.0)
-}
-
 /// Merit of rest poses: demands near the present one, and workspace.
 #[derive(Clone, Debug)]
 pub struct Merit {

@@ -36,13 +36,7 @@ pub struct Rules<'a> {
 }
 
 impl Rules<'_> {
-    /// Whether cycles that any module may stop in are preferred, and not asked for already.
-    #[must_use]
-    pub fn prefers_stopping(&self) -> bool {
-        self.case.tolerance == LossTolerance::Prefer
-    }
-
-    /// The same, and cycles that any module may stop in: see [`Case::before`] for what that leaves out.
+    /// The same rules, and any module may stop anywhere; not in the cycle before, see [`Case::before`].
     #[must_use]
     pub fn stopping(self) -> Self {
         let case = Case { tolerance: LossTolerance::Power, before: None, ..self.case };

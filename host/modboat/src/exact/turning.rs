@@ -143,10 +143,7 @@ impl Search {
         for place in 0..self.choices.len() {
             let Choice { number, at_most, .. } = self.choices[place];
             let enough = best.compared >= effort.compared || place >= effort.tried;
-            let tolerant_is_worth = asked.tolerant_is_worth();
-            if best.met() && (at_most + tolerant_is_worth <= best.score || enough)
-                || at_most < OUT && place >= NEAREST
-            {
+            if best.met() && (at_most <= best.score || enough) || at_most < OUT && place >= NEAREST {
                 break;
             }
             self.poses_rad.clear();
@@ -223,13 +220,7 @@ impl Search {
         let mut score = 0.0;
         if met && self.order.len() <= FEW {
             let price = asked.price(self.allocation.cycles.iter().map(|cycle| cycle.rest_rad));
-            let tolerant_is_worth = asked.tolerant_is_worth();
-            let stops = tolerant_is_worth > 0.0 && {
-                let Self { allocation, law, .. } = &*self;
-                allocation.allowed(&asked.rules().stopping(), law)
-            };
-            let bonus = if stops { tolerant_is_worth } else { 0.0 };
-            let least = if best.met() { best.score + price - bonus } else { f64::NEG_INFINITY };
+            let least = if best.met() { best.score + price } else { f64::NEG_INFINITY };
             // No merit is above one: what travels too far need not be looked at.
             if least >= 1.0 {
                 return;
@@ -241,7 +232,7 @@ impl Search {
             let Some(own) = merit.of(allocation, orientation, &asked.rules(), rest, law, about, least) else {
                 return;
             };
-            score = own - price + bonus;
+            score = own - price;
         }
         self.consider(asked, met, score, best);
     }

@@ -256,7 +256,7 @@ mod tests {
             })
         };
         let at_rad =
-            (0..1200).map(|k| -1.2 + f64::from(k) * 1e-3).find(|&rad| touches(rad)).expect("they touch");
+            (0..3000).map(|k| -1.2 + f64::from(k) * 1e-3).find(|&rad| touches(rad)).expect("they touch");
         let cycle = [swing(at_rad - 0.02, 0.0), swing(still_rad, 0.0)];
         assert!(stops_clear(&stops_short, -1.2, cycle), "{at_rad}");
         assert!(!stops_clear(&parameters, -1.2, cycle), "{at_rad}");
