@@ -2,6 +2,7 @@
 
 use crate::motion::{Swing, ends};
 use crate::pairs::Pair;
+use crate::planner_config::LossTolerance;
 use crate::setting::{Case, Participation};
 
 /// One module's cycle as the search sees it.
@@ -35,6 +36,13 @@ pub struct Rules<'a> {
 }
 
 impl Rules<'_> {
+    /// The same rules, and any module may stop anywhere; not in the cycle before, see [`Case::before`].
+    #[must_use]
+    pub fn stopping(self) -> Self {
+        let case = Case { tolerance: LossTolerance::Power, before: None, ..self.case };
+        Self { case, ..self }
+    }
+
     /// Whether i and j of `pair` keep the margin in these cycles.
     #[must_use]
     pub fn allow(&self, pair: &Pair, i: Cycle, j: Cycle) -> bool {

@@ -21,6 +21,7 @@ use super::orientation::{Orientation, may_hold};
 use super::rest::RestPoses;
 use crate::buffers::Buffers;
 use crate::motion::{Swing, Turn, Wrench};
+use crate::planner_config::LossTolerance;
 use crate::potential_field::PotentialField;
 use crate::setting::{Approach, Case, Setting};
 use crate::transition::solver::Solver;
@@ -37,6 +38,8 @@ const STARTS_RAD: [f64; 3] = [1.75, 1.2, 2.3];
 const COMPARED: usize = 4;
 /// What a change of the net amplitude costs where signs change, against the share of demands about one that are met, 1/rad.
 const JUMP_1_RAD: f64 = 0.1;
+/// What a pattern is worth in which any module may stop anywhere, where that is preferred: more than all else.
+const STOPS_CLEAR: f64 = 1.0;
 /// The amplitude that leaves most room either way, rad.
 const MIDDLE_RAD: f64 = 1.75;
 /// A cycle belongs to where a tail is if it starts no further from it, rad.
@@ -295,9 +298,11 @@ impl Search {
             }
         }
         patterns.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        // Where they are asked for, all are.
+        let preferred = if case.tolerance == LossTolerance::Prefer { STOPS_CLEAR } else { 0.0 };
         let (mut score, mut compared) = (f64::NEG_INFINITY, 0);
         for &(at_most, pattern) in patterns.iter() {
-            if at_most <= score || compared >= COMPARED {
+            if at_most + preferred <= score || compared >= COMPARED {
                 break;
             }
             let met = STARTS_RAD.iter().any(|&start_rad| {
@@ -313,9 +318,11 @@ impl Search {
             // The structure turns by the change of ΣA as the mean of the tails' angles does.
             let net_rad: f64 = allocation.cycles.iter().map(|cycle| cycle.amplitude_rad).sum();
             let jump = JUMP_1_RAD * before_rad.map_or(0.0, |before_rad| (net_rad - before_rad).abs());
-            let least = score + jump;
+            let stops = met && preferred > 0.0 && allocation.allowed(&rules.stopping(), law);
+            let bonus = if stops { preferred } else { 0.0 };
+            let least = score + jump - bonus;
             if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, least) {
-                score = own - jump;
+                score = own - jump + bonus;
                 best.clone_from(&allocation.cycles);
             }
         }

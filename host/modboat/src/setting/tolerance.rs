@@ -183,3 +183,82 @@ impl Case<'_> {
 fn rests(from_rad: f64, to_rad: f64) -> bool {
     from_rad.to_bits() == to_rad.to_bits()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_4, PI};
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::distance::DistanceToCollision;
+    use crate::motion::Turn;
+    use crate::parameters::Parameters;
+    use crate::planner_config::PlannerConfig;
+    use crate::setting::Approach;
+    use crate::structure::Structure;
+
+    /// Two side by side, the left one with this way to its swing; whether either may stop anywhere.
+    fn stops_clear(parameters: &Parameters, from_rad: f64, cycle: [Swing; 2]) -> bool {
+        let structure = Structure::from_word("2x1").expect("two modules");
+        let distance = Arc::new(DistanceToCollision::new(parameters));
+        let setting = Setting::new(&structure, parameters, &PlannerConfig::default(), distance);
+        let stay = |rad: f64| Turn { from_rad: rad, to_rad: rad };
+        let turns = vec![Turn { from_rad, to_rad: cycle[0].start_rad() }, stay(cycle[1].start_rad())];
+        let approach = setting.one_step(turns);
+        let steps = if approach.is_still() { Steps::default() } else { Approach::steps(&approach) };
+        setting.as_configured().all_stop_clear(steps, &cycle)
+    }
+
+    fn swing(start_rad: f64, amplitude_rad: f64) -> Swing {
+        Swing { centerline_rad: start_rad - amplitude_rad, amplitude_rad }
+    }
+
+    /// Seen in a storm: a tail turned from −1.255 to −0.782 in a tenth of a second, lost its power on the way and came to rest at −0.738, within
+    /// its neighbour's reach. Its swing is on the other side, so that nothing of it but what is beyond the end of the turn counts.
+    #[test]
+    fn a_tail_that_stops_beyond_the_end_of_a_turn_is_in_its_neighbours_way() {
+        let parameters = Parameters::default();
+        let kept = parameters.tracking_error_rad;
+        let stops_short =
+            Parameters { stop_past_turn_rad: kept, stop_past_swing_rad: kept, ..parameters.clone() };
+        let (end_rad, turns_from_rad) = (-0.782, -1.255);
+        let own = swing(end_rad, 0.9);
+        let free_rad = PI - FRAC_PI_4;
+        // The neighbour swings through all of what the left one can reach; or away from it; or it rests, out of reach or within it.
+        let through = swing(free_rad, -0.9);
+        assert!(stops_clear(&stops_short, turns_from_rad, [own, through]));
+        assert!(!stops_clear(&parameters, turns_from_rad, [own, through]));
+        assert!(stops_clear(&parameters, turns_from_rad, [own, swing(free_rad, 0.9)]));
+        assert!(stops_clear(&parameters, turns_from_rad, [own, swing(free_rad, 0.0)]));
+        // From a diagonal a swing alone goes no further than it may, and the turn away from the neighbour neither.
+        let from_diagonal = swing(-FRAC_PI_4, 0.9);
+        assert!(stops_clear(&parameters, -FRAC_PI_4, [from_diagonal, through]));
+        assert!(stops_clear(&parameters, -FRAC_PI_4, [swing(turns_from_rad, 0.9), through]));
+        // A tail that may stop anywhere keeps clear of nothing that moves.
+        let coasts = Parameters { stop_past_turn_rad: 7.0, stop_past_swing_rad: 7.0, ..parameters };
+        assert!(!stops_clear(&coasts, -FRAC_PI_4, [from_diagonal, through]));
+        assert!(stops_clear(&coasts, -FRAC_PI_4, [from_diagonal, swing(free_rad, 0.0)]));
+    }
+
+    /// Against the geometry of a resting tail within reach: what the other one passes must be clear, what it coasts to as well.
+    #[test]
+    fn a_tail_that_rests_in_reach_is_passed_clear_or_not() {
+        let parameters = Parameters::default();
+        let kept = parameters.tracking_error_rad;
+        let stops_short =
+            Parameters { stop_past_turn_rad: kept, stop_past_swing_rad: kept, ..parameters.clone() };
+        let distance = DistanceToCollision::new(&parameters);
+        let still_rad = PI - 0.5;
+        // Where the left tail first comes near the resting one, from below, less a little.
+        let touches = |rad: f64| {
+            distance.offsets().iter().position(|offset| *offset == [1, 0]).is_none_or(|offset| {
+                !distance.tube_clear(Tube::One, offset, [-1.2, still_rad], [rad, still_rad])
+            })
+        };
+        let at_rad =
+            (0..3000).map(|k| -1.2 + f64::from(k) * 1e-3).find(|&rad| touches(rad)).expect("they touch");
+        let cycle = [swing(at_rad - 0.02, 0.0), swing(still_rad, 0.0)];
+        assert!(stops_clear(&stops_short, -1.2, cycle), "{at_rad}");
+        assert!(!stops_clear(&parameters, -1.2, cycle), "{at_rad}");
+    }
+}

@@ -26,27 +26,46 @@ const STEP_RAD: f64 = 0.05;
 /// An overlap of sampled poses that is less deep than this is none: rounding.
 const ROUNDING_M: f64 = 1e-9;
 
+/// How far beyond the end of a turn, and of a swing, a tail comes to rest that loses its power, rad: as measured of the simulated
+/// motors of the whole spread, with their servo's errors (`cargo test -p sim --lib tracking`).
+const PAST_TURN_RAD: f64 = 0.0853;
+const PAST_SWING_RAD: f64 = 0.0233;
+
 /// Poses from one angle to another.
 fn way(from_rad: f64, to_rad: f64) -> impl Iterator<Item = f64> {
     let steps = ((to_rad - from_rad).abs() / STEP_RAD).ceil().max(1.0);
     (0..=steps as u32).map(move |k| from_rad + (to_rad - from_rad) * f64::from(k) / steps)
 }
 
-/// Every pose of a module in a plan; only its rest where it does not move.
+/// Every pose of a module in a plan, and every one in which it can come to rest without power; only its rest where it does not move.
 fn poses(plan: &Plan, module: usize) -> Vec<f64> {
     let mut poses = Vec::new();
     if let Some(turns) = &plan.transition {
         let turn = turns[module];
         let via_rad = plan.via_rad.as_ref().map_or(turn.to_rad, |via| via[module]);
-        poses.extend(way(turn.from_rad, via_rad).chain(way(via_rad, turn.to_rad)));
+        poses.extend(turned(turn.from_rad, via_rad).chain(turned(via_rad, turn.to_rad)));
     }
     poses.extend(swung(plan.cycle[module]));
     poses
 }
 
+/// From one angle to another and on, as far as a tail goes without power.
+fn past(from_rad: f64, to_rad: f64, past_rad: f64) -> f64 {
+    if from_rad.to_bits() == to_rad.to_bits() {
+        to_rad
+    } else {
+        to_rad + past_rad.copysign(to_rad - from_rad)
+    }
+}
+
+fn turned(from_rad: f64, to_rad: f64) -> impl Iterator<Item = f64> {
+    way(from_rad, past(from_rad, to_rad, PAST_TURN_RAD))
+}
+
 fn swung(swing: Swing) -> impl Iterator<Item = f64> {
     let start_rad = swing.start_rad();
-    way(start_rad, start_rad - 2.0 * swing.amplitude_rad)
+    let far_rad = start_rad - 2.0 * swing.amplitude_rad;
+    way(past(far_rad, start_rad, PAST_SWING_RAD), past(start_rad, far_rad, PAST_SWING_RAD))
 }
 
 fn moves(poses: &[f64]) -> bool {
@@ -94,12 +113,12 @@ fn table_g_a_module_that_loses_its_power_meets_no_other_tail() {
                 let before = |module: usize| swung(asked.previous[module]).collect::<Vec<f64>>();
                 let (before_i, before_j) = (before(i), before(j));
                 // Wherever one stopped, in this plan or the cycle before, and whatever the other does now.
-                for (what, poses_i, poses_j, both) in [
-                    ("both", &now_i, &now_j, moves(&now_i) && moves(&now_j)),
+                for (what, poses_i, poses_j, counts) in [
+                    ("now", &now_i, &now_j, moves(&now_i) || moves(&now_j)),
                     ("i before", &before_i, &now_j, moves(&before_i) && moves(&now_j)),
                     ("j before", &now_i, &before_j, moves(&now_i) && moves(&before_j)),
                 ] {
-                    if both && let Some(at) = meet(&kind, apart_m, poses_i, poses_j) {
+                    if counts && let Some(at) = meet(&kind, apart_m, poses_i, poses_j) {
                         broken.push(format!(
                             "{shape}, plan {plans}, modules {i} and {j}, {what}: meet at {at:?}"
                         ));
@@ -123,8 +142,8 @@ fn table_g_a_module_that_loses_its_power_meets_no_other_tail() {
         if plans == 0 || tolerant < plans {
             all.push(format!("{shape}, {sequence}: only {tolerant} of {plans} power tolerant"));
         }
-        // 94 % were seen.
-        if *sequence == NEAR && percent(exact) < 88.0 {
+        // 86.9 % were seen, of 5x5.
+        if *sequence == NEAR && percent(exact) < 80.0 {
             all.push(format!("{shape}: only {:.1} % meet the demand in small steps", percent(exact)));
         }
         all.extend(broken);
