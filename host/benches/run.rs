@@ -1,15 +1,24 @@
 //! Criterion benches of a run: a whole simulated experiment, and the steps that it makes a thousand times a second.
 
 use std::hint::black_box;
+use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use host::run::experiment::simulate;
+use host::run::closed_loop::Drive;
+use host::run::experiment::{Pace, run_into, simulate};
+use host::run::fleet::InProcess;
+use host::run::log::Log;
+use host::run::orders::Unattended;
+use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use modboat::observer::{Fix, Observer};
 use modboat::structure::Structure;
 use record::PoseSample;
 use sim::TailState;
 use sim::tank::Tank;
+
+/// How often a run is made without and with a log.
+const RUNS: usize = 30;
 
 /// 90 s of three modules: planned, sent, executed by the firmware, swum and observed.
 fn experiment(criterion: &mut Criterion) {
@@ -23,6 +32,41 @@ fn experiment(criterion: &mut Criterion) {
             black_box(simulate(&scenario, seed).map(|result| result.summary))
         });
     });
+    group.finish();
+}
+
+/// The same without and with a log in a file, turn about so that a busy machine is busy for both; their ratio is printed: it has to stay
+/// below 1.1.
+fn logged(criterion: &mut Criterion) {
+    let scenario = Scenario::open("holonomic-1").expect("it comes with the program");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("log.mcap");
+    let once = |kept: bool, seed: u64| {
+        let log = if kept { Log::create(&path).expect("a file") } else { Log::default() };
+        let mut fleet = InProcess::boats(&scenario, seed).expect("valid");
+        let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut |_, _, _| {} };
+        let began = Instant::now();
+        black_box(run_into(log, &scenario, seed, &mut fleet, drive, &mut Quiet)).expect("runs");
+        began.elapsed().as_secs_f64()
+    };
+    // The least of several is what the machine takes when nothing else wants it.
+    let mut least_s = [f64::INFINITY; 2];
+    for _ in 0..RUNS {
+        for kept in [false, true] {
+            least_s[usize::from(kept)] = least_s[usize::from(kept)].min(once(kept, 1));
+        }
+    }
+    println!(
+        "log: {:.1} ms without, {:.1} ms with, {:.3} times",
+        1e3 * least_s[0],
+        1e3 * least_s[1],
+        least_s[1] / least_s[0]
+    );
+    let mut group = criterion.benchmark_group("log");
+    group.sample_size(10);
+    for (name, kept) in [("none", false), ("file", true)] {
+        group.bench_function(name, |b| b.iter(|| once(kept, 1)));
+    }
     group.finish();
 }
 
@@ -65,5 +109,5 @@ fn steps(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, experiment, steps);
+criterion_group!(benches, experiment, logged, steps);
 criterion_main!(benches);

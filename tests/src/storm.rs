@@ -1,10 +1,21 @@
-//! Storms: whole fleets on a medium worse than any radio, with reboots of host and modules, watched by code that shares
-//! nothing with the link but its counts.
+//! Storms: whole fleets on a medium worse than any radio, with faults of machines, hosts and modules and with strangers, watched by code that
+//! shares nothing with the link but its counts.
 //!
 //! ```text
 //! calm 6 s │ storm 12 s: loss, bursts, delay up to a cycle, damage, replays, forgeries, reboots, clock steps │ healed
 //! ╰──────── nothing may happen that must not ────────╯ ╰──── all swim again within three cycles ─────╯ ╰ the sums are exact ╯
 //! ```
+//!
+//! Beside what befalls the medium a storm has kinds of its own, each drawn by its seed, in whatever combination:
+//!
+//! | kind | what |
+//! |---|---|
+//! | send errors | the operating system refuses single sends, or all of one node for up to 2 s: the radio of runs on UDP over a socket that fails |
+//! | host pauses | for 0.6 to 5 s the host does not run; then it skips to now |
+//! | a doubled module | a second module with the number of one of them has power for a while |
+//! | recorded announcements | of up to 20 old boots, 1,000 a second, to the end |
+//! | forged calls | up to 1,000 a second |
+//! | a module that lies | NaN, 10³⁰, times and cycle numbers that cannot be, under its right seal |
 //!
 //! The true time of the simulation is not the fleet's: each run of the host has an epoch of its own, each module a clock that is
 //! off by up to 100 s and 100 ppm.
@@ -16,13 +27,17 @@
 //! | stale, foreign cycles | a running cycle must be one that the host of the module's session decided, in its time |
 //! | replays and forgeries let in | each ledger, class by class, is what [`count`] found at the radios: accepted are the distinct genuine datagrams of the sessions in force, and no others |
 //! | exact sums | each ledger, and all of them against what the medium handed over |
+//! | who is named | a doubled module with both addresses, a liar; neither is counted on by a decision, and what judges a run says so ([`named`]) |
 //!
 //! A module that loses its power in mid-swing leaves its tail wherever it is, and its neighbours go on until the host knows.
 //! Plans are asked to be power tolerant; where one could not be (the first from the start pose, or the one after
 //! a tail was left in a neighbour's reach), a contact with such a tail is told apart and counted.
 
 use std::collections::{HashMap, HashSet};
+use std::net::SocketAddr;
 
+use host::run::closed_loop::Gap;
+use host::run::host::Controller as _;
 use host::run::host::Host;
 use host::run::pilot::Pilot;
 use host::run::scenario::Scenario;
@@ -30,7 +45,7 @@ use link::faults::FaultCount;
 use link::identity::HostIdentity;
 use link::loopback::Node;
 use protocol::time::{Duration, FleetInstant};
-use protocol::{MAX_DATAGRAM, Radio};
+use protocol::{MAX_DATAGRAM, ModuleId, Radio};
 use record::PoseSample;
 use sim::TailState;
 use sim::mocap::Mocap;
@@ -38,12 +53,21 @@ use sim::tank::Tank;
 
 use count::{Classes, Count};
 pub use draw::Storm;
-use tap::{HOST, Tapped, TappedFleet};
+use liar::Liar;
+use named::{HostRun, Named};
+use strangers::Player;
+use tap::TappedFleet;
 
 pub mod count;
 mod draw;
+mod ends;
+mod liar;
+mod named;
+mod settle;
+mod strangers;
 pub mod tap;
 mod watch;
+mod wire;
 
 const TICK_US: u64 = 1_000;
 const CALM_S: f64 = 6.0;
@@ -75,16 +99,43 @@ pub struct Outcome {
     pub received: Classes,
     /// What the medium did.
     pub faults: FaultCount,
+    /// How often each kind of a storm's own struck.
+    pub kinds: KindCount,
 }
 
-/// One run of the host, from start to crash.
-struct HostRun {
-    boot: [u8; 12],
-    /// Its time zero, true time.
-    epoch_us: u64,
-    /// Start and end of each decision's cycles, µs of its own time, by number; whether any module may lose its power in it.
-    cycles: HashMap<u32, (u64, u64, bool)>,
-    seen: usize,
+/// How often each kind of a storm's own struck.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct KindCount {
+    /// Sends that the operating system refused.
+    pub send_errors: u64,
+    /// Pauses of a host.
+    pub pauses: u64,
+    /// Runs of a host that met a doubled module.
+    pub doubled: u64,
+    /// Announcements played to the host.
+    pub played: u64,
+    /// Forged calls.
+    pub called: u64,
+    /// Lies that modules told.
+    pub lies: u64,
+    /// Runs of a host that named a liar.
+    pub liars: u64,
+}
+
+impl std::ops::Add for KindCount {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            send_errors: self.send_errors + other.send_errors,
+            pauses: self.pauses + other.pauses,
+            doubled: self.doubled + other.doubled,
+            played: self.played + other.played,
+            called: self.called + other.called,
+            lies: self.lies + other.lies,
+            liars: self.liars + other.liars,
+        }
+    }
 }
 
 /// Everything of one storm.
@@ -93,7 +144,11 @@ struct World<'a> {
     scenario: Scenario,
     fleet: TappedFleet,
     count: Count,
-    host: Option<Host<Pilot, Node>>,
+    host: Option<Host<Pilot, SocketAddr>>,
+    player: Player,
+    /// Until then the host does not run; since when.
+    paused: Option<(u64, u64)>,
+    named: Named,
     host_runs: Vec<HostRun>,
     tank: Tank,
     mocap: Mocap,
@@ -138,8 +193,22 @@ fn add(sum: &mut Classes, more: Classes) {
 impl<'a> World<'a> {
     fn new(storm: &'a Storm) -> Self {
         let scenario = storm.scenario();
-        let fleet = TappedFleet::new(&scenario, storm.seed);
-        let count = Count::new(HostIdentity::simulated(storm.seed, 0).key, storm.modules);
+        let key = HostIdentity::simulated(storm.seed, 0).key;
+        let doubles: Vec<u16> = storm.kinds.double.iter().map(|(module, ..)| *module as u16 + 1).collect();
+        let mut fleet = TappedFleet::new(&scenario, &doubles, storm.seed);
+        let mut count = Count::new(&key, storm.modules, &doubles);
+        if let Some((_, from_us, _)) = storm.kinds.double {
+            fleet.modules[storm.modules].reboot(FleetInstant(0), Duration(from_us as u32));
+        }
+        if let Some((liar, ..)) = storm.kinds.liar {
+            let id = ModuleId(liar as u16 + 1);
+            let liar = Liar::new(key.fleet(), id, key.module(id), storm.seed);
+            fleet.modules[usize::from(id.0) - 1].radio_mut().liar = Some(liar);
+        }
+        let node = Node((1 + fleet.modules.len()) as u16);
+        let boots = storm.kinds.recordings;
+        let player = Player::new(&fleet.ether, node, &key, storm.modules as u16, boots, storm.seed);
+        player.recorded.iter().for_each(|(datagram, session)| count.recorded(*session, datagram));
         let start = PoseSample { heading_rad: scenario.start_heading_rad(), ..PoseSample::default() };
         let tank = Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, storm.seed);
         let mocap = Mocap::new(&scenario.mocap, storm.seed).expect("cameras");
@@ -149,7 +218,7 @@ impl<'a> World<'a> {
             powerless: vec![None; storm.modules],
             running: vec![None; storm.modules],
             neighbours: neighbours.collect(),
-            module_received: vec![[0; 7]; storm.modules],
+            module_received: vec![[0; 7]; fleet.modules.len()],
             host_sent: vec![0; storm.modules],
             ..Watch::default()
         };
@@ -161,6 +230,9 @@ impl<'a> World<'a> {
             fleet,
             count,
             host: None,
+            player,
+            paused: None,
+            named: Named::default(),
             host_runs,
             tank,
             mocap,
@@ -193,6 +265,7 @@ impl<'a> World<'a> {
                 self.stop_host();
                 restart_us = restart_us.max((now_us + off_us).min(healed_us));
             }
+            self.strike(now_us);
             if self.host.is_none() && now_us >= restart_us {
                 self.start_host(now_us);
             }
@@ -210,110 +283,41 @@ impl<'a> World<'a> {
         self.outcome.violations.push(format!("at {:.3} s: {what}", now_us as f64 * 1e-6));
     }
 
-    fn start_host(&mut self, now_us: u64) {
-        let host = HostIdentity::simulated(self.storm.seed, self.host_runs.len() as u64);
-        // Time of the first run is the true one; that of later runs begins when they do.
-        let epoch_us = if self.host_runs.is_empty() { 0 } else { now_us - TICK_US };
-        let pilot = Pilot::new(&self.scenario, None, || FleetInstant(0)).expect("a pilot");
-        self.host = Some(Host::new(pilot, &host, &self.fleet.roster));
-        self.host_runs.push(HostRun { boot: host.boot, epoch_us, cycles: HashMap::new(), seen: 0 });
-    }
-
-    /// The host crashes.
-    fn stop_host(&mut self) {
-        let Some(host) = self.host.take() else { return };
-        let (counted, strays) = self.count.end_host();
-        let told = classes(host.dispatcher().strays());
-        add(&mut self.watch.host_received, told);
-        self.compare("the host, of strays", told, strays);
-        for (index, link) in host.dispatcher().modules().iter().enumerate() {
-            let told = classes(link.incoming());
-            add(&mut self.watch.host_received, told);
-            self.watch.host_sent[index] += link.outgoing().sent;
-            self.compare(&format!("the host, of module {}", index + 1), told, counted[index]);
-            self.check_sums(index, &host);
-        }
-    }
-
-    /// What a module says came to it, and what was counted at its radio. A call that it does not take is stale, or foreign while it hears its
-    /// host: a tap cannot tell which.
-    fn compare_module(&mut self, whose: &str, told: Classes, counted: Classes) {
-        let not_taken = |[received, accepted, duplicate, stale, corrupt, forged, foreign]: Classes| {
-            [received, accepted, duplicate, stale + foreign, corrupt, forged, 0]
-        };
-        self.compare(whose, not_taken(told), not_taken(counted));
-    }
-
-    /// What an end says came to it, and what was counted at its radio.
-    fn compare(&mut self, whose: &str, told: Classes, counted: Classes) {
-        if told != counted {
-            let what = "received, accepted, duplicate, stale, corrupt, forged, foreign";
-            self.violation(0, &format!("{whose}: {what}: {told:?}, counted {counted:?}"));
-        }
-    }
-
-    /// Counts what passed the taps in the tick at `host_now`.
-    fn count_tape(&mut self, host_now: FleetInstant) {
-        for tapped in self.fleet.take_tape() {
-            match tapped {
-                Tapped::Sent(HOST, datagram) => self.count.host_sent(&datagram),
-                Tapped::Came(HOST, datagram) if self.host.is_some() => {
-                    self.count.came_to_host(host_now.0, &datagram);
-                }
-                Tapped::Came(HOST, _) => {}
-                Tapped::Sent(node, datagram) => {
-                    let module = usize::from(node.0) - 1;
-                    self.count.module_sent(module, self.session(module).unwrap_or(0), &datagram);
-                }
-                Tapped::Came(node, datagram) => {
-                    let module = usize::from(node.0) - 1;
-                    if let Some(session) = self.session(module) {
-                        self.count.came_to_module(module, session, &datagram);
-                    }
-                }
+    /// Faults of ends, and strangers, that are due.
+    fn strike(&mut self, now_us: u64) {
+        let (kinds, storm_us) = (&self.storm.kinds, (CALM_S * 1e6) as u64);
+        let healed_us = storm_us + (STORM_S * 1e6) as u64;
+        if kinds.send_errors > 0.0 {
+            for (node, trouble) in self.fleet.troubles.iter().enumerate() {
+                let mut refusals = kinds.refusals.iter();
+                let refuses = refusals
+                    .any(|&(from_us, until_us, of)| of == node && (from_us..until_us).contains(&now_us));
+                let share = if (storm_us..healed_us).contains(&now_us) { kinds.send_errors } else { 0.0 };
+                trouble.share.set(if refuses { 1.0 } else { share });
             }
         }
-    }
-
-    /// The session that a module is in, 0 for none; `None` without power.
-    fn session(&self, module: usize) -> Option<u32> {
-        self.fleet.modules[module].link().map(|link| link.session())
-    }
-
-    fn check_sums(&mut self, index: usize, host: &Host<Pilot, Node>) {
-        let link = &host.dispatcher().modules()[index];
-        let (out, cycles) = (link.outgoing(), link.ledger());
-        if out.acknowledged + out.late + out.lost + out.under_way() != out.sent || !link.incoming().is_exact()
+        for &(_, length_us) in kinds.pauses.iter().filter(|(at, _)| *at == now_us) {
+            if self.host.is_some() && self.paused.is_none() {
+                self.paused = Some((now_us - TICK_US, (now_us + length_us).min(healed_us)));
+                self.outcome.kinds.pauses += 1;
+            }
+        }
+        if let Some((liar, from_us, until_us)) = kinds.liar
+            && let Some(liar) = &mut self.fleet.modules[liar].radio_mut().liar
         {
-            self.violation(0, &format!("module {}: {out:?}, {:?}", index + 1, link.incoming()));
+            liar.lies = (from_us..until_us).contains(&now_us);
         }
-        let closed = cycles.acknowledged + cycles.late + cycles.refused + cycles.unanswered;
-        if cycles.cycles < closed || cycles.cycles - closed > 1 {
-            self.violation(0, &format!("module {}: {cycles:?}", index + 1));
+        let calls = kinds.calls_per_s * TICK_US as f64 * 1e-6;
+        if now_us >= storm_us {
+            self.player.play();
+            // Without a remainder that is kept: so many by then, less those made.
+            let due =
+                if now_us < healed_us { (calls * ((now_us - storm_us) / TICK_US) as f64) as u64 } else { 0 };
+            (self.player.called..due).for_each(|_| self.player.call());
         }
-    }
-
-    fn reboot(&mut self, now_us: u64, module: usize, off: Duration) {
-        self.note_boot(module);
-        let swings = self.fleet.modules[module].running(FleetInstant(now_us)).is_some();
-        self.outcome.powerless += usize::from(swings);
-        if swings {
-            self.watch.powerless[module].get_or_insert(true);
-        }
-        self.fleet.modules[module].reboot(FleetInstant(now_us), off);
-    }
-
-    /// Counts of a boot that is over.
-    fn note_boot(&mut self, module: usize) {
-        let counted = self.count.end_boot(module);
-        let Some(link) = self.fleet.modules[module].link() else { return };
-        let (incoming, outgoing) = (*link.incoming(), link.outgoing());
-        self.watch.module_sent += outgoing.sent + link.announced();
-        add(&mut self.watch.module_received[module], classes(&incoming));
-        self.compare_module(&format!("module {}", module + 1), classes(&incoming), counted);
-        let closed = outgoing.acknowledged + outgoing.late + outgoing.lost + outgoing.under_way();
-        if !incoming.is_exact() || closed != outgoing.sent {
-            self.violation(0, &format!("module {}: {incoming:?}, {outgoing:?}", module + 1));
+        self.player.listen();
+        if kinds.double.is_some_and(|(.., until_us)| until_us == now_us) {
+            self.reboot(now_us, self.storm.modules, Duration(u32::MAX));
         }
     }
 
@@ -325,6 +329,46 @@ impl<'a> World<'a> {
             .host_runs
             .last()
             .map_or(FleetInstant(0), |host_run| FleetInstant(now_us - host_run.epoch_us));
+        let runs = self.paused.is_none_or(|(_, until_us)| now_us >= until_us);
+        let gap = self.paused.take_if(|_| runs).map(|(since_us, _)| since_us);
+        if let (Some(since_us), Some(host), Some(run)) = (gap, &mut self.host, self.host_runs.last()) {
+            let start = FleetInstant(since_us.saturating_sub(run.epoch_us));
+            host.controller.handle_gap(&Gap { start, end: host_now });
+        }
+        if runs {
+            self.receive(now, host_now);
+        }
+        let places = &self.fleet.modules[..self.storm.modules];
+        let tails: Vec<TailState> = places.iter().map(|module| module.tail()).collect();
+        self.tank.step(TICK_US as f64 * 1e-6, &tails);
+        let pose = self.tank.pose();
+        if let Some(mut fix) = self.mocap.sample(pose.t_s, &pose)
+            && let Some(host) = self.host.as_mut().filter(|_| runs)
+        {
+            fix.t_s -= now.as_secs_f64() - host_now.as_secs_f64();
+            host.handle_pose(&fix);
+        }
+        if let Some(host) = self.host.as_mut().filter(|_| runs) {
+            host.handle_timer(host_now).expect("a pilot does not fail");
+            let links = host.dispatcher().modules();
+            self.count.host_timer(host_now.0, |module| {
+                let of = |address| usize::from(wire::node(address).0) - 1;
+                (links[module].is_doubled(), links[module].address().map(of))
+            });
+            while let Some((to, datagram)) = host.poll_transmit(host_now, &mut buffer) {
+                self.fleet.radio.send(now, to, datagram).expect("no machine refuses for that long");
+            }
+        }
+        self.count_tape(host_now);
+        self.note_decisions(host_now);
+        self.watch_names(now_us, host_now, runs, gap.is_some());
+        self.watch_cycles(now_us);
+        self.watch_contacts(now_us);
+    }
+
+    /// What came to the host by now, one by one, each counted when it has been handled.
+    fn receive(&mut self, now: FleetInstant, host_now: FleetInstant) {
+        let mut buffer = [0; MAX_DATAGRAM];
         while let Ok(Some((length, from))) = self.fleet.radio.receive(now, &mut buffer) {
             match &mut self.host {
                 Some(host) => {
@@ -332,116 +376,7 @@ impl<'a> World<'a> {
                 }
                 None => self.watch.discarded += 1,
             }
-        }
-        let tails: Vec<TailState> = self.fleet.modules.iter().map(|module| module.tail()).collect();
-        self.tank.step(TICK_US as f64 * 1e-6, &tails);
-        let pose = self.tank.pose();
-        if let Some(mut fix) = self.mocap.sample(pose.t_s, &pose)
-            && let Some(host) = &mut self.host
-        {
-            fix.t_s -= now.as_secs_f64() - host_now.as_secs_f64();
-            host.handle_pose(&fix);
-        }
-        if let Some(host) = &mut self.host {
-            host.handle_timer(host_now).expect("a pilot does not fail");
-            while let Some((to, datagram)) = host.poll_transmit(host_now, &mut buffer) {
-                self.fleet.radio.send(now, to, datagram).expect("the loopback does not fail");
-            }
-        }
-        self.count_tape(host_now);
-        self.note_decisions();
-        self.watch_cycles(now_us);
-        self.watch_contacts(now_us);
-    }
-
-    fn note_decisions(&mut self) {
-        let (Some(host), Some(host_run)) = (&self.host, self.host_runs.last_mut()) else { return };
-        let pilot = &host.controller;
-        for decision in &pilot.decisions()[host_run.seen..] {
-            self.outcome.decisions += 1;
-            let (outcome, tolerant) = (decision.plan.outcome.name(), decision.plan.loss_tolerant);
-            self.last = format!(
-                "{} {outcome}, loss tolerant: {tolerant}, clearance {}, {:?}",
-                decision.number, decision.plan.clearance_m, decision.plan.cycle
-            );
-            let span = (decision.start.0, decision.end().0, decision.plan.power_tolerant);
-            // Of a transition in two steps each is a cycle of its own.
-            host_run.cycles.insert(decision.number, span);
-            host_run.cycles.insert(decision.number + u32::from(decision.via.is_some()), span);
-        }
-        host_run.seen = pilot.decisions().len();
-    }
-
-    /// Whether every module runs the same cycle of the running host.
-    fn all_swim(&self) -> bool {
-        let host_run = self.host_runs.len().wrapping_sub(1);
-        let first = self.watch.running[0];
-        let decisions = self.host.as_ref().map_or(&[][..], |host| host.controller.decisions());
-        // A module with a cycle of no amplitude does not swim.
-        let swims = decisions.iter().rev().take(2).any(|decision| {
-            let moves = decision.plan.cycle.iter().any(|swing| swing.amplitude_rad != 0.0);
-            moves && first.is_some_and(|(_, number)| number == decision.last_number())
-        });
-        swims
-            && first.is_some_and(|(of, _)| of == host_run)
-            && self.watch.running.iter().all(|running| *running == first)
-    }
-
-    /// Lets everything arrive that is on its way, and compares all counts.
-    fn settle(&mut self, now_us: u64) {
-        self.fleet.heal(true);
-        let now = FleetInstant(now_us + TICK_US);
-        self.fleet.advance(now);
-        let mut buffer = [0; MAX_DATAGRAM];
-        let host_now = FleetInstant(now.0 - self.host_runs.last().map_or(0, |host_run| host_run.epoch_us));
-        while let Ok(Some((length, from))) = self.fleet.radio.receive(now, &mut buffer) {
-            if let Some(host) = &mut self.host {
-                let _ = host.handle_datagram(host_now, from, &buffer[..length]);
-            }
-        }
-        self.count_tape(host_now);
-        self.stop_host();
-        (0..self.storm.modules).for_each(|module| self.note_boot(module));
-        let host = self.fleet.radio.radio().count();
-        let modules = self
-            .fleet
-            .modules
-            .iter()
-            .map(|m| m.radio().radio().count())
-            .reduce(|a, b| a + b)
-            .unwrap_or_default();
-        let unheard: u64 = self.fleet.modules.iter().map(|module| module.unheard()).sum();
-        let mut heard = [0; 7];
-        self.watch.module_received.iter().for_each(|classes| add(&mut heard, *classes));
-        let told = self.watch.host_received;
-        let claims = [
-            ("datagrams handed to modules", host.delivered, heard[0] + unheard),
-            ("datagrams handed to hosts", modules.delivered, told[0] + self.watch.discarded),
-            ("datagrams hosts sealed", host.sent, self.watch.host_sent.iter().sum()),
-            ("datagrams modules sealed", modules.sent, self.watch.module_sent),
-        ];
-        for (what, one, other) in claims {
-            if one != other {
-                self.violation(now_us, &format!("{what}: {one} and {other}"));
-            }
-        }
-        add(&mut heard, told);
-        self.outcome.received = heard;
-        self.outcome.faults = host + modules;
-        match self.outcome.swam_after_s {
-            None => {
-                let states: Vec<_> = self.fleet.modules.iter().map(|module| module.state(now)).collect();
-                let what = format!(
-                    "they do not all swim, long after the medium healed: {states:?}; last decision {:?}, tails {:?}",
-                    self.last,
-                    self.fleet.modules.iter().map(|m| m.tail().angle_rad).collect::<Vec<_>>()
-                );
-                self.violation(now_us, &what);
-            }
-            Some(s) if s > THREE_CYCLES_S => {
-                self.violation(now_us, &format!("it took {s:.2} s to swim after the medium healed"));
-            }
-            Some(_) => {}
+            self.count_tape(host_now);
         }
     }
 }

@@ -10,7 +10,7 @@
 //! | announcement | every [`HELLO_EVERY`] while no host is heard, else every second |
 //! | clock exchange | as often as the clock wants it |
 //! | telemetry | every [`Identity::report_every`] |
-//! | health | every second; every [`HELLO_EVERY`] while the fleet time is not sure |
+//! | health | every second; every [`HELLO_EVERY`] while the fleet time is not sure, or no cycle has begun a second after it was: the host may not know |
 //! | acknowledgement | for every cycle and commit that arrives |
 //!
 //! All of it is posted by [`Endpoint::poll_transmit`], in the turn of what is sent and not of the tick.
@@ -82,6 +82,8 @@ pub struct Endpoint<R> {
     next_exchange: LocalInstant,
     next_report: LocalInstant,
     next_health: LocalInstant,
+    /// The last health said that the fleet time is sure.
+    said_sure: bool,
 }
 
 impl<R: Robot> Endpoint<R> {
@@ -103,6 +105,7 @@ impl<R: Robot> Endpoint<R> {
             next_exchange: LocalInstant(0),
             next_report: LocalInstant(0),
             next_health: LocalInstant(0),
+            said_sure: false,
         }
     }
 
@@ -249,7 +252,9 @@ impl<R: Robot> Endpoint<R> {
         }
         if now >= self.next_health {
             let sure = self.clock.is_sure(now, sure_within);
-            self.next_health = now.after(if sure { KEEP_EVERY } else { HELLO_EVERY });
+            let knows = !self.said_sure || self.robot.latest(self.fleet(now)).is_some();
+            self.said_sure = sure;
+            self.next_health = now.after(if sure && knows { KEEP_EVERY } else { HELLO_EVERY });
             let uncertainty = self.clock.uncertainty(now).unwrap_or(Duration(u32::MAX));
             let health = Health { incoming, uncertainty, drift_ppb: self.clock.drift_ppb() };
             self.enqueue(QueuedDatagram::Message(Message::Health(health)));

@@ -186,7 +186,8 @@ impl Link {
     pub fn open(&mut self, now: LocalInstant, datagram: &[u8], busy: bool) -> Result<Heard, Class> {
         let heard = self.admit(now, datagram, busy);
         self.incoming.count(heard.as_ref().err().copied().unwrap_or(Class::Accepted));
-        if heard.as_ref().is_ok_and(|heard| heard.host != Host::Outside) {
+        // One that was overtaken may have been held back, and be played now: it keeps no host alive that is gone.
+        if heard.as_ref().is_ok_and(|heard| heard.host != Host::Outside && !heard.opened.overtaken) {
             self.heard = now;
         }
         heard

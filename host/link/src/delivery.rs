@@ -11,7 +11,7 @@
 //! misses a module once in 10⁸.
 //!
 //! **What two phases can do, and what no protocol can.** A prepared cycle runs only where a commit came; a commit is sent only
-//! when every module certainly holds the cycle, and only while there is still time to repeat it ([`COMMIT_LEAD`]). So no module
+//! when every module certainly holds the cycle, and only while there is still time to repeat it ([`lead`](super::lead)). So no module
 //! runs a cycle that its neighbour never received. That the *commit* reaches all or none by a given instant, no
 //! protocol over a link that may lose without bound can promise (J. Gray, Notes on Data Base Operating Systems, 1978; J. Halpern and
 //! Y. Moses, JACM 37, 1990): the last message may always be the lost one. Plans that are loss tolerant need no promise,
@@ -26,8 +26,13 @@ pub const RESEND_FIRST: Duration = Duration(10_000);
 pub const RESEND_MAX: Duration = Duration(20_000);
 /// Pause between two sends of one commit. *Assumed.*
 pub const COMMIT_EVERY: Duration = Duration(10_000);
-/// No commit is sent for the first time closer to the start: fifteen more fit in. *Assumed.*
+/// No commit is sent for the first time closer to the start: fifteen more fit in. *Assumed*; at high loss [`lead`](super::lead) says more.
 pub const COMMIT_LEAD: Duration = Duration(150_000);
+
+/// The pause after `pause`: a fifth longer each time.
+pub(super) fn next_pause(pause: Duration) -> Duration {
+    Duration(pause.0 + pause.0 / 5).min(RESEND_MAX)
+}
 
 /// What the host knows about whether a module has a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -147,11 +152,13 @@ pub struct CycleDelivery {
     cycle: Cycle,
     next_send: FleetInstant,
     pause: Duration,
+    /// No commit of it is sent for the first time closer to the start.
+    commit_lead: Duration,
 }
 
 impl CycleDelivery {
     /// Of a cycle that is sent for the first time at `now`, or cannot be.
-    pub(super) fn new(now: FleetInstant, cycle: Cycle, sent: bool) -> Self {
+    pub(super) fn new(now: FleetInstant, cycle: Cycle, sent: bool, commit_lead: Duration) -> Self {
         let useful_until = match &cycle.motion {
             Motion::Modboat(_) => cycle.start,
             Motion::Rov(thrusts) => cycle.start.after(thrusts.lease),
@@ -159,7 +166,13 @@ impl CycleDelivery {
         let state = if sent { DeliveryState::Sent } else { DeliveryState::Unsent };
         let Cycle { number, start, .. } = cycle;
         let (pause, next_send) = (RESEND_FIRST, now.after(RESEND_FIRST));
-        Self { number, start, useful_until, state, closed: false, sent: now, cycle, next_send, pause }
+        let (sent, closed) = (now, false);
+        Self { number, start, useful_until, state, closed, sent, cycle, next_send, pause, commit_lead }
+    }
+
+    /// Whether a commit can still be repeated often enough before the start.
+    pub(super) fn is_in_time(&self, now: FleetInstant) -> bool {
+        now.after(self.commit_lead) <= self.start
     }
 
     /// Whether it runs only if every module has it.
@@ -188,8 +201,7 @@ impl CycleDelivery {
             self.next_send = now.after(COMMIT_EVERY);
             return Some(Message::Commit(self.number));
         }
-        // A fifth longer each time.
-        self.pause = Duration(self.pause.0 + self.pause.0 / 5).min(RESEND_MAX);
+        self.pause = next_pause(self.pause);
         self.next_send = now.after(self.pause);
         Some(Message::Cycle(self.cycle.clone()))
     }

@@ -7,21 +7,23 @@
 //! Sans-IO: datagrams and the time go in, datagrams come out of [`Dispatcher::poll_transmit`]. Host time is fleet
 //! time. A module is known by its id and its key; its address is wherever its newest datagram came from.
 
+mod all_or_none;
 mod orders;
 
 use std::collections::{HashMap, VecDeque};
 
 use protocol::ledger::{Class, Incoming};
-use protocol::time::FleetInstant;
+use protocol::time::{Duration, FleetInstant};
 use protocol::{
     Acknowledge, Cycle, Delivery, FleetId, FleetKey, Frame, Message, ModuleId, ModuleKind, ModuleState,
     Motion, Nonce, Refusal, TimeReply, Verdict,
 };
 
 use self::orders::Orders;
-use super::delivery::{COMMIT_LEAD, CycleDelivery, DeliveryState, PhaseOutcome};
-pub use super::member::ModuleLink;
+use super::delivery::{CycleDelivery, DeliveryState};
+use super::lead::RoundTrip;
 use super::member::{Heard, Joined};
+pub use super::member::{IMPLAUSIBLE_FOR, ModuleLink};
 use super::strangers::Strangers;
 pub use super::strangers::{Silence, Strangeness, Stranger};
 
@@ -100,6 +102,7 @@ pub struct Dispatcher<A> {
     orders: Vec<Orders>,
     strays: Incoming,
     strangers: Strangers<A>,
+    round_trip: RoundTrip,
     /// What the modules should be.
     kind: Option<ModuleKind>,
 }
@@ -122,6 +125,7 @@ impl<A: Copy> Dispatcher<A> {
             orders,
             strays: Incoming::default(),
             strangers: Strangers::new(),
+            round_trip: RoundTrip::default(),
             kind: None,
         }
     }
@@ -165,6 +169,7 @@ impl<A: Copy> Dispatcher<A> {
             () if link.is_elsewhere() => Silence::ServesAnotherHost,
             () if !link.is_known() => self.strangers.hint(now, module).unwrap_or_else(never),
             () if self.is_wrong(link) => Silence::WrongKind,
+            () if link.is_implausible(now) => Silence::Implausible,
             () if link.state() == Some(ModuleState::Stopped) => Silence::Stopped,
             () => Silence::Known,
         })
@@ -229,6 +234,12 @@ impl<A: Copy> Dispatcher<A> {
                     self.doubt(index);
                 }
                 let Some(opened) = opened else { return first.map(Some).ok_or(Class::Corrupt) };
+                // An answer is sent at once.
+                if let Message::Acknowledge(_) = opened.message
+                    && let Some(sent) = self.modules[index].saw(opened.seen)
+                {
+                    self.round_trip.add(now.since(sent));
+                }
                 let event = self.follow(now, index, opened.sequence, opened.message);
                 Ok(first.or(event))
             }
@@ -333,7 +344,9 @@ impl<A: Copy> Dispatcher<A> {
     pub fn handle_timer(&mut self, now: FleetInstant) {
         for index in 0..self.modules.len() {
             let link = &mut self.modules[index];
-            link.handle_timer(now);
+            if link.handle_timer(now) {
+                self.outbox.push_back(QueuedDatagram::Message(index, Message::Called));
+            }
             let in_session = link.is_reachable();
             let Some(delivery) = link.delivery.as_mut().filter(|delivery| delivery.is_open()) else {
                 continue;
@@ -356,53 +369,6 @@ impl<A: Copy> Dispatcher<A> {
         self.repeat_orders(now);
     }
 
-    /// The deliveries of cycle `number`.
-    fn deliveries(&self, number: u32) -> impl Iterator<Item = (usize, &CycleDelivery)> {
-        let all = self
-            .modules
-            .iter()
-            .enumerate()
-            .filter_map(|(index, link)| Some((index, link.delivery.as_ref()?)));
-        all.filter(move |(_, delivery)| delivery.number == number)
-    }
-
-    /// Commits a prepared cycle that every module holds, or gives it up.
-    fn decide(&mut self, now: FleetInstant) {
-        let prepared = |link: &ModuleLink<A>| {
-            link.delivery.as_ref().filter(|delivery| delivery.needs_all() && delivery.is_open()).cloned()
-        };
-        let Some(CycleDelivery { number, start, .. }) = self.modules.iter().find_map(prepared) else {
-            return;
-        };
-        let states = self.deliveries(number).map(|(_, delivery)| delivery.state);
-        let outcome = DeliveryState::decide(states, now.after(COMMIT_LEAD) <= start);
-        let all: Vec<usize> = self.deliveries(number).map(|(index, _)| index).collect();
-        match outcome {
-            PhaseOutcome::Wait => {}
-            PhaseOutcome::Commit => {
-                for index in all {
-                    if let Some(delivery) = &mut self.modules[index].delivery {
-                        self.outbox.push_back(QueuedDatagram::Message(index, delivery.commit(now)));
-                    }
-                }
-            }
-            PhaseOutcome::Drop => {
-                all.into_iter().for_each(|index| self.abandon(index, DeliveryState::Dropped));
-            }
-        }
-    }
-
-    /// Whether cycle `number` was given up before its start: no module runs it.
-    pub fn is_dropped(&self, number: u32) -> bool {
-        let states = || {
-            self.deliveries(number)
-                .filter(|(_, delivery)| delivery.needs_all())
-                .map(|(_, delivery)| delivery.state)
-        };
-        states().any(|state| matches!(state, DeliveryState::Dropped | DeliveryState::Refused))
-            && !states().any(|state| matches!(state, DeliveryState::Committing | DeliveryState::Taken))
-    }
-
     /// Sends every module its part of cycle `number`, in the order of the roster, and keeps at it; a module without a motion gets
     /// none. One that was dispatched before and is still open is given up.
     pub fn dispatch(
@@ -414,6 +380,7 @@ impl<A: Copy> Dispatcher<A> {
         delivery: Delivery,
     ) {
         debug_assert_eq!(motions.len(), self.modules.len(), "one motion for each module");
+        let commit_lead = if delivery == Delivery::Prepare { self.lead().commit } else { Duration(0) };
         for (index, motion) in motions.iter().enumerate() {
             self.give_up(index);
             let Some(motion) = motion.clone() else { continue };
@@ -421,7 +388,7 @@ impl<A: Copy> Dispatcher<A> {
             let cycle = Cycle { number, start, motion, delivery };
             let link = &mut self.modules[index];
             link.ledger.cycles += 1;
-            link.dispatched(CycleDelivery::new(now, cycle.clone(), link.is_reachable()));
+            link.dispatched(CycleDelivery::new(now, cycle.clone(), link.is_reachable(), commit_lead));
             if link.is_reachable() {
                 self.outbox.push_back(QueuedDatagram::Message(index, Message::Cycle(cycle)));
             }
@@ -441,13 +408,13 @@ impl<A: Copy> Dispatcher<A> {
                     self.modules[index].seal_stop(boot, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
                 QueuedDatagram::Rival(index, message) => {
-                    self.modules[index].seal_rival(&message, buffer).map(|(to, bytes)| (to, bytes.len()))
+                    self.modules[index].seal_rival(now, &message, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
                 QueuedDatagram::Message(index, mut message) => {
                     if let Message::TimeReply(reply) = &mut message {
                         reply.sent = now;
                     }
-                    self.modules[index].seal(&message, buffer).map(|(to, bytes)| (to, bytes.len()))
+                    self.modules[index].seal(now, &message, buffer).map(|(to, bytes)| (to, bytes.len()))
                 }
             };
             if let Some((to, length)) = sealed {

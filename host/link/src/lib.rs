@@ -25,6 +25,7 @@ pub mod entropy;
 pub mod faults;
 pub mod identity;
 pub mod key_file;
+pub mod lead;
 pub mod ledger;
 mod live;
 pub mod loopback;

@@ -20,12 +20,16 @@ use protocol::{
 };
 
 use super::delivery::{CycleDelivery, Knowledge};
+use super::lead::Losses;
 use super::ledger::{Durations, Ledger};
 use super::live::Live;
 use super::offers::Offers;
 use super::rival::Rival;
 
 mod sessions;
+
+/// A module that reports nothing but such numbers for this time is named for it. *Assumed*: fifty of its reports, and more than the damage of one.
+pub const IMPLAUSIBLE_FOR: Duration = Duration(1_000_000);
 
 /// A report of before a start may carry a time that much after it: the module's clock is that good.
 const CLOCK_GUARD: Duration = Duration(10_000);
@@ -83,6 +87,10 @@ pub struct ModuleLink<A> {
     sessions: u32,
     elsewhere: bool,
     heard: FleetInstant,
+    /// When the newest datagram was sent that it has said it had seen, or it joined: it was there then, whatever is played of it since.
+    alive: FleetInstant,
+    /// When it is asked next whether it is there, while there are two.
+    next_ask: FleetInstant,
     pub(super) delivery: Option<CycleDelivery>,
     /// Greatest number of a cycle that was dispatched to it.
     latest: u32,
@@ -93,10 +101,13 @@ pub struct ModuleLink<A> {
     tail_unknown: Option<TailUnknown>,
     /// When the last report came, fleet time.
     reported: FleetInstant,
+    /// Since when it has reported nothing but numbers that no module can have.
+    implausible_since: Option<FleetInstant>,
     health: Option<Health>,
     pub(super) ledger: Ledger,
     pub(super) answers: Durations,
     incoming: Incoming,
+    pub(super) losses: Losses,
     /// Of sessions that are over.
     closed: Outgoing,
 }
@@ -116,6 +127,8 @@ impl<A: Copy> ModuleLink<A> {
             sessions: 0,
             elsewhere: false,
             heard: FleetInstant(0),
+            alive: FleetInstant(0),
+            next_ask: FleetInstant(0),
             delivery: None,
             latest: 0,
             useful_until: FleetInstant(0),
@@ -123,10 +136,12 @@ impl<A: Copy> ModuleLink<A> {
             rov_telemetry: None,
             tail_unknown: None,
             reported: FleetInstant(0),
+            implausible_since: None,
             health: None,
             ledger: Ledger::default(),
             answers: Durations::default(),
             incoming: Incoming::default(),
+            losses: Losses::default(),
             closed: Outgoing::default(),
         }
     }
@@ -155,6 +170,11 @@ impl<A: Copy> ModuleLink<A> {
     pub fn doubled(&self) -> Option<[A; 2]> {
         let rival = self.rival.as_ref().filter(|rival| rival.is_proven())?;
         Some([self.live.as_ref()?.address, rival.live.address])
+    }
+
+    /// Whether for [`IMPLAUSIBLE_FOR`] it has reported nothing but numbers that no module can have: what it does is not known.
+    pub fn is_implausible(&self, now: FleetInstant) -> bool {
+        self.implausible_since.is_some_and(|since| now.since(since) >= IMPLAUSIBLE_FOR)
     }
 
     /// Where it was heard last in a session.
@@ -311,6 +331,7 @@ impl<A: Copy> ModuleLink<A> {
         }
         live.newest_report = Some(sequence);
         self.reported = now;
+        self.implausible_since = None;
         self.tail_unknown = None;
         (self.telemetry, self.rov_telemetry, live.kind) = match report {
             Message::Telemetry(telemetry) => (Some(telemetry), None, Some(ModuleKind::Modboat)),
@@ -329,19 +350,37 @@ impl<A: Copy> ModuleLink<A> {
         self.health = Some(health);
     }
 
-    /// Writes a message of the session in force; nothing without one.
-    pub(super) fn seal<'a>(&mut self, message: &Message, buffer: &'a mut [u8]) -> Option<(A, &'a [u8])> {
+    /// Shares of datagrams lost on the way to it, and from it.
+    pub(super) fn losses(&self) -> [f64; 2] {
+        self.losses.shares()
+    }
+
+    /// When the newest datagram was sent that it had seen when it had seen so many.
+    pub(super) fn saw(&self, seen: u32) -> Option<FleetInstant> {
+        self.live.as_ref()?.saw(seen)
+    }
+
+    /// Writes a message of the session in force, to be sent at `now`; nothing without one.
+    pub(super) fn seal<'a>(
+        &mut self,
+        now: FleetInstant,
+        message: &Message,
+        buffer: &'a mut [u8],
+    ) -> Option<(A, &'a [u8])> {
         let live = self.live.as_mut()?;
+        live.sent.sent(now, live.session.sent());
         Some((live.address, live.session.seal(message, buffer).ok()?))
     }
 
-    /// Writes a message of the session that the one in force took the place of; nothing without one.
+    /// Writes a message of the session that the one in force took the place of, to be sent at `now`; nothing without one.
     pub(super) fn seal_rival<'a>(
         &mut self,
+        now: FleetInstant,
         message: &Message,
         buffer: &'a mut [u8],
     ) -> Option<(A, &'a [u8])> {
         let live = &mut self.rival.as_mut()?.live;
+        live.sent.sent(now, live.session.sent());
         Some((live.address, live.session.seal(message, buffer).ok()?))
     }
 

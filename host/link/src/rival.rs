@@ -13,8 +13,11 @@
 //! meaning, and only a datagram whose receipt says that the answer came proves that its sender is there too. A recording cannot say that.
 //! The same holds of a boot that takes up a call after another one did: it was there all the time.
 //!
-//! Assumptions and limits: two are told apart, and of more than two two. What the older one has accepted it runs. A stranger that holds an answer
-//! back, and plays it later, makes two of one for at most [`ALIVE_FOR`] more than they were there.
+//! A datagram that was held back, and is played later, is let in where the first copy was lost, and says nothing of now. So either of two is taken to have
+//! been there when the newest datagram was sent that it says it had seen, and not when that comes to be known: nothing that is played keeps
+//! one alive.
+//!
+//! Assumptions and limits: two are told apart, and of more than two the two that were there last. What the older one has accepted it runs.
 
 use protocol::ledger::{Class, Outgoing};
 use protocol::time::{Duration, FleetInstant};
@@ -25,7 +28,7 @@ use super::live::Live;
 /// A module that was not heard for this time is not there. *Assumed*: in a session it reports many times a second, and is asked [`ASK_EVERY`].
 pub(super) const ALIVE_FOR: Duration = Duration(3_000_000);
 /// Pause between two questions. *Assumed*: several within the 1.5 s after which a module that hears nothing looks for another host.
-const ASK_EVERY: Duration = Duration(200_000);
+pub(super) const ASK_EVERY: Duration = Duration(200_000);
 
 /// A session that another boot took the place of.
 #[derive(Clone, Debug)]
@@ -71,8 +74,10 @@ impl<A: Copy> Rival<A> {
             self.live.address = from;
         }
         let Outgoing { sent, acknowledged, late, lost } = self.live.session.outgoing();
-        if acknowledged + late + lost > self.asked {
-            (self.proven, self.asked) = (Some(now), sent);
+        if acknowledged + late + lost > self.asked
+            && let Some(saw) = self.live.saw(opened.seen)
+        {
+            (self.proven, self.asked) = (self.proven.max(Some(saw)), sent);
         }
         // Nothing of it is of use.
         self.live.session.came_late();

@@ -138,6 +138,8 @@ pub enum Silence {
     ServesAnotherHost,
     /// Two modules with its number answer.
     Doubled,
+    /// It reports numbers that no module can have.
+    Implausible,
     /// It reports that it is stopped.
     Stopped,
     /// It is in a session, and nothing is wrong with that.
@@ -156,6 +158,7 @@ impl fmt::Display for Silence {
             Self::WrongKind => f.write_str("is another kind of robot"),
             Self::ServesAnotherHost => f.write_str("serves another host"),
             Self::Doubled => f.write_str("is there twice"),
+            Self::Implausible => f.write_str("reports numbers that no module can have"),
             Self::Stopped => f.write_str("is stopped"),
             Self::Known => f.write_str("is in a session"),
         }

@@ -21,6 +21,9 @@ pub struct BindError {
 /// reload of firewall rules, shorter than an operator's patience.
 pub const BROKEN_AFTER: Duration = Duration(3_000_000);
 
+/// Two refusals that are further apart do not belong together. *Assumed*: a host sends many datagrams a second, and one that was paused none.
+const TRIED_WITHIN: Duration = Duration(1_000_000);
+
 /// Why a radio is broken: for [`BROKEN_AFTER`] this machine has let no datagram through.
 #[derive(Debug, Error)]
 #[error(
@@ -69,8 +72,8 @@ impl Socket for UdpSocket {
 pub struct UdpRadio<S = UdpSocket> {
     socket: S,
     failures: u64,
-    /// Since when this machine has refused whatever was sent, and whatever was to be received.
-    refuses_since: [Option<FleetInstant>; 2],
+    /// Since when this machine has refused whatever was sent, and whatever was to be received, and when it did so last.
+    refuses: [Option<(FleetInstant, FleetInstant)>; 2],
     /// How long it may do so; for ever, if there is no limit.
     patience: Option<Duration>,
 }
@@ -101,7 +104,7 @@ impl UdpRadio {
 impl<S: Socket> UdpRadio<S> {
     /// Over a socket that does not block.
     pub fn over(socket: S) -> Self {
-        Self { socket, failures: 0, refuses_since: [None; 2], patience: Some(BROKEN_AFTER) }
+        Self { socket, failures: 0, refuses: [None; 2], patience: Some(BROKEN_AFTER) }
     }
 
     /// The same radio, never broken: a module waits for its network as long as it takes.
@@ -122,7 +125,12 @@ impl<S: Socket> UdpRadio<S> {
         if is_of_the_peer(&source) {
             return Ok(());
         }
-        let silent = now.since(*self.refuses_since[way].get_or_insert(now));
+        // Of a time in which nothing was tried, because the host was paused, nothing is known.
+        let since = self.refuses[way]
+            .filter(|(_, last)| now.since(*last) < TRIED_WITHIN)
+            .map_or(now, |(since, _)| since);
+        self.refuses[way] = Some((since, now));
+        let silent = now.since(since);
         match self.patience {
             Some(patience) if silent >= patience => {
                 Err(BrokenRadio { silent_s: silent.as_secs_f32(), failures: self.failures, source })
@@ -139,7 +147,7 @@ impl<S: Socket> Radio for UdpRadio<S> {
     fn send(&mut self, now: FleetInstant, to: SocketAddr, datagram: &[u8]) -> Result<(), BrokenRadio> {
         match self.socket.send_to(datagram, to) {
             Ok(_) => {
-                self.refuses_since[0] = None;
+                self.refuses[0] = None;
                 Ok(())
             }
             Err(error) => self.count(now, 0, error),
@@ -154,11 +162,11 @@ impl<S: Socket> Radio for UdpRadio<S> {
         for _ in 0..ECHOES {
             match self.socket.recv_from(buffer) {
                 Ok(received) => {
-                    self.refuses_since[1] = None;
+                    self.refuses[1] = None;
                     return Ok(Some(received));
                 }
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    self.refuses_since[1] = None;
+                    self.refuses[1] = None;
                     return Ok(None);
                 }
                 // The echo of an earlier send to a closed port; something real may stand behind it in the queue.
@@ -279,6 +287,17 @@ mod tests {
             let mut patient = scripted(vec![Some(errno); 41]).patient();
             assert!((0..41).all(|n| patient.send(FleetInstant(n * 100_000), peer(), b"swim").is_ok()));
         }
+    }
+
+    /// A host that is paused for a minute sends nothing meanwhile: what failed before it says nothing of that time.
+    #[test]
+    fn failures_before_and_after_a_pause_do_not_make_a_broken_radio() {
+        let mut radio = scripted(vec![Some(1); 40]);
+        let fails =
+            |at_us: u64, radio: &mut UdpRadio<Scripted>| radio.send(FleetInstant(at_us), peer(), b"swim");
+        (0..20).for_each(|n| assert!(fails(n * 100_000, &mut radio).is_ok()));
+        (600..620).for_each(|n| assert!(fails(n * 100_000, &mut radio).is_ok(), "{n}"));
+        assert_eq!(radio.failures(), 40);
     }
 
     #[test]

@@ -50,7 +50,20 @@ impl Encoder {
     /// Begins a message; the last one is forgotten, its memory is used again.
     pub fn begin(&mut self) {
         self.bytes.clear();
-        self.bytes.extend(ENCAPSULATION);
+        self.bytes.extend_from_slice(&ENCAPSULATION);
+    }
+
+    /// Writes numbers that lie behind each other.
+    pub(crate) fn put_doubles(&mut self, values: &[f64]) {
+        if let Some((first, rest)) = values.split_first() {
+            self.put(first.to_le_bytes());
+            rest.iter().for_each(|value| self.bytes.extend_from_slice(&value.to_le_bytes()));
+        }
+    }
+
+    /// Makes room for numbers that come one after the other, so that each is only copied.
+    fn reserve(&mut self, bytes: usize) {
+        self.bytes.reserve(bytes);
     }
 
     /// The message so far.
@@ -60,10 +73,9 @@ impl Encoder {
     }
 
     fn put<const N: usize>(&mut self, value: [u8; N]) {
-        while !(self.bytes.len() - ENCAPSULATION.len()).is_multiple_of(N) {
-            self.bytes.push(0);
-        }
-        self.bytes.extend(value);
+        let end = (self.bytes.len() - ENCAPSULATION.len()).next_multiple_of(N) + ENCAPSULATION.len();
+        self.bytes.resize(end, 0);
+        self.bytes.extend_from_slice(&value);
     }
 
     /// A count or length. Nothing that is logged has four thousand million of anything.
@@ -207,7 +219,7 @@ impl Cdr for String {
 
     fn encode(&self, encoder: &mut Encoder) {
         encoder.put_count(self.len() + 1);
-        encoder.bytes.extend(self.as_bytes());
+        encoder.bytes.extend_from_slice(self.as_bytes());
         encoder.bytes.push(0);
     }
 
@@ -266,6 +278,7 @@ impl<T: Cdr + Copy + Default, const N: usize> Cdr for [T; N] {
     }
 
     fn encode(&self, encoder: &mut Encoder) {
+        encoder.reserve(size_of::<Self>());
         self.iter().for_each(|element| element.encode(encoder));
     }
 

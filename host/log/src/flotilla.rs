@@ -9,6 +9,10 @@ use super::ros::Time;
 /// The form of the messages below. Another one is another form: a reader refuses what is newer than itself.
 pub const FORMAT: u32 = 1;
 
+pub use poses::{Poses, Trouble};
+
+mod poses;
+
 messages! {
     /// The first message of a log: what was run, by what.
     Scenario = "flotilla_msgs" {
@@ -314,60 +318,6 @@ messages! {
         delivered: u64,
         /// Neither delivered nor lost yet.
         under_way: u64,
-    }
-
-    /// Why there were no poses, and for how long the fleet held for it.
-    Trouble = "flotilla_msgs" {
-        /// In words.
-        text: String,
-        /// For how long, s.
-        time_s: f64,
-    }
-
-    /// What became of what a motion capture sent, so far.
-    Poses = "flotilla_msgs" {
-        /// Fleet time.
-        stamp: Time,
-        /// Where poses come from.
-        source: String,
-        /// Frames.
-        frames: u64,
-        /// Of those: used.
-        frames_accepted: u64,
-        /// Of those: the same as the one before.
-        frames_doubled: u64,
-        /// Of those: with a stamp that does not fit the server's clock.
-        frames_off_the_clock: u64,
-        /// Of those: older than the newest.
-        frames_out_of_order: u64,
-        /// Of those: of a stream that is frozen.
-        frames_frozen: u64,
-        /// Of those: without a body that could be used.
-        frames_without_body: u64,
-        /// Bodies of frames that got as far as their bodies.
-        bodies: u64,
-        /// Of those: used.
-        bodies_accepted: u64,
-        /// Of those: not seen by the server.
-        bodies_untracked: u64,
-        /// Of those: with a number that is none.
-        bodies_not_finite: u64,
-        /// Of those: further from their last place than anything moves.
-        bodies_teleported: u64,
-        /// Connections that were made.
-        connects: u32,
-        /// Jumps of the server's clock.
-        clock_jumps: u64,
-        /// Least time from exposure to arrival, where the protocol shows it, s.
-        least_delay_s: Option<f64>,
-        /// How far off that may be, s.
-        least_delay_error_s: Option<f64>,
-        /// Mean time that frames took beyond the least, s.
-        late_mean_s: f64,
-        /// Greatest, s.
-        late_most_s: f64,
-        /// Why there were no poses.
-        troubles: Vec<Trouble>,
     }
 
     /// What is counted besides, so far.

@@ -5,6 +5,7 @@
 //! | [`cdr`] | how a value lies in a message |
 //! | [`message`] | name, schema and CDR of a message, from one definition |
 //! | [`ros`], [`flotilla`] | the messages: ROS's, and Flotilla's own |
+//! | `mcap` | records of the file |
 //! | [`writer`] | writes as it happens |
 //! | [`reader`] | reads up to the end, or to where the file is cut |
 //! | [`schema`], [`value`] | a schema read back; any message by its schema |
@@ -12,6 +13,7 @@
 
 pub mod cdr;
 pub mod flotilla;
+mod mcap;
 pub mod message;
 pub mod reader;
 pub mod ros;

@@ -3,17 +3,13 @@
 use std::collections::HashMap;
 use std::io::{self, ErrorKind, Read};
 
-use mcap::McapError;
-use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use thiserror::Error;
 
 use super::cdr::CdrError;
+use super::mcap::{Content, MAGIC, RECORD_HEAD, check_sum, op};
 
 /// No record of a log is longer, bytes; *assumed*.
-const RECORD_MAX: usize = 256 << 20;
-/// The first bytes of every MCAP file.
-const MAGIC: [u8; 5] = *b"\x89MCAP";
+const RECORD_MAX: u64 = 256 << 20;
 
 /// Why a log is not read, or not to its end.
 #[derive(Debug, Error)]
@@ -25,13 +21,16 @@ pub enum LogError {
     #[error("not a log: it does not begin as MCAP files do")]
     NoLog,
     /// A chunk's check sum is wrong, or a record makes no sense.
-    #[error("damaged after {at_s:.3} s: {source}")]
+    #[error("damaged after {at_s:.3} s: {what}")]
     Damaged {
         /// Time of the last message before, s.
         at_s: f64,
         /// What is wrong.
-        source: McapError,
+        what: &'static str,
     },
+    /// It is written in a way that is not read here.
+    #[error("its chunks are compressed ({0}): uncompress it first, by `mcap convert`")]
+    Compressed(String),
     /// A message is none of its type.
     #[error("{topic} at {at_s:.3} s: no {schema}: {source}")]
     Message {
@@ -118,33 +117,31 @@ struct Topics {
 }
 
 impl Topics {
-    /// Takes down what a record says of topics; the message, if it is one.
-    fn take<'a>(&'a mut self, record: &'a Record<'a>) -> Option<Entry<'a>> {
-        match record {
-            Record::Schema { header, data } => {
-                let definition = (header.encoding == "ros2msg").then(|| str::from_utf8(data).ok()).flatten();
-                self.schemas.insert(header.id, (header.name.clone(), definition.map(str::to_owned)));
-                None
+    /// Takes down what a record says of topics, or hands out the message that it is. `None` for one that makes no sense.
+    fn take<'a>(&'a mut self, code: u8, content: &'a [u8]) -> Option<Option<Entry<'a>>> {
+        let mut content = Content(content);
+        match code {
+            op::SCHEMA => {
+                let (id, name, encoding) = (content.u16()?, content.text()?, content.text()?);
+                let data = content.bytes()?;
+                let definition = if encoding == "ros2msg" { str::from_utf8(data).ok() } else { None };
+                self.schemas.insert(id, (name.to_owned(), definition.map(str::to_owned)));
             }
-            Record::Channel(channel) => {
-                self.channels.insert(channel.id, (channel.topic.clone(), channel.schema_id));
-                None
+            op::CHANNEL => {
+                let (id, schema, topic) = (content.u16()?, content.u16()?, content.text()?);
+                self.channels.insert(id, (topic.to_owned(), schema));
             }
-            Record::Message { header, data } => {
-                let (topic, schema) = self.channels.get(&header.channel_id)?;
+            op::MESSAGE => {
+                let (channel, _sequence) = (content.u16()?, content.u32()?);
+                let (at_ns, _published_ns) = (content.u64()?, content.u64()?);
+                let (topic, schema) = self.channels.get(&channel)?;
                 let (schema, definition) =
                     self.schemas.get(schema).map_or(("", None), |(name, text)| (name, text.as_deref()));
-                Some(Entry {
-                    topic,
-                    channel: header.channel_id,
-                    schema,
-                    definition,
-                    at_ns: header.log_time,
-                    data,
-                })
+                return Some(Some(Entry { topic, channel, schema, definition, at_ns, data: content.0 }));
             }
-            _ => None,
+            _ => {}
         }
+        Some(None)
     }
 }
 
@@ -157,48 +154,125 @@ pub fn read<E: From<LogError>>(
     mut take: impl FnMut(&Entry<'_>, &Extent) -> Result<(), E>,
 ) -> Result<Extent, E> {
     let (mut topics, mut extent) = (Topics::default(), Extent::default());
-    let options =
-        LinearReaderOptions::default().with_validate_chunk_crcs(true).with_record_length_limit(RECORD_MAX);
-    let mut reader = LinearReader::new_with_options(options);
-    let mut head = Vec::new();
+    let mut magic = [0; MAGIC.len()];
+    let found = fill(&mut source, &mut magic)?;
+    extent.bytes += found as u64;
+    // Of one that is cut there, the beginning can still be told from other files.
+    let known = magic.get(..found).unwrap_or_default();
+    if found < 5 || !MAGIC.starts_with(known) {
+        return Err(LogError::NoLog.into());
+    }
+    let mut content = Vec::new();
     loop {
-        match reader.next_event() {
-            None => {
-                extent.whole = true;
+        let mut head = [0; RECORD_HEAD];
+        let found = fill(&mut source, &mut head)?;
+        extent.bytes += found as u64;
+        let [code, length @ ..] = head;
+        if found < RECORD_HEAD {
+            return Ok(extent);
+        }
+        let length = u64::from_le_bytes(length);
+        if length > RECORD_MAX {
+            return Err(damaged(&extent, "a record is longer than any").into());
+        }
+        content.clear();
+        // A length that is wrong takes no more memory than there are bytes.
+        let found = source.by_ref().take(length).read_to_end(&mut content).map_err(LogError::File)? as u64;
+        extent.bytes += found;
+        if found < length {
+            return Ok(extent);
+        }
+        match code {
+            op::CHUNK => {
+                let records = records(&content, &extent)?;
+                let at_s = extent.end_ns as f64 * 1e-9;
+                each(records, at_s, |code, content| {
+                    hand_on(&mut topics, &mut extent, code, content, &mut take)
+                })?;
+            }
+            op::FOOTER => {
+                let mut end = [0; MAGIC.len()];
+                let found = fill(&mut source, &mut end)?;
+                extent.bytes += found as u64;
+                extent.whole = end == *MAGIC;
                 return Ok(extent);
             }
-            Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
-                let space = reader.insert(bytes);
-                let read = loop {
-                    match source.read(space) {
-                        Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                        outcome => break outcome.map_err(LogError::File)?,
-                    }
-                };
-                let wanted = MAGIC.len().saturating_sub(head.len()).min(read);
-                head.extend_from_slice(space.get(..wanted).unwrap_or_default());
-                if !MAGIC.starts_with(&head) || read == 0 && head.len() < MAGIC.len() {
-                    return Err(LogError::NoLog.into());
-                }
-                extent.bytes += read as u64;
-                reader.notify_read(read);
-            }
-            Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                let record = mcap::parse_record(opcode, data);
-                let record = record.map_err(|source| damaged(&extent, source))?;
-                if let Some(entry) = topics.take(&record) {
-                    extent.messages += 1;
-                    extent.end_ns = extent.end_ns.max(entry.at_ns);
-                    take(&entry, &extent)?;
-                }
-            }
-            Some(Err(McapError::UnexpectedEof | McapError::UnexpectedEoc)) => return Ok(extent),
-            Some(Err(McapError::BadMagic)) if extent.messages == 0 => return Err(LogError::NoLog.into()),
-            Some(Err(source)) => return Err(damaged(&extent, source).into()),
+            code => hand_on(&mut topics, &mut extent, code, &content, &mut take)?,
         }
     }
 }
 
-fn damaged(extent: &Extent, source: McapError) -> LogError {
-    LogError::Damaged { at_s: extent.end_ns as f64 * 1e-9, source }
+/// Reads until `space` is full, or the file ends; how much.
+fn fill(source: &mut impl Read, space: &mut [u8]) -> Result<usize, LogError> {
+    let mut filled = 0;
+    while let Some(rest) = space.get_mut(filled..).filter(|rest| !rest.is_empty()) {
+        match source.read(rest) {
+            Ok(0) => break,
+            Ok(count) => filled += count,
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(filled)
+}
+
+/// The records of a chunk, if its check sum is right.
+fn records<'a>(content: &'a [u8], extent: &Extent) -> Result<Content<'a>, LogError> {
+    let mut content = Content(content);
+    let mut head = || {
+        content.take(24)?;
+        Some((content.u32()?, content.text()?, content.u64()?))
+    };
+    let Some((sum, compression, _size)) = head() else {
+        return Err(damaged(extent, "a chunk makes no sense"));
+    };
+    if !compression.is_empty() {
+        return Err(LogError::Compressed(compression.to_owned()));
+    }
+    if sum != 0 && sum != check_sum(content.0) {
+        return Err(damaged(extent, "a check sum is wrong"));
+    }
+    Ok(content)
+}
+
+/// Calls `take` with every record of a chunk.
+fn each<E: From<LogError>>(
+    mut records: Content<'_>,
+    at_s: f64,
+    mut take: impl FnMut(u8, &[u8]) -> Result<(), E>,
+) -> Result<(), E> {
+    while !records.0.is_empty() {
+        let mut next = || {
+            let code = *records.take(1)?.first()?;
+            let length = usize::try_from(records.u64()?).ok()?;
+            Some((code, records.take(length)?))
+        };
+        let Some((code, content)) = next() else {
+            return Err(LogError::Damaged { at_s, what: "a record in a chunk makes no sense" }.into());
+        };
+        take(code, content)?;
+    }
+    Ok(())
+}
+
+fn hand_on<E: From<LogError>>(
+    topics: &mut Topics,
+    extent: &mut Extent,
+    code: u8,
+    content: &[u8],
+    take: &mut impl FnMut(&Entry<'_>, &Extent) -> Result<(), E>,
+) -> Result<(), E> {
+    let Some(entry) = topics.take(code, content) else {
+        return Err(damaged(extent, "a record makes no sense").into());
+    };
+    if let Some(entry) = entry {
+        extent.messages += 1;
+        extent.end_ns = extent.end_ns.max(entry.at_ns);
+        take(&entry, extent)?;
+    }
+    Ok(())
+}
+
+fn damaged(extent: &Extent, what: &'static str) -> LogError {
+    LogError::Damaged { at_s: extent.end_ns as f64 * 1e-9, what }
 }

@@ -30,7 +30,7 @@ impl Cdr for Covariance {
     }
 
     fn encode(&self, encoder: &mut Encoder) {
-        self.0.encode(encoder);
+        encoder.put_doubles(&self.0);
     }
 
     fn decode(decoder: &mut Decoder<'_>) -> Result<Self, CdrError> {

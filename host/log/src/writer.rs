@@ -3,29 +3,28 @@
 //! Messages go out in chunks, not compressed. A chunk is kept in memory and written in one piece, [`CHUNK_NS`] of fleet time or
 //! [`CHUNK_BYTES`] after it began: what a killed process leaves behind reads up to there. Only the index at the end of the file is
 //! missing then.
+//!
+//! Source: the MCAP specification, <https://mcap.dev/spec>: `Header, (Chunk, MessageIndex…)…, DataEnd, Schema…, Channel…, Statistics,
+//! ChunkIndex…, SummaryOffset…, Footer`.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::marker::PhantomData;
 use std::path::Path;
 
-use mcap::records::MessageHeader;
-use mcap::write::NoSeek;
-use mcap::{McapError, WriteOptions};
-
 use super::cdr::Encoder;
+use super::mcap::{self, MAGIC, op};
 use super::message::Message;
 
 /// Length of a chunk, ns.
 pub const CHUNK_NS: u64 = 1_000_000_000;
 /// Size of a chunk, bytes.
-pub const CHUNK_BYTES: u64 = 1 << 20;
+pub const CHUNK_BYTES: usize = 1 << 20;
 
 /// A topic of a log, for messages of the type `M`.
 #[derive(Debug)]
 pub struct Topic<M> {
-    id: u16,
+    /// Its place among the channels; its number there is one more.
     index: usize,
     message: PhantomData<fn(M)>,
 }
@@ -38,14 +37,44 @@ impl<M> Clone for Topic<M> {
 
 impl<M> Copy for Topic<M> {}
 
+/// One topic as the file has it.
+#[derive(Default)]
+struct Channel {
+    /// Its record.
+    record: Vec<u8>,
+    /// Messages so far.
+    count: u32,
+    /// Messages of the chunk that is being filled: time and offset of each, as they lie in the index.
+    index: Vec<u8>,
+}
+
+/// Where the messages of a chunk are.
+struct ChunkIndex {
+    bounds_ns: [u64; 2],
+    start: u64,
+    length: u64,
+    /// Where the index of each channel is.
+    offsets: Vec<u8>,
+    index_length: u64,
+    size: u64,
+}
+
 /// See the module's documentation.
 pub struct Writer<W: Write> {
-    mcap: mcap::Writer<NoSeek<W>>,
+    sink: W,
+    /// Bytes written.
+    position: u64,
     encoder: Encoder,
-    /// Messages of each topic so far.
-    counts: Vec<u32>,
-    /// When the chunk that is being filled began, ns.
-    began_ns: Option<u64>,
+    /// Names of types, and their records.
+    schemas: Vec<(&'static str, Vec<u8>)>,
+    channels: Vec<Channel>,
+    /// Records of the chunk that is being filled.
+    chunk: Vec<u8>,
+    /// The least and the greatest time of its messages, if it has any, ns.
+    bounds_ns: Option<[u64; 2]>,
+    chunks: Vec<ChunkIndex>,
+    /// What goes to the sink next.
+    out: Vec<u8>,
 }
 
 /// Into a file.
@@ -67,26 +96,59 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// The sink's.
     pub fn new(sink: W) -> io::Result<Self> {
-        let options = WriteOptions::new()
-            .compression(None)
-            .profile("ros2")
-            .library(concat!("flotilla ", env!("CARGO_PKG_VERSION")))
-            .disable_seeking(true)
-            .calculate_data_section_crc(false)
-            .chunk_size(Some(CHUNK_BYTES));
-        let mcap = options.create(NoSeek::new(sink)).map_err(told)?;
-        Ok(Self { mcap, encoder: Encoder::default(), counts: Vec::new(), began_ns: None })
+        let mut writer = Self {
+            sink,
+            position: 0,
+            encoder: Encoder::default(),
+            schemas: Vec::new(),
+            channels: Vec::new(),
+            chunk: Vec::new(),
+            bounds_ns: None,
+            chunks: Vec::new(),
+            out: Vec::new(),
+        };
+        writer.out.extend_from_slice(MAGIC);
+        mcap::record(&mut writer.out, op::HEADER, |out| {
+            mcap::text(out, "ros2");
+            mcap::text(out, concat!("flotilla ", env!("CARGO_PKG_VERSION")));
+        });
+        writer.send()?;
+        Ok(writer)
     }
 
     /// Adds a topic.
     ///
     /// # Errors
-    /// The sink's.
+    /// [`io::ErrorKind::InvalidInput`] for more topics than a log has numbers for.
     pub fn topic<M: Message>(&mut self, name: &str) -> io::Result<Topic<M>> {
-        let schema = self.mcap.add_schema(M::NAME, "ros2msg", M::schema().as_bytes()).map_err(told)?;
-        let id = self.mcap.add_channel(schema, name, "cdr", &BTreeMap::new()).map_err(told)?;
-        self.counts.push(0);
-        Ok(Topic { id, index: self.counts.len() - 1, message: PhantomData })
+        let id = number(self.channels.len())?;
+        let schema = match self.schemas.iter().position(|(known, _)| *known == M::NAME) {
+            Some(index) => number(index)?,
+            None => {
+                let (schema, mut record) = (number(self.schemas.len())?, Vec::new());
+                mcap::record(&mut record, op::SCHEMA, |out| {
+                    out.extend_from_slice(&schema.to_le_bytes());
+                    mcap::text(out, M::NAME);
+                    mcap::text(out, "ros2msg");
+                    mcap::text(out, &M::schema());
+                });
+                self.chunk.extend_from_slice(&record);
+                self.schemas.push((M::NAME, record));
+                schema
+            }
+        };
+        let mut record = Vec::new();
+        mcap::record(&mut record, op::CHANNEL, |out| {
+            out.extend_from_slice(&id.to_le_bytes());
+            out.extend_from_slice(&schema.to_le_bytes());
+            mcap::text(out, name);
+            mcap::text(out, "cdr");
+            // No metadata.
+            out.extend_from_slice(&0_u32.to_le_bytes());
+        });
+        self.chunk.extend_from_slice(&record);
+        self.channels.push(Channel { record, ..Channel::default() });
+        Ok(Topic { index: self.channels.len() - 1, message: PhantomData })
     }
 
     /// Writes a message of the instant `at_ns`.
@@ -94,18 +156,28 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// The sink's.
     pub fn write<M: Message>(&mut self, topic: Topic<M>, at_ns: u64, message: &M) -> io::Result<()> {
-        let began_ns = *self.began_ns.get_or_insert(at_ns);
-        if at_ns.saturating_sub(began_ns) >= CHUNK_NS {
+        let is_over = |[began_ns, _]: [u64; 2]| at_ns.saturating_sub(began_ns) >= CHUNK_NS;
+        if self.bounds_ns.is_some_and(is_over) || self.chunk.len() >= CHUNK_BYTES {
             self.flush()?;
-            self.began_ns = Some(at_ns);
         }
         message.write(&mut self.encoder);
-        let sequence = self.counts.get(topic.index).copied().unwrap_or_default();
-        let header = MessageHeader { channel_id: topic.id, sequence, log_time: at_ns, publish_time: at_ns };
-        self.mcap.write_to_known_channel(&header, self.encoder.bytes()).map_err(told)?;
-        if let Some(count) = self.counts.get_mut(topic.index) {
-            *count = sequence.wrapping_add(1);
-        }
+        let [least_ns, most_ns] = self.bounds_ns.unwrap_or([at_ns; 2]);
+        self.bounds_ns = Some([least_ns.min(at_ns), most_ns.max(at_ns)]);
+        let (id, offset) = (number(topic.index)?, self.chunk.len() as u64);
+        let Some(channel) = self.channels.get_mut(topic.index) else {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "a topic of another log"));
+        };
+        channel.index.extend_from_slice(&at_ns.to_le_bytes());
+        channel.index.extend_from_slice(&offset.to_le_bytes());
+        let data = self.encoder.bytes();
+        self.chunk.push(op::MESSAGE);
+        self.chunk.extend_from_slice(&(mcap::MESSAGE_HEAD as u64 + data.len() as u64).to_le_bytes());
+        self.chunk.extend_from_slice(&id.to_le_bytes());
+        self.chunk.extend_from_slice(&channel.count.to_le_bytes());
+        self.chunk.extend_from_slice(&at_ns.to_le_bytes());
+        self.chunk.extend_from_slice(&at_ns.to_le_bytes());
+        self.chunk.extend_from_slice(data);
+        channel.count = channel.count.wrapping_add(1);
         Ok(())
     }
 
@@ -114,7 +186,43 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// The sink's.
     pub fn flush(&mut self) -> io::Result<()> {
-        self.mcap.flush().map_err(told)
+        let Some(bounds_ns) = self.bounds_ns.take() else { return Ok(()) };
+        let (start, size) = (self.position, self.chunk.len() as u64);
+        mcap::record(&mut self.out, op::CHUNK, |out| {
+            bounds_ns.iter().for_each(|bound_ns| out.extend_from_slice(&bound_ns.to_le_bytes()));
+            out.extend_from_slice(&size.to_le_bytes());
+            out.extend_from_slice(&mcap::check_sum(&self.chunk).to_le_bytes());
+            mcap::text(out, "");
+            out.extend_from_slice(&size.to_le_bytes());
+            out.extend_from_slice(&self.chunk);
+        });
+        self.chunk.clear();
+        let length = self.out.len() as u64;
+        let mut offsets = Vec::new();
+        for (id, channel) in (1_u16..).zip(&mut self.channels) {
+            if channel.index.is_empty() {
+                continue;
+            }
+            offsets.extend_from_slice(&id.to_le_bytes());
+            offsets.extend_from_slice(&(start + self.out.len() as u64).to_le_bytes());
+            mcap::record(&mut self.out, op::MESSAGE_INDEX, |out| {
+                out.extend_from_slice(&id.to_le_bytes());
+                mcap::bytes(out, &channel.index);
+            });
+            channel.index.clear();
+        }
+        let index_length = self.out.len() as u64 - length;
+        self.chunks.push(ChunkIndex { bounds_ns, start, length, offsets, index_length, size });
+        self.send()?;
+        self.sink.flush()
+    }
+
+    /// Hands on what is to go to the sink, in one piece.
+    fn send(&mut self) -> io::Result<()> {
+        self.position += self.out.len() as u64;
+        let outcome = self.sink.write_all(&self.out);
+        self.out.clear();
+        outcome
     }
 
     /// Ends the log with its index.
@@ -122,15 +230,88 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// The sink's.
     pub fn finish(mut self) -> io::Result<()> {
-        self.mcap.finish().map_err(told)?;
-        self.mcap.into_inner().into_inner().flush()
+        self.flush()?;
+        mcap::record(&mut self.out, op::DATA_END, |out| out.extend_from_slice(&0_u32.to_le_bytes()));
+        self.send()?;
+        let summary = self.position;
+        let mut groups = Vec::new();
+        let mut group = |out: &mut Vec<u8>, code: u8, write: &dyn Fn(&mut Vec<u8>)| {
+            let start = out.len();
+            write(out);
+            if out.len() > start {
+                groups.push((code, summary + start as u64, (out.len() - start) as u64));
+            }
+        };
+        group(&mut self.out, op::SCHEMA, &|out| {
+            self.schemas.iter().for_each(|(_, record)| out.extend_from_slice(record));
+        });
+        group(&mut self.out, op::CHANNEL, &|out| {
+            self.channels.iter().for_each(|channel| out.extend_from_slice(&channel.record));
+        });
+        group(&mut self.out, op::STATISTICS, &|out| {
+            mcap::record(out, op::STATISTICS, |out| {
+                statistics(out, self.schemas.len(), &self.channels, &self.chunks);
+            });
+        });
+        group(&mut self.out, op::CHUNK_INDEX, &|out| {
+            self.chunks.iter().for_each(|chunk| chunk_index(out, chunk));
+        });
+        let offsets = summary + self.out.len() as u64;
+        for (code, start, length) in groups {
+            mcap::record(&mut self.out, op::SUMMARY_OFFSET, |out| {
+                out.push(code);
+                out.extend_from_slice(&start.to_le_bytes());
+                out.extend_from_slice(&length.to_le_bytes());
+            });
+        }
+        // The footer's check sum is of everything from the summary's beginning up to itself.
+        self.out.push(op::FOOTER);
+        self.out.extend_from_slice(&20_u64.to_le_bytes());
+        self.out.extend_from_slice(&summary.to_le_bytes());
+        self.out.extend_from_slice(&offsets.to_le_bytes());
+        let sum = mcap::check_sum(&self.out);
+        self.out.extend_from_slice(&sum.to_le_bytes());
+        self.out.extend_from_slice(MAGIC);
+        self.send()?;
+        self.sink.flush()
     }
 }
 
-/// All that can go wrong with a log of known topics is its file.
-fn told(error: McapError) -> io::Error {
-    match error {
-        McapError::Io(error) => error,
-        error => io::Error::other(error),
+/// Numbers in a log count from 1.
+fn number(index: usize) -> io::Result<u16> {
+    let number = u16::try_from(index + 1);
+    number.map_err(|_| io::Error::new(io::ErrorKind::InvalidInput, "more than 65535 topics"))
+}
+
+fn statistics(out: &mut Vec<u8>, schemas: usize, channels: &[Channel], chunks: &[ChunkIndex]) {
+    let messages: u64 = channels.iter().map(|channel| u64::from(channel.count)).sum();
+    out.extend_from_slice(&messages.to_le_bytes());
+    out.extend_from_slice(&(schemas as u16).to_le_bytes());
+    // Attachments and metadata: none.
+    for count in [channels.len() as u32, 0, 0, chunks.len() as u32] {
+        out.extend_from_slice(&count.to_le_bytes());
     }
+    let least_ns = chunks.iter().map(|chunk| chunk.bounds_ns[0]).min().unwrap_or(0);
+    let most_ns = chunks.iter().map(|chunk| chunk.bounds_ns[1]).max().unwrap_or(0);
+    out.extend_from_slice(&least_ns.to_le_bytes());
+    out.extend_from_slice(&most_ns.to_le_bytes());
+    let mut counts = Vec::new();
+    for (id, channel) in (1_u16..).zip(channels) {
+        counts.extend_from_slice(&id.to_le_bytes());
+        counts.extend_from_slice(&u64::from(channel.count).to_le_bytes());
+    }
+    mcap::bytes(out, &counts);
+}
+
+fn chunk_index(out: &mut Vec<u8>, chunk: &ChunkIndex) {
+    mcap::record(out, op::CHUNK_INDEX, |out| {
+        for number in [chunk.bounds_ns[0], chunk.bounds_ns[1], chunk.start, chunk.length] {
+            out.extend_from_slice(&number.to_le_bytes());
+        }
+        mcap::bytes(out, &chunk.offsets);
+        out.extend_from_slice(&chunk.index_length.to_le_bytes());
+        mcap::text(out, "");
+        out.extend_from_slice(&chunk.size.to_le_bytes());
+        out.extend_from_slice(&chunk.size.to_le_bytes());
+    });
 }

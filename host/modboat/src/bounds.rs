@@ -162,8 +162,8 @@ impl Governor {
         }
         let brakes =
             self.limits.iter().any(|limit| dot(limit.normal, velocity_m_s) > limit.most_m_s.max(0.0));
+        let is_limited = waits || brakes || self.excess(wanted.velocity_m_s) > 0.0;
         target.velocity_m_s = self.nearest(if brakes { velocity_m_s } else { wanted.velocity_m_s });
-        let is_limited = waits || target.velocity_m_s != wanted.velocity_m_s;
         Governed { target, is_limited, room_m }
     }
 

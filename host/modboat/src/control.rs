@@ -5,7 +5,7 @@
 //! ```text
 //! e_Θ = wrap(Θ_des − (Θ_obs + Ω·h))              printed: without wrap, h = T        (13)
 //! α   = K_p,Θ e_Θ + K_d,Θ de_Θ/dt,  de_Θ/dt = −Ω                                   (14)
-//! τ   = I α + C_R |Ω| Ω                                                            (15)
+//! d̄   ← d̄ + g(d_Θ − d̄),   τ = I(α − d̄) + C_R |Ω| Ω      printed: without d̄; d_Θ of the observer, (o6)   (15)
 //! ```
 //!
 //! Velocity, in the world:
@@ -35,6 +35,9 @@
 //!   next to no force, so that a structure told to stop drifts on for a minute: M·a, the force that gives the
 //!   mass its acceleration (17), is added. For the same reason the leaky sum has no hold on a slow drift: the acceleration d that
 //!   nothing known explains is taken off.
+//! - (15): a servo that falls a little short on one side of the structure leaves a lasting torque, and with it a lasting error of the
+//!   heading: τ/(I·K_p,Θ), 1 mrad for 1e-5 N·m at three modules. d̄ takes it off, slowly, as d_Θ is a noisy estimate: g = 0.15 is
+//!   some 10 s.
 //! - A cycle pushes during T of every interval; the demand is raised by interval / T so that the mean is right.
 //!
 //! Gains, for an interval h = 2 s. With the drag compensated by (15), yaw is a double integrator,
@@ -69,6 +72,8 @@ pub struct ControlConfig {
     pub yaw_proportional_1_s2: f64,
     /// K_d,Θ, 1/s.
     pub yaw_derivative_1_s: f64,
+    /// g of (15): how much of what is new of the unknown torque is taken off at each decision.
+    pub yaw_trim: f64,
     /// K_p,v, 1/s.
     pub velocity_proportional_1_s: f64,
     /// K_d,v, dimensionless. Zero by default: a difference over one interval is mostly noise.
@@ -95,6 +100,7 @@ impl Default for ControlConfig {
         Self {
             yaw_proportional_1_s2: 0.15,
             yaw_derivative_1_s: 0.3,
+            yaw_trim: 0.15,
             velocity_proportional_1_s: 0.25,
             velocity_derivative: 0.0,
             position_proportional_1_s: 0.2,
@@ -116,6 +122,7 @@ impl ControlConfig {
         check_within(&[
             ("yaw_proportional_1_s2", self.yaw_proportional_1_s2, "1/s²", 0.0..=10.0, gain),
             ("yaw_derivative_1_s", self.yaw_derivative_1_s, "1/s", 0.0..=10.0, gain),
+            ("yaw_trim", self.yaw_trim, "", 0.0..=1.0, "must be from 0 to 1"),
             ("velocity_proportional_1_s", self.velocity_proportional_1_s, "1/s", 0.0..=10.0, gain),
             ("velocity_derivative", self.velocity_derivative, "", 0.0..=10.0, gain),
             ("position_proportional_1_s", self.position_proportional_1_s, "1/s", 0.0..=10.0, gain),
@@ -149,6 +156,8 @@ pub struct Observation {
     pub yaw_rate_rad_s: f64,
     /// Acceleration in the world that neither wrench nor drag explains, m/s².
     pub unknown_m_s2: [f64; 2],
+    /// Angular acceleration that neither torque nor drag explains, rad/s².
+    pub unknown_rad_s2: f64,
 }
 
 /// PID control of velocity and heading, one call a decision.
@@ -169,6 +178,8 @@ pub struct Controller {
     thrust_max_n: f64,
     /// The leaky sum s of (18), m/s².
     sum_m_s2: [f64; 2],
+    /// d̄ of (15), rad/s².
+    trim_rad_s2: f64,
     last_error_m_s: Option<[f64; 2]>,
 }
 
@@ -192,6 +203,7 @@ impl Controller {
             positions_m,
             thrust_max_n: parameters.thrust_n(parameters.amplitude_max_rad),
             sum_m_s2: [0.0; 2],
+            trim_rad_s2: 0.0,
             last_error_m_s: None,
         }
     }
@@ -207,7 +219,8 @@ impl Controller {
     ) -> Wrench {
         // Pushing lasts T of every interval.
         let duty = (interval_s / self.period_s).max(1.0);
-        let tau_nm = self.clamp_torque(duty * self.torque(target, observed, horizon_s));
+        let torque_nm = self.torque(target, observed, horizon_s);
+        let tau_nm = self.clamp_torque(duty * torque_nm);
         let acceleration = self.acceleration(target, observed, interval_s);
         let (v_des, theta) = (target.velocity_m_s, observed.heading_rad);
         let held = self.sum_m_s2.map(|s| self.config.leak * s);
@@ -243,14 +256,16 @@ impl Controller {
         if speed > most { wanted.map(|v| v * most / speed) } else { wanted }
     }
 
-    fn torque(&self, target: &Target, observed: &Observation, horizon_s: f64) -> f64 {
+    fn torque(&mut self, target: &Target, observed: &Observation, horizon_s: f64) -> f64 {
         let omega = observed.yaw_rate_rad_s;
         // e_Θ = wrap(Θ_des − (Θ_obs + Ω·h))                                              (13)
         let error_rad = wrap_rad(target.heading_rad - (observed.heading_rad + omega * horizon_s));
         // α = K_p,Θ e_Θ + K_d,Θ de_Θ/dt                                                  (14)
         let alpha = self.config.yaw_proportional_1_s2 * error_rad - self.config.yaw_derivative_1_s * omega;
-        // τ = I α + C_R |Ω| Ω                                                            (15)
-        self.inertia_kg_m2 * alpha + self.yaw_drag_n_m_s2 * omega.abs() * omega
+        // d̄ ← d̄ + g(d_Θ − d̄),  τ = I (α − d̄) + C_R |Ω| Ω                                 (15)
+        self.trim_rad_s2 += self.config.yaw_trim * (observed.unknown_rad_s2 - self.trim_rad_s2);
+        let wanted = alpha - self.trim_rad_s2;
+        self.inertia_kg_m2 * wanted + self.yaw_drag_n_m_s2 * omega.abs() * omega
     }
 
     fn acceleration(&mut self, target: &Target, observed: &Observation, interval_s: f64) -> [f64; 2] {

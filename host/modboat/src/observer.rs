@@ -75,6 +75,8 @@ pub struct Estimate {
     pub yaw_rate_rad_s: f64,
     /// Acceleration in the world that neither the planned wrench nor the drag explains, averaged over the wobble, m/s².
     pub unknown_m_s2: [f64; 2],
+    /// The same of yaw, rad/s².
+    pub unknown_rad_s2: f64,
 }
 
 /// What the observer believes of the structure, and how fast it corrects itself.
@@ -286,6 +288,7 @@ impl Observer {
             heading_rad: pose[2],
             yaw_rate_rad_s: rate[2],
             unknown_m_s2: [unknown[0], unknown[1]],
+            unknown_rad_s2: unknown[2],
         })
     }
 

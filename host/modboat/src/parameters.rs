@@ -48,6 +48,11 @@ pub struct Parameters {
     /// Greatest error of a module's fleet time while it moves, s: one that is not sure within this starts no cycle
     /// (`firmware::link::session::SURE_WITHIN`).
     pub clock_error_s: f64,
+    /// How far beyond the ends of a swing a tail can come to rest that loses its power, rad, its servo's error included.
+    /// *Measured* of the simulated motor with 20 % of spread, braked by its winding: 0.0233 (`sim::tracking`).
+    pub stop_past_swing_rad: f64,
+    /// The same beyond the end of a transition, rad. *Measured* as that: 0.0853.
+    pub stop_past_turn_rad: f64,
 }
 
 /// Share of the tail's greatest speed that transitions are planned for. *Assumed*: a servo needs some in hand.
@@ -73,6 +78,8 @@ impl Default for Parameters {
             tail_acceleration_max_rad_s2: 200.0,
             tracking_error_rad: 0.022,
             clock_error_s: 0.002,
+            stop_past_swing_rad: 0.024,
+            stop_past_turn_rad: 0.09,
         }
     }
 }
@@ -166,6 +173,8 @@ impl Parameters {
         check_within(&[
             ("tracking_error_rad", self.tracking_error_rad, "rad", 0.0..=0.5, "must be from 0 to 0.5"),
             ("clock_error_s", self.clock_error_s, "s", 0.0..=0.5, "must be from 0 to 0.5"),
+            ("stop_past_swing_rad", self.stop_past_swing_rad, "rad", 0.0..=7.0, "must be from 0 to 7"),
+            ("stop_past_turn_rad", self.stop_past_turn_rad, "rad", 0.0..=7.0, "must be from 0 to 7"),
         ])?;
         if self.swing_speed_max_rad_s() > self.tail_speed_max_rad_s {
             let reason = "is below the peak speed 2π·amplitude_max_rad/period_s of the waveform (1)";

@@ -102,6 +102,24 @@ impl Planner {
         self
     }
 
+    /// Whether the demand has settled, from now on: then the exact planner gives a transition, where that costs no error, for cycles
+    /// that any module may stop in, as one does that loses its power.
+    pub fn settle(&mut self, settled: bool) {
+        if let Which::Exact(exact) = &mut self.which {
+            exact.settle(settled);
+        }
+    }
+
+    /// Writes into `plan` a transition out of the neighbours' reach, and a rest there, from `tails` at rest (rad, may be unwrapped): one that
+    /// any module may miss, and if possible stop in. It goes towards where a swim for `demand` would best begin. False, with `plan` as
+    /// it was, where no tail rests in a neighbour's reach, nothing is asked of tolerance, or there is no such way.
+    pub fn leave_into(&mut self, demand: Wrench, tails: &[f64], plan: &mut Plan) -> bool {
+        match &mut self.which {
+            Which::Exact(exact) if tails.len() == self.modules => exact.leave_into(demand, tails, plan),
+            _ => false,
+        }
+    }
+
     /// The decision for `demand`. `tails` are the present angles (rad, may be unwrapped), `previous` the cycle before.
     /// Either counts as unknown if its length is not the number of modules.
     ///

@@ -20,12 +20,12 @@ pub enum DistanceSource {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LossTolerance {
-    /// Loss tolerant where it costs no accuracy.
+    /// Loss tolerant where it costs no accuracy; and then, also where it costs none, any module may stop anywhere in its motion.
     #[default]
     Prefer,
     /// Loss tolerant, whatever the wrench error.
     Require,
-    /// The same, and any module may stop anywhere in its motion, as one does that loses its power.
+    /// The same, and any module may stop anywhere in its motion, as one does that loses its power, whatever the wrench error.
     Power,
     /// Nothing is asked.
     Off,

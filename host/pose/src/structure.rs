@@ -118,10 +118,10 @@ pub struct Structure {
 }
 
 /// A body that was seen.
-#[derive(Clone, Debug)]
-struct Seen {
-    label: Label,
-    entry: Entry,
+#[derive(Clone, Copy, Debug)]
+struct Seen<'a> {
+    label: &'a Label,
+    entry: &'a Entry,
     body: Pose,
     place: Vector2<f64>,
     pivot: Vector2<f64>,
@@ -133,6 +133,7 @@ struct Seen {
 struct Trial {
     origin: Vector2<f64>,
     angle: f64,
+    rotation: Rotation2<f64>,
 }
 
 impl Structure {
@@ -174,17 +175,17 @@ impl Structure {
     }
 
     /// The bodies that stand for modules of this structure.
-    fn seen(&self, bodies: &[(Label, Pose)]) -> Vec<Seen> {
+    fn seen<'a>(&'a self, bodies: &'a [(Label, Pose)]) -> Vec<Seen<'a>> {
         let seen = bodies.iter().filter_map(|(label, body)| {
             let at = self.roster.place_of(label)?;
             let (entry, place) = (self.roster.entries().get(at)?, (*self.places.get(at)?)?);
-            Some(Seen::new(label.clone(), entry.clone(), *body, place))
+            Some(Seen::new(label, entry, *body, place))
         });
         seen.collect()
     }
 
     /// The pose that most bodies fit, and which do; `None` where as many fit another that contradicts it.
-    fn consensus(&self, seen: &[Seen], expected: Option<&PlanarPose>) -> Option<(Trial, Vec<usize>)> {
+    fn consensus(&self, seen: &[Seen<'_>], expected: Option<&PlanarPose>) -> Option<(Trial, Vec<usize>)> {
         let stride = seen.len().div_ceil(MOST_TRIED);
         let mut best: Vec<(Trial, Vec<usize>)> = Vec::new();
         for one in seen.iter().step_by(stride) {
@@ -198,13 +199,17 @@ impl Structure {
                     break;
                 }
             }
+            if fits.len() == seen.len() {
+                return Some((trial, fits));
+            }
             let most = best.first().map_or(1, |(_, fits)| fits.len());
             if fits.len() > most {
                 best.clear();
             }
             // Two sets that share most of their bodies are one, but for a body at the edge of its tolerance.
-            let shares =
-                |known: &Vec<usize>| 2 * fits.iter().filter(|at| known.contains(at)).count() > fits.len();
+            let shares = |known: &Vec<usize>| {
+                2 * fits.iter().filter(|at| known.binary_search(at).is_ok()).count() > fits.len()
+            };
             if fits.len() >= most && !best.iter().any(|(_, known)| shares(known)) {
                 best.push((trial, fits));
             }
@@ -225,12 +230,12 @@ impl Structure {
     /// Two bodies that fit better in each other's place: both fit then, and more in all than `fitted`.
     fn exchanged(
         &self,
-        seen: &[Seen],
+        seen: &[Seen<'_>],
         trial: Option<Trial>,
         fitted: &[usize],
     ) -> Option<((usize, usize), Trial)> {
         let few = seen.len() <= FEW;
-        let outside = |at: &usize| !fitted.contains(at);
+        let outside = |at: &usize| fitted.binary_search(at).is_err();
         if (0..seen.len()).all(|at| !outside(&at)) {
             return None;
         }
@@ -256,16 +261,16 @@ impl Structure {
         best.map(|(pair, trial, _)| (pair, trial))
     }
 
-    /// The bodies within `wide` times the tolerances of a trial.
-    fn fitting(&self, seen: &[Seen], trial: Trial, wide: f64) -> Vec<usize> {
-        let within = |one: &Seen| {
+    /// The bodies within `wide` times the tolerances of a trial, in ascending order.
+    fn fitting(&self, seen: &[Seen<'_>], trial: Trial, wide: f64) -> Vec<usize> {
+        let within = |one: &Seen<'_>| {
             let (off_m, off_rad) = one.off(trial);
             off_m <= wide * self.tolerances.off_m && off_rad <= wide * self.tolerances.off_rad
         };
         seen.iter().enumerate().filter(|(_, one)| within(one)).map(|(at, _)| at).collect()
     }
 
-    fn least_squares<'a>(&self, bodies: impl Iterator<Item = &'a Seen> + Clone) -> Option<Trial> {
+    fn least_squares<'a>(&self, bodies: impl Iterator<Item = &'a Seen<'a>> + Clone) -> Option<Trial> {
         #[expect(clippy::cast_precision_loss, reason = "at most 1000 bodies")]
         let count = bodies.clone().count() as f64;
         if count < 1.0 {
@@ -281,26 +286,27 @@ impl Structure {
             cosine += by_place * b.dot(&p) + by_angle * one.angle.cos();
         }
         let angle = sine.atan2(cosine);
-        Some(Trial { origin: mean_pivot - Rotation2::new(angle) * mean_place, angle })
+        Some(Trial::about(mean_place, mean_pivot, angle))
     }
 
-    fn found(&self, seen: &[Seen], trial: Trial, swapped: Vec<(u16, u16)>) -> Outcome {
+    fn found(&self, seen: &[Seen<'_>], trial: Trial, swapped: Vec<(u16, u16)>) -> Outcome {
         let fits = self.fitting(seen, trial, 1.0);
         let fitting = fits.iter().filter_map(|&at| seen.get(at));
         let (squares, used): (Vec<f64>, Vec<u16>) =
             fitting.map(|one| (one.off(trial).0.powi(2), one.entry.module)).unzip();
-        let astray = seen.iter().enumerate().filter(|(at, _)| !fits.contains(at)).map(|(_, one)| {
-            let (off_m, off_rad) = one.off(trial);
-            Astray { module: one.entry.module, label: one.label.clone(), off_m, off_rad }
-        });
+        let astray =
+            seen.iter().enumerate().filter(|(at, _)| fits.binary_search(at).is_err()).map(|(_, one)| {
+                let (off_m, off_rad) = one.off(trial);
+                Astray { module: one.entry.module, label: one.label.clone(), off_m, off_rad }
+            });
         #[expect(clippy::cast_precision_loss, reason = "at most 1000 bodies")]
         let residual_m = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
         Outcome::Found(Found { pose: trial.pose(), residual_m, used, swapped, astray: astray.collect() })
     }
 }
 
-impl Seen {
-    fn new(label: Label, entry: Entry, body: Pose, place: Vector2<f64>) -> Self {
+impl<'a> Seen<'a> {
+    fn new(label: &'a Label, entry: &'a Entry, body: Pose, place: Vector2<f64>) -> Self {
         let boat = entry.boat(&body);
         let angle = crate::axes::heading_rad(&boat.attitude);
         Self { label, entry, body, place, pivot: boat.position.xy(), angle }
@@ -308,25 +314,31 @@ impl Seen {
 
     /// The structure's pose of this body alone.
     fn alone(&self) -> Trial {
-        Trial { origin: self.pivot - Rotation2::new(self.angle) * self.place, angle: self.angle }
+        Trial::about(self.place, self.pivot, self.angle)
     }
 
     /// How far the body is from its place, m, and from its direction, rad.
     fn off(&self, trial: Trial) -> (f64, f64) {
-        let place = trial.origin + Rotation2::new(trial.angle) * self.place;
+        let place = trial.origin + trial.rotation * self.place;
         ((place - self.pivot).norm(), wrapped(self.angle - trial.angle).abs())
     }
 }
 
 impl Trial {
+    /// The pose with this angle that brings a place of the structure to a point of the world.
+    fn about(place: Vector2<f64>, point: Vector2<f64>, angle: f64) -> Self {
+        let rotation = Rotation2::new(angle);
+        Self { origin: point - rotation * place, angle, rotation }
+    }
+
     fn pose(self) -> PlanarPose {
         PlanarPose { position_m: self.origin, heading_rad: wrapped(self.angle + FRAC_PI_2) }
     }
 }
 
 /// Exchanges the bodies of two modules; which modules, the lower number first.
-fn exchange(seen: &mut [Seen], (a, b): (usize, usize)) -> (u16, u16) {
-    let (Some(first), Some(second)) = (seen.get(a).cloned(), seen.get(b).cloned()) else { return (0, 0) };
+fn exchange(seen: &mut [Seen<'_>], (a, b): (usize, usize)) -> (u16, u16) {
+    let (Some(first), Some(second)) = (seen.get(a).copied(), seen.get(b).copied()) else { return (0, 0) };
     let (one, other) = (first.entry.module, second.entry.module);
     let swapped = [
         (a, Seen::new(second.label, first.entry, second.body, first.place)),

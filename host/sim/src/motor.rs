@@ -31,6 +31,11 @@ pub const SPREAD_MAX: f64 = 0.2;
 /// Counts of the absolute encoder in one turn (12 bits).
 pub const ENCODER_COUNTS: u16 = 4096;
 
+/// A tail slower than this, rad/s, is about to stop.
+const STOPPING_RAD_S: f64 = 0.05;
+/// Step in which a stopping tail is followed, s.
+const STOPPING_STEP_S: f64 = 1e-3;
+
 /// Motor, rotor and encoder of one module. *Assumed* throughout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -273,6 +278,20 @@ impl SimMotor {
     pub fn release(&mut self) {
         self.wires.duty.set(0);
         self.wires.direction.iter().for_each(|input| input.set(self.parameters.reset_brakes));
+    }
+
+    /// Where the tail would come to rest if the power went now, rad; `None` if it coasts, which without friction has no end.
+    #[must_use]
+    pub fn stops_at_rad(&self) -> Option<f64> {
+        if !self.parameters.reset_brakes {
+            return None;
+        }
+        let mut motor = self.motor.clone();
+        while motor.rate_rad_s().abs() > STOPPING_RAD_S {
+            motor.step(plant::drive(0.0, true, true), STOPPING_STEP_S);
+        }
+        // What is left takes ω·τ_m, and less in the water.
+        Some(motor.angle_rad() + motor.rate_rad_s() * self.parameters.time_constant_s)
     }
 
     /// Advances the motor by `dt_s` with the pins as they are.

@@ -1,4 +1,5 @@
-//! Tracking error of a tail: the firmware's servo on simulated motors, by phase of the motion.
+//! Tracking error of a tail: the firmware's servo on simulated motors, by phase of the motion; and where a tail stops that loses its
+//! power.
 //!
 //! The planner keeps tails apart for every pair of errors up to these ([`Tracking`]), so they are measured and not guessed: the
 //! servo of the firmware crate, told the nominal constants, drives the motor of `plant` with every combination of the extremes of
@@ -10,6 +11,10 @@
 //! | swing | the least and the greatest amplitude, from rest and straight after a transition |
 //! | transition | turns of 0.02 to 2π rad, each at the planner's law of time |
 //! | rest | after each of them, from its end on |
+//!
+//! Every few ticks of a motion the power is taken away in thought ([`Stops`]).
+
+use std::f64::consts::TAU;
 
 use firmware::modboat::cycle::{Phase, SwimCycle};
 use firmware::modboat::motor::Bridge;
@@ -29,7 +34,7 @@ use super::motor::SPREAD_MAX;
 use super::motor::{MotorParameters, SimMotor};
 
 /// Turns that are tried, rad.
-const TURNS_RAD: [f64; 7] = [0.02, 0.1, 0.4, 1.0, 2.2, 4.0, std::f64::consts::TAU - 1e-3];
+const TURNS_RAD: [f64; 7] = [0.02, 0.1, 0.4, 1.0, 2.2, 4.0, TAU - 1e-3];
 /// How long a tail is watched at rest after each motion, s.
 const REST_S: f64 = 0.3;
 
@@ -67,6 +72,33 @@ impl Off {
     }
 }
 
+/// How far beyond the end of its motion a tail comes to rest that loses its power in it, rad: the greatest over all instants of the
+/// motion, the servo's error included. Infinite where the tail coasts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stops {
+    /// Beyond either end of a swing.
+    pub past_swing_rad: f64,
+    /// Beyond the end of a transition.
+    pub past_turn_rad: f64,
+}
+
+impl Stops {
+    /// In the turn by `turn_rad` to `to_rad`.
+    fn turn(&mut self, to_rad: f64, turn_rad: f64, at_rad: f64) {
+        if turn_rad != 0.0 {
+            self.past_turn_rad = self.past_turn_rad.max((at_rad - to_rad) * turn_rad.signum());
+        }
+    }
+
+    /// In the swing that starts at `start_rad`.
+    fn swing(&mut self, start_rad: f64, amplitude_rad: f64, at_rad: f64) {
+        if amplitude_rad != 0.0 {
+            let off_rad = (at_rad - (start_rad - amplitude_rad)).abs();
+            self.past_swing_rad = self.past_swing_rad.max(off_rad - amplitude_rad.abs());
+        }
+    }
+}
+
 /// What a servo leaves of an error, by phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tracking {
@@ -76,6 +108,8 @@ pub struct Tracking {
     pub swing: Off,
     /// In a transition.
     pub transition: Off,
+    /// Where it stops that loses its power.
+    pub stops: Stops,
 }
 
 impl Tracking {
@@ -100,7 +134,6 @@ impl Tracking {
         let usual = MotorParameters {
             spread: motor.spread,
             encoder_offset_rad: motor.encoder_offset_rad,
-            reset_brakes: motor.reset_brakes,
             ..MotorParameters::default()
         };
         let default = Parameters::default();
@@ -109,7 +142,9 @@ impl Tracking {
             && modboat.tail_speed_max_rad_s <= default.tail_speed_max_rad_s
             && modboat.tail_acceleration_max_rad_s2 <= default.tail_acceleration_max_rad_s2;
         let kept = Off { greatest_rad: default.tracking_error_rad, ..Off::default() };
-        (usual == *motor && no_more).then_some(Self { rest: kept, swing: kept, transition: kept })
+        let stops =
+            Stops { past_swing_rad: default.stop_past_swing_rad, past_turn_rad: default.stop_past_turn_rad };
+        (usual == *motor && no_more).then_some(Self { rest: kept, swing: kept, transition: kept, stops })
     }
 
     /// The greatest error of all phases, rad, and in which it is.
@@ -142,12 +177,15 @@ impl Tracking {
         let swings = [greatest_rad, -greatest_rad, least_rad, 0.0];
         // A tick does not fall on the start of a motion: the fleet's time and the module's are not in step.
         let mut now = FleetInstant(137);
+        let mut ticks = 0;
         for (k, &turn_rad) in TURNS_RAD.iter().chain(&[0.0]).enumerate() {
             let turn_rad = if k % 2 == 0 { turn_rad } else { -turn_rad };
             for amplitude_rad in swings {
                 let (transition_s, ramp_s) = modboat.transition_times_s(turn_rad);
                 let law = TransitionLaw::RestToRest { ramp: span(ramp_s) };
                 let to_rad = from_rad + turn_rad;
+                // The motor counts turns, a pose at the end of a cycle does not.
+                let laps_rad = TAU * ((motor.angle_rad() - from_rad) / TAU).round();
                 let waveform = Waveform::new(
                     Radians((to_rad - amplitude_rad) as f32),
                     Radians(amplitude_rad as f32),
@@ -169,6 +207,16 @@ impl Tracking {
                         Phase::Swimming => &mut self.swing,
                     };
                     off.add(f64::from(error_rad));
+                    // A stopping tail is far slower than a tick.
+                    ticks += 1;
+                    if ticks % 4 == 0 {
+                        let at_rad = motor.stops_at_rad().unwrap_or(f64::INFINITY) - laps_rad;
+                        match cycle.phase(now) {
+                            Phase::Turning => self.stops.turn(to_rad, turn_rad, at_rad),
+                            Phase::Swimming => self.stops.swing(to_rad, amplitude_rad, at_rad),
+                            Phase::Waiting | Phase::Done => {}
+                        }
+                    }
                 }
                 from_rad = f64::from(cycle.end_pose().0);
                 now = now.after(Duration(211));
@@ -200,11 +248,20 @@ mod tests {
             let shown = [tracking.rest, tracking.swing, tracking.transition]
                 .map(|off| format!("{:.4}, {:.4}", off.rms_rad(), off.greatest_rad));
             println!("  {spread:.1}    {}     {}     {}", shown[0], shown[1], shown[2]);
+            println!("         without power past the end: {:?}", tracking.stops);
             let most_rad = tracking.greatest().1;
             assert!(most_rad <= modboat.tracking_error_rad, "spread {spread}: {tracking:?}");
             // With something in hand for what the model lacks, and not so much that the figure means nothing.
             if spread == SPREAD_MAX {
                 assert!((0.5..0.8).contains(&(most_rad / modboat.tracking_error_rad)), "{most_rad} rad");
+            }
+            // What plans take to be swept by a tail that loses its power, at any instant of its motion.
+            let Stops { past_swing_rad, past_turn_rad } = tracking.stops;
+            let shares =
+                [past_swing_rad / modboat.stop_past_swing_rad, past_turn_rad / modboat.stop_past_turn_rad];
+            assert!(shares.iter().all(|share| *share <= 1.0), "spread {spread}: {:?}", tracking.stops);
+            if spread == SPREAD_MAX {
+                assert!(shares.iter().all(|share| *share > 0.9), "{shares:?}");
             }
             assert_eq!(
                 Tracking::known(&motor, &modboat)
@@ -221,7 +278,7 @@ mod tests {
         let modboat = Parameters::default();
         let motor = MotorParameters { spread: SPREAD_MAX, ..MotorParameters::default() };
         let most_rad = Tracking::measure(&motor, &modboat).expect("a motor").greatest().1;
-        let reading_rad = std::f64::consts::TAU / f64::from(ENCODER_COUNTS);
+        let reading_rad = TAU / f64::from(ENCODER_COUNTS);
         for servo in [servo_for(&motor, &modboat), ServoConstants::default()] {
             let bound_rad = f64::from(servo.following_error_max.0);
             println!(
@@ -242,7 +299,26 @@ mod tests {
             let mut tracking = Tracking::default();
             tracking.follow(&nominal, &nominal.drawn(seed), &modboat).expect("a motor");
             assert!(tracking.greatest().1 <= modboat.tracking_error_rad, "seed {seed}: {tracking:?}");
+            let Stops { past_swing_rad, past_turn_rad } = tracking.stops;
+            assert!(past_swing_rad <= modboat.stop_past_swing_rad, "seed {seed}: {tracking:?}");
+            assert!(past_turn_rad <= modboat.stop_past_turn_rad, "seed {seed}: {tracking:?}");
         }
+    }
+
+    /// Against hand-worked numbers: a shorted winding takes ω·τ, less what the water takes; an open one never stops.
+    #[test]
+    fn a_tail_without_power_goes_on_for_its_speed_times_the_time_constant() {
+        let no_drag = MotorParameters { tail_drag_n_m_s2: 0.0, ..MotorParameters::default() };
+        let (mut motor, pins) = SimMotor::new(&no_drag, 0.0).expect("a motor");
+        let mut bridge = Bridge::new(pins.pwm, pins.in1, pins.in2);
+        bridge.drive(0.5).expect("infallible");
+        (0..1000).for_each(|_| motor.step(1e-3));
+        let past_rad = motor.stops_at_rad().expect("braked") - motor.angle_rad();
+        assert!((past_rad - motor.rate_rad_s() * 0.02).abs() < 1e-3, "{past_rad} rad");
+        let coasting = MotorParameters { reset_brakes: false, ..no_drag };
+        assert_eq!(SimMotor::new(&coasting, 0.0).expect("a motor").0.stops_at_rad(), None);
+        let stops = Tracking::measure(&coasting, &Parameters::default()).expect("a motor").stops;
+        assert!(stops.past_turn_rad.is_infinite() && stops.past_swing_rad.is_infinite());
     }
 
     #[test]

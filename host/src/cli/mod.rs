@@ -21,6 +21,7 @@ mod path;
 mod plan;
 mod planner;
 mod poses;
+mod probe;
 mod progress;
 mod provision;
 mod reconfigure;
@@ -63,6 +64,8 @@ enum Command {
     Export(export::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
     Module(module::Arguments),
+    /// What a motion-capture system sends: bodies, rate, latency, lost frames, and what is likely wrong
+    Probe(probe::Arguments),
     /// A laboratory in a box: the scenario's modules on UDP, the water, and a motion-capture server over it
     Tank(tank::Arguments),
     /// Emergency stop: every drive off at once, tails braked, until a release
@@ -112,6 +115,7 @@ pub fn main() -> ExitCode {
         Command::Replay(arguments) => replay::main(&arguments),
         Command::Export(arguments) => export::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
+        Command::Probe(arguments) => probe::main(&arguments),
         Command::Tank(arguments) => tank::main(&arguments),
         Command::Stop(arguments) => operator::main(operator::Wish::Stop, &arguments),
         Command::Hold(arguments) => operator::main(operator::Wish::Hold, &arguments),

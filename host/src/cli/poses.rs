@@ -11,6 +11,7 @@ use reconfiguration::problem::Problem;
 
 use super::{Failure, bad, could};
 use crate::run::lab::{LabPoses, standard_unit};
+use crate::run::logged::LoggedPoses;
 use crate::run::reconfigure::poses::LabBodies;
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 use crate::run::roster::Roster;
@@ -18,8 +19,8 @@ use crate::run::scenario::{LengthUnit, PoseParameters, Scenario, UpAxis};
 
 #[derive(clap::Args)]
 pub(super) struct PoseArguments {
-    /// Where poses come from, with --radio udp: natnet:HOST[:PORT], qtm:HOST[:PORT] or vrpn:[BODY,…@]HOST[:PORT] [default: water
-    /// that is simulated in this process]
+    /// Where poses come from, with --radio udp: natnet:HOST[:PORT], qtm:HOST[:PORT], vrpn:[BODY,…@]HOST[:PORT] or
+    /// log:FILE [default: the scenario's, or water that is simulated in this process]
     #[arg(long, value_name = "SOURCE")]
     pub(super) pose: Option<Address>,
     #[command(flatten)]
@@ -40,6 +41,14 @@ pub(super) struct LabArguments {
     pub(super) unit: Option<LengthUnit>,
 }
 
+/// Where poses of a real structure come from.
+pub(super) enum Poses {
+    /// A motion capture.
+    Lab(Box<LabPoses>),
+    /// A log.
+    Logged(LoggedPoses),
+}
+
 impl LabArguments {
     /// Goes before what a scenario says.
     pub(super) fn apply(&self, parameters: &mut PoseParameters) {
@@ -54,29 +63,35 @@ impl PoseArguments {
         self.lab.apply(parameters);
     }
 
-    /// The motion capture that was asked for, which sees the modules `seats` of `roster`.
+    /// What was asked for, which sees the modules `seats` of `roster`.
     pub(super) fn open(
         &self,
         scenario: &Scenario,
         roster: &Roster,
         seats: &[ModuleId],
-    ) -> Result<Option<LabPoses>, Failure> {
-        let Some(address) = &self.pose else { return Ok(None) };
-        let axes = scenario.pose.axes(standard_unit(address)).ok_or_else(no_up)?;
+    ) -> Result<Option<Poses>, Failure> {
+        let Some(address) = self.address(&scenario.pose)? else { return Ok(None) };
+        if let Address::Log(path) = &address {
+            return LoggedPoses::open(path).map(|poses| Some(Poses::Logged(poses))).map_err(Failure::Bad);
+        }
+        let axes = scenario.pose.axes(standard_unit(&address)).ok_or_else(no_up)?;
         let by_number = matches!(address, Address::NatNet(_));
-        let bodies = roster.bodies(by_number).map_err(bad)?;
+        let bodies = roster.bodies(by_number, seats).map_err(bad)?;
         let positions_m = scenario.structure.positions_m(scenario.modboat.pitch_m);
         let places: Vec<(u16, Vector2<f64>)> =
             seats.iter().zip(positions_m).map(|(id, place)| (id.0, place.into())).collect();
-        let structure = Structure::new(bodies, &places, Tolerances::default());
-        let source = self.source(address)?;
-        Ok(Some(LabPoses::new(address.to_string(), source, axes, structure)))
+        let structure = Structure::new(bodies.clone(), &places, Tolerances::default());
+        let source = self.source(&address)?;
+        Ok(Some(Poses::Lab(Box::new(LabPoses::new(address.to_string(), source, axes, structure, bodies)))))
     }
 
     /// The motion capture that was asked for, which sees the robots and tools of a reconfiguration.
     pub(super) fn open_rovs(&self, scenario: &ReconfigureScenario) -> Result<Option<LabBodies>, Failure> {
-        let Some(address) = &self.pose else { return Ok(None) };
-        let axes = scenario.pose.axes(standard_unit(address)).ok_or_else(no_up)?;
+        let Some(address) = self.address(&scenario.pose)? else { return Ok(None) };
+        if matches!(address, Address::Log(_)) {
+            return Err(Failure::Bad(format!("{address}: a log steers no robots")));
+        }
+        let axes = scenario.pose.axes(standard_unit(&address)).ok_or_else(no_up)?;
         let by_number = matches!(address, Address::NatNet(_));
         let labels = body_labels(&scenario.problem);
         let entry = |(number, name): &(u16, String)| Entry {
@@ -87,8 +102,15 @@ impl PoseArguments {
         };
         let roster = Bodies::new(labels.iter().map(entry).collect()).map_err(bad)?;
         let numbers = labels.iter().map(|(number, _)| *number).collect();
-        let source = self.source(address)?;
+        let source = self.source(&address)?;
         Ok(Some(LabBodies::new(address.to_string(), source, axes, roster, numbers)))
+    }
+
+    /// What was asked for: `--pose` goes before the scenario.
+    fn address(&self, pose: &PoseParameters) -> Result<Option<Address>, Failure> {
+        let said = pose.source.as_deref().map(str::parse).transpose();
+        let said = said.map_err(|error| Failure::Bad(format!("[pose] source: {error}")))?;
+        Ok(self.pose.clone().or(said))
     }
 
     fn source(&self, address: &Address) -> Result<Box<dyn pose::source::Source>, Failure> {

@@ -73,6 +73,8 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
         None => "no two tails can meet".to_owned(),
     };
     match summary.contacts.len() {
+        // Real water tells of no contact, and real tails are where modules report them.
+        _ if summary.poses.is_some() => {}
         0 => writeln!(out, "  contacts   none; {clearance}")?,
         n => writeln!(out, "  contacts   {n}: the structure would have come apart")?,
     }
@@ -110,6 +112,37 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
         sum(|i| i.forged),
         sum(|i| i.foreign)
     )?;
+    if let Some(poses) = &summary.poses {
+        let (frames, bodies) = (&poses.frames, &poses.bodies);
+        writeln!(
+            out,
+            "  poses      {}: {} frames, {} used; {} doubled, {} off the clock, {} out of order, {} frozen, {} without a body",
+            poses.source,
+            frames.received,
+            frames.accepted,
+            frames.doubled,
+            frames.off_the_clock,
+            frames.out_of_order,
+            frames.frozen,
+            frames.without_body
+        )?;
+        writeln!(
+            out,
+            "             {} bodies, {} used; {} untracked, {} not finite, {} teleported",
+            bodies.received, bodies.accepted, bodies.untracked, bodies.not_finite, bodies.teleported
+        )?;
+        let least =
+            poses.least_delay_s.map_or("not shown".to_owned(), |s| format!("{:.1} ms at least", 1e3 * s));
+        writeln!(
+            out,
+            "             latency {least}; half of the frames at most {:.0} ms later, 99 % at most {:.0} ms",
+            1e3 * poses.late_p50_s,
+            1e3 * poses.late_p99_s
+        )?;
+        for trouble in &poses.troubles {
+            writeln!(out, "             held for {:.1} s: {}", trouble.time_s, trouble.reason)?;
+        }
+    }
     if let Some(error_us) = summary.clock_error_us {
         writeln!(out, "  clocks     fleet time known to {:.2} ms on every module", error_us as f64 * 1e-3)?;
     }

@@ -13,14 +13,13 @@ use protocol::ModuleId;
 use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
 use super::planner::PlannerArguments;
-use super::poses::PoseArguments;
+use super::poses::{PoseArguments, Poses};
 use super::progress::Bar;
 use super::{Failure, all_said, bad, could, keygen, report, signal, tell, untold};
 use crate::run::RunError;
 use crate::run::closed_loop::Drive;
 use crate::run::experiment::{Pace, RunResult, Site, run_into, run_with};
 use crate::run::fleet::{InProcess, OverUdp};
-use crate::run::lab::LabPoses;
 use crate::run::log::Log;
 use crate::run::progress::Progress;
 use crate::run::roster::Roster;
@@ -158,7 +157,7 @@ struct Remote {
     host: HostIdentity,
     roster: Vec<ModuleId>,
     /// A motion capture; without one the water is simulated here.
-    poses: Option<LabPoses>,
+    poses: Option<Poses>,
 }
 
 fn remote(arguments: &Arguments, scenario: &Scenario) -> Result<Remote, Failure> {
@@ -202,7 +201,11 @@ fn swim(
     let mut desk = desk(&scenario.name, &mut bar);
     let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
     let result = match poses {
-        Some(poses) => {
+        Some(Poses::Lab(poses)) => {
+            let site = Site { water: None, poses: *poses };
+            run_with(log, scenario, seed, &mut fleet, drive, site, &mut bar)
+        }
+        Some(Poses::Logged(poses)) => {
             let site = Site { water: None, poses };
             run_with(log, scenario, seed, &mut fleet, drive, site, &mut bar)
         }
@@ -248,8 +251,10 @@ pub(super) fn failure(error: RunError, invitation: &str) -> Failure {
                 (_, Some(first)) => format!(" (start it with: flotilla module --id {first} {invitation})"),
             };
             // One that is there and cannot be used is no mistake in what the host or the module was given.
-            let is_there =
-                |reason| matches!(reason, Silence::Doubled | Silence::Stopped | Silence::ServesAnotherHost);
+            let is_there = |reason| {
+                use Silence::{Doubled, Implausible, ServesAnotherHost, Stopped};
+                matches!(reason, Doubled | Implausible | Stopped | ServesAnotherHost)
+            };
             let all_there = modules.is_empty() && known.iter().all(|(_, reason, _)| is_there(*reason));
             let failure = if all_there { Failure::Could } else { Failure::Bad };
             failure(RunError::Silent { kind, modules, known, waited_s, hint }.to_string())

@@ -2,7 +2,7 @@
 //! motion-capture server over it: what `flotilla run --radio udp --pose …` meets here is what it meets in a laboratory.
 
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -20,6 +20,9 @@ use pose::time::HostInstant;
 use pose::vrpn::server::VrpnServer;
 use protocol::time::{Duration, FleetInstant};
 use record::PoseSample;
+use runlog::flotilla::{BoatState, Contact};
+use runlog::ros::{Header, JointState, Time};
+use runlog::writer::{FileWriter, Topic};
 use sim::TailState;
 use sim::lab::{CameraParameters, Cameras, Fault, LabError};
 use sim::mocap::MocapParameters;
@@ -108,6 +111,9 @@ pub(super) struct Arguments {
     /// End by itself after so many seconds
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
+    /// Write the truth to this log: pose and contacts
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
 }
 
 /// What a motion capture speaks.
@@ -143,10 +149,16 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let mut cameras = cameras(arguments, &scenario.mocap, seed, axes, labels)?;
     tell(&format!("{} modules, host at {}", boats.modules.len(), arguments.host));
     tell(&format!("motion capture on {}", server.address()));
-    live(arguments, server, &mut cameras, |now, _| {
+    let mut truth = arguments.out.as_deref().map(Truth::create).transpose()?;
+    live(arguments, server, &mut cameras, |now, tick_s| {
         boats.step(now)?;
+        if let Some(truth) = &mut truth {
+            truth.write((tick_s * 1e6).round() as u64, &boats)?;
+        }
         Ok(boats.poses())
-    })
+    })?;
+    truth.map_or(Ok(()), Truth::finish)?;
+    boats.judge()
 }
 
 /// Real time until told to end: `step` lets the bodies live until an instant, a tick in seconds, and tells where they are.
@@ -202,6 +214,25 @@ impl Boats {
         Ok(())
     }
 
+    /// Says whether tails touched.
+    fn judge(&self) -> Result<(), Failure> {
+        let least_mm = 1e3 * self.water.least_clearance_m();
+        match self.water.contacts() {
+            [] if least_mm.is_finite() => {
+                tell(&format!("no contacts; tails never closer than {least_mm:.1} mm"));
+            }
+            [] => tell("no contacts; no two tails can meet"),
+            [first, ..] => {
+                let (count, t_s) = (self.water.contacts().len(), first.t_s);
+                let (a, b) = (self.ids[first.modules.0], self.ids[first.modules.1]);
+                return Err(Failure::Could(format!(
+                    "{count} tail contacts, the first between modules {a} and {b} at {t_s:.2} s of the tank"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// Every module in the world.
     fn poses(&self) -> Vec<Pose> {
         let PoseSample { position_m, heading_rad, .. } = self.water.pose();
@@ -209,6 +240,75 @@ impl Boats {
         let centres = centres_m(&self.positions_m, Place { position_m, heading_rad });
         centres.map(|[x, y]| Pose { position: Vector3::new(x, y, 0.0), attitude }).collect()
     }
+}
+
+/// The truth, in a log of its own: `/truth/state` at 20 Hz, `/truth/tails` at 50 Hz, `/truth/contact` as they come.
+struct Truth {
+    path: PathBuf,
+    writer: FileWriter,
+    states: Topic<BoatState>,
+    tails: Topic<JointState>,
+    contacts: Topic<Contact>,
+    told: usize,
+}
+
+impl Truth {
+    fn create(path: &Path) -> Result<Self, Failure> {
+        let open = || {
+            let mut writer = FileWriter::create(path)?;
+            let (states, tails) = (writer.topic("/truth/state")?, writer.topic("/truth/tails")?);
+            let contacts = writer.topic("/truth/contact")?;
+            Ok(Self { path: path.to_owned(), writer, states, tails, contacts, told: 0 })
+        };
+        open().map_err(|error| cannot(path, &error))
+    }
+
+    /// The state at `at_us`, the time of the tank.
+    fn write(&mut self, at_us: u64, boats: &Boats) -> Result<(), Failure> {
+        let at_ns = at_us * 1000;
+        let stamp = Time::from_nanos(at_ns);
+        let mut write = || {
+            if at_us.is_multiple_of(50_000) {
+                let PoseSample { position_m, heading_rad, velocity_m_s, yaw_rate_rad_s, .. } =
+                    boats.water.pose();
+                let stamp = stamp.clone();
+                let state = BoatState { stamp, position_m, heading_rad, velocity_m_s, yaw_rate_rad_s };
+                self.writer.write(self.states, at_ns, &state)?;
+            }
+            if at_us.is_multiple_of(20_000) {
+                let header = Header { stamp: stamp.clone(), frame_id: "structure".to_owned() };
+                let tails = JointState {
+                    header,
+                    name: boats.ids.iter().map(|id| format!("tail_{id}")).collect(),
+                    position: boats.tails.iter().map(|tail| tail.angle_rad).collect(),
+                    velocity: boats.tails.iter().map(|tail| tail.rate_rad_s).collect(),
+                    ..JointState::default()
+                };
+                self.writer.write(self.tails, at_ns, &tails)?;
+            }
+            while let Some(contact) = boats.water.contacts().get(self.told) {
+                let contact = Contact {
+                    stamp: stamp.clone(),
+                    index: self.told as u32,
+                    began_s: contact.t_s,
+                    modules: [contact.modules.0, contact.modules.1].map(|module| boats.ids[module]),
+                    overlap_m: -contact.clearance_m,
+                };
+                self.writer.write(self.contacts, at_ns, &contact)?;
+                self.told += 1;
+            }
+            Ok(())
+        };
+        write().map_err(|error| cannot(&self.path, &error))
+    }
+
+    fn finish(self) -> Result<(), Failure> {
+        self.writer.finish().map_err(|error| cannot(&self.path, &error))
+    }
+}
+
+fn cannot(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::Could(format!("{}: cannot write: {error}", path.display()))
 }
 
 fn boats(arguments: &Arguments, scenario: &Scenario) -> Result<Boats, Failure> {

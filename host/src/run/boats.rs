@@ -10,8 +10,9 @@ use sim::module::TICK;
 use sim::tank::Tank;
 
 use super::RunError;
-use super::closed_loop::{PoseSource, Run, World};
+use super::closed_loop::{Run, World};
 use super::pilot::Pilot;
+use super::pose_source::PoseSource;
 
 /// A run of Modboats with the fleet `F` and poses from `P`.
 pub type BoatRun<'a, F, P = Cameras> = Run<'a, Pilot, F, Tank, P>;

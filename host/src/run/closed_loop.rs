@@ -24,8 +24,8 @@ use super::RunError;
 use super::clock::{Clock, Pace, Tick, WallClock};
 use super::fleet::{Address, Fleet};
 use super::host::{Controller, Host, Step};
-use super::lab::PoseAccount;
 use super::orders::{ModuleStatus, Operator, Order, RunStatus};
+use super::pose_source::PoseSource;
 use super::progress::Progress;
 use super::reporter::{Reporter, stopped};
 
@@ -49,32 +49,6 @@ pub trait World {
     /// # Errors
     /// [`RunError`] for bodies that cannot be so.
     fn couple(&mut self, coupling: Self::Coupling) -> Result<Option<Self::Coupling>, RunError>;
-}
-
-/// Where poses come from. `W` is the world that a simulated one looks at.
-pub trait PoseSource<W> {
-    /// What it tells.
-    type Pose: ?Sized;
-
-    /// The newest pose, if one has come by `now` that was not told before; the time in it is fleet time.
-    ///
-    /// # Errors
-    /// What waiting does not mend.
-    fn poll<'a>(
-        &'a mut self,
-        now: FleetInstant,
-        world: Option<&'a W>,
-    ) -> Result<Option<&'a Self::Pose>, RunError>;
-
-    /// Why there are no poses, if there are none.
-    fn trouble(&self) -> Option<&str> {
-        None
-    }
-
-    /// What became of what a motion capture sent, where there is one.
-    fn account(&self) -> Option<PoseAccount> {
-        None
-    }
 }
 
 /// What looks at a run after each of its steps: a recorder, a log, a console.
@@ -223,7 +197,8 @@ where
                 let begun = self.host.controller.origin().is_some_and(|origin| origin < now);
                 world.step(now, begun, &self.actuation);
             }
-            self.look(now)?;
+            // A tick that comes late would tell too early a time of arrival.
+            self.look(clock())?;
         }
         let step = self.act(now)?;
         self.transmit(clock)?;

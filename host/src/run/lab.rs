@@ -9,20 +9,23 @@
 
 use modboat::observer::Fix;
 use pose::axes::{Axes, Unit};
+use pose::feed::{Event, Feed};
+use pose::frame::Label;
 use pose::gate::{self, Gate};
-use pose::ledger::{FrameFault, Ledger};
+use pose::ledger::FrameFault;
+use pose::roster::Roster;
 use pose::source::{Link, Source, Status};
 use pose::structure::{Found, Outcome, PlanarPose, Structure};
 use pose::time::HostInstant;
-use protocol::time::FleetInstant;
+use protocol::time::{Duration, FleetInstant};
 
 use super::RunError;
-use super::closed_loop::PoseSource;
+use super::pose_source::{PoseAccount, PoseSource};
 
 /// Frames that are not used in a row after which it is said why. *Assumed*: a tenth of a second at 100 Hz.
 pub(super) const SAID_AFTER: u32 = 10;
-/// Without a frame for this time the connection is looked at, s. *Assumed.*
-pub(super) const SILENT_S: f64 = 0.5;
+/// Without a frame for this time the connection is looked at. *Assumed.*
+pub(super) const SILENT: Duration = Duration(500_000);
 /// The last pose says where the structure should be for this time, s.
 const EXPECTED_S: f64 = 5.0;
 
@@ -38,99 +41,63 @@ pub fn standard_unit(address: &pose::address::Address) -> Unit {
 /// See the module's documentation.
 pub struct LabPoses {
     name: String,
-    source: Box<dyn Source>,
-    gate: Gate,
+    feed: Feed,
     structure: Structure,
+    /// The fleet's bodies, until all have been seen.
+    awaited: Option<Roster>,
     fix: Fix,
     last: Option<(f64, PlanarPose)>,
-    arrived_s: Option<f64>,
+    /// When the last frame came.
+    came: Option<FleetInstant>,
     unused: u32,
     trouble: Option<String>,
-    late: Latency,
-}
-
-/// How long frames were under way beyond the least time, s.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Latency {
-    count: f64,
-    sum_s: f64,
-    most_s: f64,
-}
-
-impl Latency {
-    /// Another frame.
-    pub(super) fn add(&mut self, late_s: f64) {
-        self.count += 1.0;
-        self.sum_s += late_s;
-        self.most_s = self.most_s.max(late_s);
-    }
-
-    /// The account of a motion capture with these latencies.
-    pub(super) fn account(&self, source: &str, gate: &Gate, connects: u32) -> PoseAccount {
-        let clock = gate.clock();
-        PoseAccount {
-            source: source.to_owned(),
-            ledger: *gate.ledger(),
-            connects,
-            clock_jumps: clock.jumps(),
-            least_delay_s: clock.least_delay_s(),
-            late_mean_s: self.sum_s / self.count.max(1.0),
-            late_most_s: self.most_s,
-        }
-    }
-}
-
-/// How a motion capture stands that sends no frames.
-pub(super) fn silence(name: &str, status: &Status) -> String {
-    let stands = match status.link {
-        Link::Connecting => "there is no answer from it",
-        Link::Connected | Link::Streaming => "it is connected, and no frames come",
-    };
-    let trouble = status.trouble.as_ref().map_or_else(String::new, |trouble| format!(" ({trouble})"));
-    format!("{name}: {stands}{trouble}")
-}
-
-/// What came of a motion capture, so far.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PoseAccount {
-    /// Where poses come from.
-    pub source: String,
-    /// What became of frames and bodies.
-    pub ledger: Ledger,
-    /// Connections that were made.
-    pub connects: u32,
-    /// Jumps of the server's clock.
-    pub clock_jumps: u64,
-    /// Least time from exposure to arrival, and how far off that may be, s; `None` where the protocol does not show it.
-    pub least_delay_s: Option<(f64, f64)>,
-    /// Mean time that frames took beyond the least, s.
-    pub late_mean_s: f64,
-    /// Greatest, s.
-    pub late_most_s: f64,
 }
 
 impl LabPoses {
-    /// Of `structure` by the frames of `source`, in a laboratory with these axes.
+    /// Of `structure`, which has these `bodies`, by the frames of `source`, in a laboratory with these axes.
     #[must_use]
-    pub fn new(name: String, source: Box<dyn Source>, axes: Axes, structure: Structure) -> Self {
-        let gate = Gate::new(axes, gate::Limits::default());
-        let (fix, late) = (Fix::default(), Latency::default());
+    pub fn new(
+        name: String,
+        source: Box<dyn Source>,
+        axes: Axes,
+        structure: Structure,
+        bodies: Roster,
+    ) -> Self {
+        let feed = Feed::new(source, Gate::new(axes, gate::Limits::default()));
+        let awaited = Some(bodies);
         Self {
             name,
-            source,
-            gate,
+            feed,
             structure,
-            fix,
+            awaited,
+            fix: Fix::default(),
             last: None,
-            arrived_s: None,
+            came: None,
             unused: 0,
             trouble: None,
-            late,
         }
+    }
+
+    /// The first body of the fleet that has not been seen since the beginning, and what is seen instead.
+    fn unseen(&mut self) -> Option<String> {
+        let awaited = self.awaited.as_ref()?;
+        let labels: Vec<Label> =
+            self.feed.figures().bodies().keys().chain(self.feed.bodies()).cloned().collect();
+        let Some(entry) = awaited.missing(&labels).next() else {
+            self.awaited = None;
+            return None;
+        };
+        let sent: Vec<String> =
+            labels.iter().filter(|label| label.name.is_some()).map(Label::to_string).collect();
+        let sent = if sent.is_empty() { "bodies without names".to_owned() } else { sent.join(", ") };
+        Some(format!("body {} of module {} is never seen; the server sends {sent}", entry.body, entry.module))
     }
 
     /// The pose that a frame shows, or why it shows none.
     fn locate(&mut self, seen: &gate::Fix) -> Result<PlanarPose, String> {
+        if let Some(unseen) = self.unseen() {
+            return Err(unseen);
+        }
         let expected =
             self.last.filter(|(at_s, _)| seen.captured_s - at_s < EXPECTED_S).map(|(_, pose)| pose);
         match self.structure.locate(&seen.bodies, expected.as_ref()) {
@@ -143,16 +110,12 @@ impl LabPoses {
         }
     }
 
-    fn take(&mut self, arrival: &pose::frame::Arrival) -> bool {
-        self.arrived_s = Some(arrival.arrived.seconds());
-        let located = match self.gate.take(arrival) {
-            Ok(seen) => {
-                self.late.add(seen.late_s);
-                self.locate(&seen).map(|pose| (seen.captured_s, pose))
-            }
+    fn take(&mut self, event: Event) -> bool {
+        let located = match event {
+            Event::Fix(seen) => self.locate(&seen).map(|pose| (seen.captured_s, pose)),
             // The same frame again is no trouble.
-            Err(FrameFault::Doubled | FrameFault::OutOfOrder) => return false,
-            Err(fault) => Err(worded(fault).to_owned()),
+            Event::Dropped(FrameFault::Doubled | FrameFault::OutOfOrder) => return false,
+            Event::Dropped(fault) => Err(worded(fault).to_owned()),
         };
         match located {
             Ok((captured_s, pose)) => {
@@ -195,20 +158,42 @@ pub(super) const fn worded(fault: FrameFault) -> &'static str {
     }
 }
 
+/// How a motion capture stands that sends no frames.
+pub(super) fn silence(name: &str, status: &Status) -> String {
+    let stands = match status.link {
+        Link::Connecting => "there is no answer from it",
+        Link::Connected | Link::Streaming => "it is connected, and no frames come",
+    };
+    let trouble = status.trouble.as_ref().map_or_else(String::new, |trouble| format!(" ({trouble})"));
+    format!("{name}: {stands}{trouble}")
+}
+
+/// What came of it.
+pub(super) fn account(name: &str, feed: &Feed) -> PoseAccount {
+    let clock = feed.gate().clock();
+    PoseAccount {
+        source: name.to_owned(),
+        ledger: *feed.ledger(),
+        connects: feed.status().connects,
+        clock_jumps: clock.jumps(),
+        least_delay_s: clock.least_delay_s(),
+        late_p50_s: feed.figures().late_s(0.5),
+        late_p99_s: feed.figures().late_s(0.99),
+    }
+}
+
 impl<W> PoseSource<W> for LabPoses {
     type Pose = Fix;
 
     fn poll<'a>(&'a mut self, now: FleetInstant, _: Option<&'a W>) -> Result<Option<&'a Fix>, RunError> {
         let at = HostInstant(std::time::Duration::from_micros(now.0));
         let mut is_new = false;
-        while let Some(arrival) = self.source.poll(at).map_err(|error| RunError::Pose(error.to_string()))? {
-            is_new |= self.take(&arrival);
+        while let Some(event) = self.feed.poll(at).map_err(|error| RunError::Pose(error.to_string()))? {
+            self.came = Some(now);
+            is_new |= self.take(event);
         }
-        if let Some(exchange) = self.source.exchange() {
-            self.gate.clock_mut().exchanged(&exchange);
-        }
-        if self.arrived_s.is_none_or(|arrived_s| at.seconds() - arrived_s > SILENT_S) {
-            self.trouble = Some(silence(&self.name, self.source.status()));
+        if self.came.is_none_or(|came| now.since(came) > SILENT) {
+            self.trouble = Some(silence(&self.name, self.feed.status()));
         }
         Ok(is_new.then_some(&self.fix))
     }
@@ -218,6 +203,6 @@ impl<W> PoseSource<W> for LabPoses {
     }
 
     fn account(&self) -> Option<PoseAccount> {
-        Some(self.late.account(&self.name, &self.gate, self.source.status().connects))
+        Some(account(&self.name, &self.feed))
     }
 }

@@ -9,7 +9,8 @@
 //! | [`progress`], `reporter` | what a run reports while it goes on |
 //! | [`scenario`], [`roster`] | what is run, and which modules a fleet has, from TOML files |
 //! | [`pilot`] | the controller of Modboats |
-//! | [`experiment`], [`boats`], [`lab`] | a run of Modboats, and what its loop is made of; poses from a motion capture |
+//! | [`experiment`], [`boats`] | a run of Modboats, and what its loop is made of |
+//! | [`pose_source`], [`lab`], [`logged`] | where poses come from: the seam, a motion capture, a log |
 //! | [`log`], [`summary`] | what is written meanwhile, and read again; its figures |
 //! | [`watch`], [`shortfall`] | how much of the time modules took no part and the fleet held; what a run was to do and did not |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
@@ -34,8 +35,10 @@ pub mod host;
 pub mod lab;
 mod leg_figures;
 pub mod log;
+pub mod logged;
 pub mod orders;
 pub mod pilot;
+pub mod pose_source;
 pub mod progress;
 pub mod reconfigure;
 mod reporter;

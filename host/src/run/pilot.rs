@@ -7,7 +7,9 @@
 //!                                                      ↑ where every tail will be ← acknowledgements, telemetry
 //! ```
 //!
-//! A decision falls `lead` before the running cycle ends. It needs to know where every tail will be then: at the
+//! A decision falls `lead_s` before the running cycle ends. A plan that not every module may miss goes to all or none, and that takes as long
+//! as fleet, losses and round trips want ([`link::lead`]): it starts no sooner, and while such plans follow each other decisions fall by so much
+//! earlier, at most one period. A decision needs to know where every tail will be then: at the
 //! end pose of the running cycle if the module reports that it runs it, where it reports to rest if not. For a report that
 //! is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, the modules finish their cycle and hold, and the
 //! loop starts again as soon as all are ready. Where fewer are required, one that is silent for long is missing: its tail may be
@@ -16,7 +18,7 @@
 //!
 //! Decisions follow each other as the plans say: one interval is the plan's own transition, none where no tail moves,
 //! and one period. The controller has to know the interval before there is a plan: it takes that of the decision
-//! before, and that of a full transition for the first.
+//! before, and half a turn's for the first.
 //!
 //! A transition in two steps goes out as two cycles ([`Via`]): the first turns to the poses between and
 //! rests there, the second, sent when every module certainly has the first, does the rest. If one has not, the second
@@ -25,7 +27,9 @@
 //! How far a decision has come is the pilot's [`Phase`]; [`phase`] has the table of what leads from one to another.
 
 use firmware::link::session::SURE_WITHIN;
+use protocol::configuration::TailLimits;
 use protocol::time::{Duration, FleetInstant};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use link::delivery::Knowledge;
@@ -38,6 +42,7 @@ use modboat::motion::{Turn, Wrench};
 use modboat::observer::{Estimate, Fix, Observer};
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
+use modboat::planner_config::LawOfTime;
 use modboat::setting::Participation;
 use quantity::ParameterError;
 
@@ -47,10 +52,12 @@ use super::scenario::{Demand, Leg, Scenario, Timing};
 pub use decision::{Decision, SentCycle, Via};
 use decision::{all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps};
 use phase::{Phase, PhaseEvent};
+use settling::Settling;
 
 mod controller;
 mod decision;
 pub mod phase;
+mod settling;
 
 /// Time before the end of the running cycle from which a decision no longer waits for reports: what it sends must get through. *Assumed.*
 pub const DECIDE_BY: Duration = Duration(200_000);
@@ -74,9 +81,12 @@ pub struct Pilot {
     partial: Option<(Vec<Participation>, Planner)>,
     stopwatch: fn() -> FleetInstant,
     lead: Duration,
+    /// The same of a plan that goes to all modules or none, as of the last decision.
+    lead_for_all: Duration,
     /// All decisions so far; the last one may still run.
     decisions: Vec<Decision>,
     phase: Phase,
+    settling: Settling,
     /// When a pause is over.
     resumes: FleetInstant,
     origin: Option<FleetInstant>,
@@ -124,8 +134,10 @@ impl Pilot {
             partial: None,
             stopwatch,
             lead: span(scenario.timing.lead_s),
+            lead_for_all: span(scenario.timing.lead_s),
             decisions: Vec::new(),
             phase: Phase::Waiting,
+            settling: Settling::default(),
             resumes: FleetInstant(0),
             origin: None,
             refusals: 0,
@@ -167,9 +179,12 @@ impl Pilot {
         self.fix.as_ref()
     }
 
-    /// Whether the newest pose will be too old for a cycle that starts at `start`.
-    fn is_blind_at(&self, start: FleetInstant) -> bool {
-        self.fix.is_none_or(|fix| start.as_secs_f64() - fix.t_s > self.scenario.pose.hold_after_s)
+    /// Whether the newest pose is too old at `now` for a decision: at the start of its cycle it would be older than `hold_after_s`, where
+    /// the lead leaves room for that.
+    fn is_blind_at(&self, now: FleetInstant) -> bool {
+        let hold_after_s = self.scenario.pose.hold_after_s;
+        let most_s = hold_after_s - self.scenario.timing.lead_s.min(0.5 * hold_after_s);
+        self.fix.is_some_and(|fix| now.as_secs_f64() - fix.t_s > most_s)
     }
 
     /// The second step of a transition is not sent any more.
@@ -225,13 +240,19 @@ impl Pilot {
         }
         match (self.phase, self.decisions.last().map(Decision::end)) {
             (Phase::Swimming, Some(end))
-                if now.after(self.lead) >= end && !self.waits_for_reports(now, end, links) =>
+                if now.after(self.lead_now()) >= end && !self.waits_for_reports(now, end, links) =>
             {
                 self.decide(now, end, links)
             }
             (Phase::Waiting, _) => self.decide(now, now.after(self.lead), links),
             _ => None,
         }
+    }
+
+    /// How long before the end of the running cycle the next is decided on: after a plan for all or none another may follow.
+    fn lead_now(&self) -> Duration {
+        let for_all = self.decisions.last().is_some_and(|last| !last.plan.loss_tolerant);
+        if for_all { self.lead_for_all } else { self.lead }
     }
 
     /// Plans the cycle that starts at `start`, to be sent; holds the fleet if that cannot be done.
@@ -249,7 +270,7 @@ impl Pilot {
         let poses = links.modules().iter().enumerate();
         self.known.clear();
         self.known.extend(poses.map(|(index, link)| pose_of(phase, last, index, link)));
-        self.is_blind = self.is_blind_at(start);
+        self.is_blind = self.fix.is_none() || self.is_blind_at(now);
         if self.is_blind {
             self.handle_phase(PhaseEvent::Blind);
             return None;
@@ -259,20 +280,25 @@ impl Pilot {
             return None;
         };
         let parameters = &self.scenario.modboat;
-        // Of the plan that is to be made only the last one's interval is known.
-        let transition_s =
-            last.map_or(parameters.transition_s, |last| f64::from(last.transition.as_secs_f32()));
+        // Of the plan that is to be made only the last one's interval is known. Before the first swim, half a turn is taken for it.
+        let transition_s = match last {
+            Some(last) if self.origin.is_some() => f64::from(last.transition.as_secs_f32()),
+            _ if self.scenario.planner.law() == LawOfTime::RestToRest => parameters.transition_times_s(PI).0,
+            _ => parameters.transition_s,
+        };
         let interval_s = transition_s + parameters.period_s;
         let horizon_s = start.as_secs_f64() - now.as_secs_f64() + interval_s;
         // A cycle that straddles two legs belongs to the one that has more of it.
         let start_s = self.origin.map_or(0.0, |origin| start.as_secs_f64() - origin.as_secs_f64());
         let leg_time_s = start_s + 0.5 * interval_s;
-        let &Leg { demand, heading_rad, .. } = self.scenario.leg_at(leg_time_s);
+        let leg = self.scenario.leg_at(leg_time_s);
+        let &Leg { demand, heading_rad, .. } = &self.scenario.legs[leg];
         let observed = Observation {
             velocity_m_s: estimate.velocity_m_s,
             heading_rad: estimate.heading_rad,
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,
             unknown_m_s2: estimate.unknown_m_s2,
+            unknown_rad_s2: estimate.unknown_rad_s2,
         };
         let velocity_m_s = match demand {
             Demand::Velocity(velocity_m_s) => velocity_m_s,
@@ -288,8 +314,6 @@ impl Pilot {
             let governed = governor.govern(&target, place, estimate.velocity_m_s, 2.0 * interval_s);
             (target, bounded) = (governed.target, governed.is_limited);
         }
-        let demand = self.control.demand(&target, &observed, interval_s, horizon_s);
-
         let began = (self.stopwatch)();
         let Self { scenario, distance, known, poses, participation, .. } = self;
         Planner::participation(&scenario.structure, distance, known, participation);
@@ -301,10 +325,24 @@ impl Pilot {
             self.handle_phase(PhaseEvent::Lost);
             return None;
         };
-        let previous = last.map(|decision| decision.plan.cycle.as_slice());
-        planner.plan_into(demand, Some(poses), previous, &mut self.plan);
+        // At rest, tails leave their neighbours' reach before anything swims. What the swim will be asked for is not asked of the
+        // controller yet.
+        let likely = || self.control.clone().demand(&target, &observed, interval_s, horizon_s);
+        let leaves = !phase.is_under_way() && planner.leave_into(likely(), poses, &mut self.plan);
+        let demand = if leaves {
+            Wrench::default()
+        } else {
+            let demand = self.control.demand(&target, &observed, interval_s, horizon_s);
+            planner.settle(self.settling.is_settled(leg, demand, &scenario.planner.weights));
+            let previous = last.map(|decision| decision.plan.cycle.as_slice());
+            planner.plan_into(demand, Some(poses), previous, &mut self.plan);
+            demand
+        };
         let solve_us = u64::from((self.stopwatch)().since(began).0);
-        self.carry_out(start, demand, bounded, self.plan.clone(), solve_us)
+        self.lead_for_all = links.lead().total().min(span(self.scenario.modboat.period_s)).max(self.lead);
+        let for_all = !self.plan.loss_tolerant;
+        let start = if for_all { start.max(now.after(self.lead_for_all)) } else { start };
+        self.carry_out(start, demand, bounded, self.plan.clone(), solve_us, leaves)
     }
 
     /// Whether a module knows the fleet time well enough to be begun with. Once the fleet swims,
@@ -333,8 +371,11 @@ impl Pilot {
         bounded: bool,
         plan: Plan,
         solve_us: u64,
+        leaves: bool,
     ) -> Option<Dispatch> {
-        let period = span(self.scenario.modboat.period_s);
+        // A cycle that only turns still has a period: the least that a module takes.
+        let period =
+            if leaves { TailLimits::default().period_min } else { span(self.scenario.modboat.period_s) };
         let stay = || self.poses.iter().map(|&pose| Turn { from_rad: pose, to_rad: pose }).collect();
         let turns = plan.transition.clone().unwrap_or_else(stay);
         let missing = self.known.iter().map(Option::is_none).collect();
@@ -358,7 +399,10 @@ impl Pilot {
             self.handle_phase(PhaseEvent::Held);
             None
         } else {
-            self.origin.get_or_insert(start);
+            // The first leg begins with the first swim.
+            if !leaves {
+                self.origin.get_or_insert(start);
+            }
             let first = decision.via.is_some();
             self.handle_phase(if first { PhaseEvent::FirstSent } else { PhaseEvent::Sent });
             Some(dispatch(&decision, number, start, first_cycles(&decision)))
@@ -372,19 +416,24 @@ impl Pilot {
         let decision = self.decisions.last()?;
         let start = decision.last_start();
         // A module keeps one cycle beside the one it runs: the first must have begun.
-        if now < decision.start || now.after(self.lead) < start {
+        let for_all = !decision.plan.loss_tolerant;
+        let lead = if for_all { self.lead_for_all } else { self.lead };
+        if now < decision.start || now.after(lead) < start {
             return None;
         }
-        let blind = self.is_blind_at(start);
+        let blind = self.is_blind_at(now);
         let decision = self.decisions.last_mut()?;
         if !blind && all_have(links, decision, decision.number) {
             let second = dispatch(decision, decision.last_number(), start, cycles(decision));
             self.handle_phase(PhaseEvent::SecondSent);
             return Some(second);
         }
-        give_up_second(decision);
-        self.is_blind = blind;
-        self.handle_phase(if blind { PhaseEvent::Blind } else { PhaseEvent::FirstMissed });
+        // A report of it may still come.
+        if blind || now.after(self.lead) >= start {
+            give_up_second(decision);
+            self.is_blind = blind;
+            self.handle_phase(if blind { PhaseEvent::Blind } else { PhaseEvent::FirstMissed });
+        }
         None
     }
 

@@ -247,13 +247,18 @@ impl Roster {
         Self { name: "numbered".to_owned(), members: members.collect() }
     }
 
-    /// Which body is which module, for a motion capture that tells bodies by number, or by name alone. Where the roster does not say,
+    /// Which body is which of the modules `of`, for a motion capture that tells bodies by number, or by name alone. Where the roster does not say,
     /// the body has the module's number, or the name `module-NUMBER`.
     ///
     /// # Errors
     /// Two modules with one body.
-    pub fn bodies(&self, by_number: bool) -> Result<pose::roster::Roster, pose::roster::RosterError> {
-        let entries = self.members.iter().map(|member| {
+    pub fn bodies(
+        &self,
+        by_number: bool,
+        of: &[ModuleId],
+    ) -> Result<pose::roster::Roster, pose::roster::RosterError> {
+        let members = self.members.iter().filter(|member| of.contains(&member.id));
+        let entries = members.map(|member| {
             let id = member.id.0;
             let own =
                 || if by_number { Name::Number(i32::from(id)) } else { Name::Name(format!("module-{id}")) };

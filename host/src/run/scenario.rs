@@ -85,7 +85,7 @@ pub struct Start {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Timing {
-    /// A cycle is planned and first sent this long before it starts, s. *Assumed*: fifteen sends at 20 ms.
+    /// A cycle is planned and first sent at least this long before it starts, s. *Assumed*: fifteen sends at 20 ms.
     pub lead_s: f64,
     /// Give up on modules that have not joined after this long, s.
     pub join_s: f64,
@@ -287,15 +287,15 @@ impl Scenario {
         self.legs.iter().map(|leg| leg.duration_s).sum()
     }
 
-    /// The leg that runs at `t_s` after the start; the last one from its end on.
+    /// Index of the leg that runs at `t_s` after the start; the last one from its end on.
     #[must_use]
-    pub fn leg_at(&self, t_s: f64) -> &Leg {
+    pub fn leg_at(&self, t_s: f64) -> usize {
         let mut end_s = 0.0;
-        let running = self.legs.iter().find(|leg| {
+        let running = self.legs.iter().position(|leg| {
             end_s += leg.duration_s;
             t_s < end_s
         });
-        running.unwrap_or(&self.legs[self.legs.len() - 1])
+        running.unwrap_or(self.legs.len() - 1)
     }
 
     /// Heading at the start, rad.
@@ -376,7 +376,10 @@ mod tests {
         let scenario = Scenario::parse("t.toml", &format!("{GOOD}{leg}")).unwrap();
         assert!((scenario.duration_s() - 7.0).abs() < 1e-12);
         for (t_s, heading_rad) in [(0.0, 1.5), (4.999, 1.5), (5.0, 0.0), (100.0, 0.0)] {
-            assert!((scenario.leg_at(t_s).heading_rad - heading_rad).abs() < 1e-12, "at {t_s} s");
+            assert!(
+                (scenario.legs[scenario.leg_at(t_s)].heading_rad - heading_rad).abs() < 1e-12,
+                "at {t_s} s"
+            );
         }
     }
 

@@ -4,7 +4,8 @@
 //! |---|---|---|
 //! | a module took no part | for more than [`SHARE`] of a leg, and [`FLOOR`] intervals | a figure of such a leg is not that of this fleet |
 //! | two modules had one number | ever | which of the two swam is not known |
-//! | the fleet held | the same | the same |
+//! | a module reported numbers that none can have, and nothing else | for [`IMPLAUSIBLE_FOR`](link::dispatcher::IMPLAUSIBLE_FOR) | what it did is not known |
+//! | the fleet held | for more than [`SHARE`] of a leg, and [`FLOOR`] intervals | the same |
 //! | a thruster gives nothing | ever | the robot does not steer alone any more |
 //! | more was asked than can be given | the demand is faster than the structure can ever swim that way | no cycle can be at fault |
 //! | much slower than asked | in a leg of at least [`SETTLED_S`], more than [`MISSED`] of the velocity was missed | beyond what a current, a wrong drag or lost cycles cost |
@@ -170,8 +171,8 @@ pub fn of_watch(
         let own = || watch.absences.iter().filter(|absence| absence.module == module);
         let away_s: f64 = own().map(|absence| absence.time_s).sum();
         let longest = own().max_by(|a, b| a.time_s.total_cmp(&b.time_s));
-        let doubled = own().find(|absence| absence.reason == Reason::Doubled);
-        if let Some(longest) = doubled.or(longest.filter(|_| too_long(away_s))) {
+        let ever = own().find(|absence| matches!(absence.reason, Reason::Doubled | Reason::Implausible));
+        if let Some(longest) = ever.or(longest.filter(|_| too_long(away_s))) {
             let (share, reason) = (away_s / time_s, longest.reason.to_string());
             found.push(Shortfall::Absent { leg, what, module: id(module), time_s: away_s, share, reason });
         }

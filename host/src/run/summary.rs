@@ -16,6 +16,10 @@ use super::scenario::Scenario;
 use super::shortfall::{self, FLOOR, Shortfall, attainable_m_s};
 use super::watch::LegWatch;
 
+pub use poses::{BodyFigures, FrameFigures, PoseFigures, TroubleFigures};
+
+mod poses;
+
 /// Velocity is averaged over the last so many seconds of a leg.
 const MEAN_OVER_S: f64 = 60.0;
 /// Heading errors count from so many seconds after the start of a leg.
@@ -108,98 +112,6 @@ impl AbsenceFigures {
             }
         }
         all
-    }
-}
-
-/// What came of a motion capture: frames and bodies by what became of them, and its time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PoseFigures {
-    /// Where poses come from.
-    pub source: String,
-    /// Frames received, and of those accepted, doubled, off the server's clock, out of order, frozen and without a body.
-    pub frames: FrameFigures,
-    /// Bodies of frames that got as far as their bodies, and of those accepted, untracked, not finite and teleported.
-    pub bodies: BodyFigures,
-    /// Connections that were made.
-    pub connects: u32,
-    /// Jumps of the server's clock.
-    pub clock_jumps: u64,
-    /// Least time from exposure to arrival, s; null where the protocol does not show it.
-    pub least_delay_s: Option<f64>,
-    /// How far off that may be, s.
-    pub least_delay_error_s: Option<f64>,
-    /// Mean time that frames took beyond the least, s.
-    pub late_mean_s: f64,
-    /// Greatest, s.
-    pub late_most_s: f64,
-    /// Why the fleet held for want of poses, and for how long.
-    pub troubles: Vec<TroubleFigures>,
-}
-
-/// Frames by what became of them.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "the classes are those of `pose::ledger`")]
-pub struct FrameFigures {
-    pub received: u64,
-    pub accepted: u64,
-    pub doubled: u64,
-    pub off_the_clock: u64,
-    pub out_of_order: u64,
-    pub frozen: u64,
-    pub without_body: u64,
-}
-
-/// Bodies by what became of them.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "the classes are those of `pose::ledger`")]
-pub struct BodyFigures {
-    pub received: u64,
-    pub accepted: u64,
-    pub untracked: u64,
-    pub not_finite: u64,
-    pub teleported: u64,
-}
-
-/// Why the fleet held for want of poses.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct TroubleFigures {
-    /// In words.
-    pub reason: String,
-    /// For how long, s.
-    pub time_s: f64,
-}
-
-impl From<flotilla::Poses> for PoseFigures {
-    fn from(poses: flotilla::Poses) -> Self {
-        let troubles = poses.troubles.into_iter();
-        Self {
-            source: poses.source,
-            frames: FrameFigures {
-                received: poses.frames,
-                accepted: poses.frames_accepted,
-                doubled: poses.frames_doubled,
-                off_the_clock: poses.frames_off_the_clock,
-                out_of_order: poses.frames_out_of_order,
-                frozen: poses.frames_frozen,
-                without_body: poses.frames_without_body,
-            },
-            bodies: BodyFigures {
-                received: poses.bodies,
-                accepted: poses.bodies_accepted,
-                untracked: poses.bodies_untracked,
-                not_finite: poses.bodies_not_finite,
-                teleported: poses.bodies_teleported,
-            },
-            connects: poses.connects,
-            clock_jumps: poses.clock_jumps,
-            least_delay_s: poses.least_delay_s,
-            least_delay_error_s: poses.least_delay_error_s,
-            late_mean_s: poses.late_mean_s,
-            late_most_s: poses.late_most_s,
-            troubles: troubles
-                .map(|trouble| TroubleFigures { reason: trouble.text, time_s: trouble.time_s })
-                .collect(),
-        }
     }
 }
 
@@ -377,10 +289,11 @@ impl Summary {
     }
 
     /// Says in [`failure`](Self::failure) what went wrong; `cut_short` is why the run ended before its time, if that
-    /// is known.
-    pub(super) fn judge(&mut self, cut_short: Option<String>) {
+    /// is known; `turned` is how many cycles modules were sent that only turn, before the first swim.
+    pub(super) fn judge(&mut self, cut_short: Option<String>, turned: u64) {
         let Self { duration_s, planned_s, complete, .. } = *self;
         let cycles: u64 = self.link.iter().map(|link| link.ledger.cycles).sum();
+        let cycles = cycles.saturating_sub(turned);
         let taken: u64 = self.link.iter().map(|link| link.ledger.acknowledged).sum();
         let refused: u64 = self.link.iter().map(|link| link.ledger.refused + link.ledger.late).sum();
         self.failure = if let Some(first) = self.contacts.first() {
@@ -396,7 +309,7 @@ impl Summary {
             Some(format!("ended early, after {duration_s:.1} of {planned_s:.1} s{why}"))
         } else if cycles == 0 {
             Some("no cycle was found in which no tails meet; every module held".to_owned())
-        } else if taken == 0 {
+        } else if taken <= turned {
             // No module moved, so no tails touched.
             Some(format!(
                 "the modules took none of {cycles} cycles and refused {refused}: motor, period and transition do not go \

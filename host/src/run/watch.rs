@@ -9,7 +9,7 @@ use protocol::{Faults, ModuleState, Refusal};
 use super::RunError;
 use super::closed_loop::{Observer, Run};
 use super::fleet::Fleet;
-use super::host::Controller;
+use super::host::{Controller, Host};
 
 /// A module that has not been heard for this time does not answer: fifty of its reports. *Assumed.*
 const SILENCE: Duration = Duration(1_000_000);
@@ -21,6 +21,8 @@ pub enum Reason {
     Silent,
     /// Two modules with its number answer.
     Doubled,
+    /// What it reports are numbers that no module can have.
+    Implausible,
     /// It serves another host.
     Elsewhere,
     /// It has stopped, with these faults.
@@ -38,6 +40,7 @@ impl Display for Reason {
         match self {
             Self::Silent => write!(f, "it does not answer"),
             Self::Doubled => write!(f, "two modules have its number, and neither is used"),
+            Self::Implausible => write!(f, "it reports numbers that no module can have"),
             Self::Elsewhere => write!(f, "it serves another host"),
             Self::Stopped(faults) if faults.0 == 0 => write!(f, "it has stopped"),
             Self::Stopped(faults) => write!(f, "it has stopped: {}", named(*faults)),
@@ -60,6 +63,7 @@ impl Reason {
             Self::Faulty(faults) => (4, faults.0),
             Self::Unsynchronised => (5, 0),
             Self::Refuses(refusal) => (6, refusal as u8),
+            Self::Implausible => (7, 0),
         }
     }
 
@@ -73,6 +77,7 @@ impl Reason {
             3 => Self::Stopped(Faults(detail)),
             4 => Self::Faulty(Faults(detail)),
             5 => Self::Unsynchronised,
+            7 => Self::Implausible,
             6 => Self::Refuses(REFUSALS.into_iter().find(|refusal| *refusal as u8 == detail)?),
             _ => return None,
         })
@@ -123,6 +128,7 @@ fn reason<A: Copy>(now: FleetInstant, link: &ModuleLink<A>, refusal: Option<Refu
         _ if link.is_doubled() => Some(Reason::Doubled),
         _ if link.is_elsewhere() => Some(Reason::Elsewhere),
         _ if now.since(link.heard()) > SILENCE => Some(Reason::Silent),
+        _ if link.is_implausible(now) => Some(Reason::Implausible),
         None => Some(Reason::Silent),
         Some(ModuleState::Executing) => None,
         Some(ModuleState::Stopped) => Some(Reason::Stopped(faults)),
@@ -192,23 +198,37 @@ impl Watch {
 
 impl<C: Controller, F: Fleet, W, P> Observer<Run<'_, C, F, W, P>> for Watch {
     fn observe(&mut self, now: FleetInstant, run: &Run<'_, C, F, W, P>) -> Result<(), RunError> {
-        let (controller, links) = (&run.host.controller, run.host.dispatcher());
-        let Some(origin) = controller.origin().filter(|&origin| origin < now) else { return Ok(()) };
-        let since = |at: FleetInstant| at.0.saturating_sub(origin.0) as f64 * 1e-6;
-        let (from_s, to_s) = (self.last.map_or(0.0, since), since(now));
         // Modules hold in a gap of the host, whatever is decided right after it.
         let gap = run.gaps.last().is_some_and(|gap| self.last.is_some_and(|last| gap.start >= last));
+        self.note(now, &run.host, gap, run.is_blind());
+        Ok(())
+    }
+}
+
+impl Watch {
+    /// Takes in what `host` knows at `now`; `gap`: it did not run since the last time; `blind`: what modules do is not known since then.
+    pub fn note<C: Controller, A: Copy>(
+        &mut self,
+        now: FleetInstant,
+        host: &Host<C, A>,
+        gap: bool,
+        blind: bool,
+    ) {
+        let (controller, links) = (&host.controller, host.dispatcher());
+        let Some(origin) = controller.origin().filter(|&origin| origin < now) else { return };
+        let since = |at: FleetInstant| at.0.saturating_sub(origin.0) as f64 * 1e-6;
+        let (from_s, to_s) = (self.last.map_or(0.0, since), since(now));
         self.last = Some(now);
-        let holds = gap || run.is_blind() || !controller.gets_on();
+        let holds = gap || blind || !controller.gets_on();
         self.share_out(from_s, to_s, |leg, part_s| {
             leg.time_s += part_s;
             leg.held_s += if holds { part_s } else { 0.0 };
         });
         // What modules do in a gap of the host is not known.
-        if run.is_blind() {
-            return Ok(());
+        if blind {
+            return;
         }
-        for (module, (link, &refusal)) in links.modules().iter().zip(run.host.refusals()).enumerate() {
+        for (module, (link, &refusal)) in links.modules().iter().zip(host.refusals()).enumerate() {
             let Some(reason) = reason(now, link, refusal) else { continue };
             self.share_out(from_s, to_s, |leg, part_s| {
                 let known =
@@ -219,7 +239,6 @@ impl<C: Controller, F: Fleet, W, P> Observer<Run<'_, C, F, W, P>> for Watch {
                 }
             });
         }
-        Ok(())
     }
 }
 
@@ -229,12 +248,13 @@ mod tests {
 
     #[test]
     fn every_reason_comes_back_from_its_numbers() {
-        let plain = [Reason::Silent, Reason::Doubled, Reason::Elsewhere, Reason::Unsynchronised];
+        let plain =
+            [Reason::Silent, Reason::Doubled, Reason::Elsewhere, Reason::Unsynchronised, Reason::Implausible];
         let faults = [Reason::Stopped(Faults(5)), Reason::Faulty(Faults(128))];
         for reason in plain.into_iter().chain(faults).chain(REFUSALS.map(Reason::Refuses)) {
             let (number, detail) = reason.numbers();
             assert_eq!(Reason::from_numbers(number, detail), Some(reason));
         }
-        assert_eq!((Reason::from_numbers(7, 0), Reason::from_numbers(6, 12)), (None, None));
+        assert_eq!((Reason::from_numbers(8, 0), Reason::from_numbers(6, 12)), (None, None));
     }
 }

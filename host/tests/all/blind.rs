@@ -4,11 +4,12 @@ use std::cell::Cell;
 
 use host::run::RunError;
 use host::run::boats::Cameras;
-use host::run::closed_loop::{Drive, PoseSource};
+use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, Site, run_with};
 use host::run::fleet::InProcess;
 use host::run::log::Log;
 use host::run::orders::Unattended;
+use host::run::pose_source::PoseSource;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use modboat::observer::Fix;

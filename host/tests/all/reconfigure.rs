@@ -184,6 +184,7 @@ fn requests_to_end_leave_what_there_is() {
 #[test]
 fn a_file_that_cannot_be_written_is_named_and_the_others_are_kept() {
     let all = [
+        "log.mcap",
         "plan-energy.json",
         "summary.json",
         "scene.svg",

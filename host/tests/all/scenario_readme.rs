@@ -198,7 +198,7 @@ fn every_key_of_a_roster_is_documented_with_its_default() {
             }
         }
     }
-    assert_eq!(documented["module"].len(), 4);
+    assert_eq!(documented["module"].len(), 7);
     assert_eq!(
         Roster::parse("t.toml", &full).expect(&full),
         Roster::parse("t.toml", LEAST).expect("least"),

@@ -8,20 +8,24 @@
 //! | wrong length, checksum, version or kind | corrupt |
 //! | another module's, another fleet's, for the other side | foreign |
 //! | a call that a module does not take | stale, or foreign: compared as one, as only the module knows whether it heard its host |
+//! | a call with the number of the session that it would open: not genuine | forged, or not looked at: *doubtful* |
 //! | of the session in force: not genuine | forged |
+//! | genuine, of the session that another boot took the place of | stale; by its number once it is known that there are two |
+//! | genuine, a lie | corrupt where it would be accepted |
 //! | genuine, number not seen, at most 127 behind the newest | accepted |
 //! | genuine, number seen, at most 127 behind the newest | duplicate |
 //! | further behind; of a session that is not in force or on offer | stale |
 //!
 //! Announcements belong to no session: their numbers are followed for every boot nonce that a host has an offer for, or that a
-//! module of its sessions would use next; of a used-up nonce they are stale.
+//! module of its sessions would use next; of a used-up nonce they are stale. One that has no place, or is not offered one again yet, is
+//! accepted, and its number is not followed.
 //!
-//! Taken from the link are only the number of the session that a module is in after a tick, and the derivation of that number from
-//! the two nonces.
+//! Taken from the link are only the number of the session that a module is in after a tick, the derivation of that number from
+//! the two nonces, and whether a host holds two modules for one, and which of them stayed: that says a sealed receipt.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
-use protocol::{FleetId, FleetKey, ModuleId, Nonce, Session, Side, WIRE_VERSION};
+use protocol::{FleetId, FleetKey, ModuleId, ModuleKey, Nonce, Session, Side, WIRE_VERSION};
 
 /// Sums by class: received, accepted, duplicate, stale, corrupt, forged, foreign.
 pub type Classes = [u64; 7];
@@ -43,18 +47,23 @@ fn count(classes: &mut Classes, class: Class) {
     classes[class as usize] += 1;
 }
 
+/// What came to a module in one boot: its classes, and how many of its stale ones may be forged as well.
+pub type Doubtful = (Classes, u64);
+
 const ANNOUNCE: u8 = 1;
 const CALL: u8 = 2;
 const TO_MODULE: u8 = 3;
 const TO_HOST: u8 = 4;
 /// Behind the newest by so much or more, a number is not followed.
 const WINDOW: u32 = 128;
-/// Offers that a host keeps for one module, and nonces that it remembers as used up. No storm makes more boots than there are offers.
+/// Offers that a host keeps for one module, and nonces that it remembers as used up.
 const OFFERS: usize = 8;
 const FORMER: usize = 16;
-/// How long a session is kept that another boot took the place of, µs, and a tick.
+/// How old an offer is before it gives its place to another, µs, and the pause before the next to its boot, first and longest.
+const OFFERED_FOR_US: u64 = 500_000;
+const PAUSE_US: [u64; 2] = [1_000_000, 60_000_000];
+/// How long a session is kept that another boot took the place of, µs.
 const DISPLACED_FOR_US: u64 = 3_000_000;
-const TICK_US: u64 = 1_000;
 
 /// What a datagram says in the clear.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +77,7 @@ struct Clear {
 }
 
 /// CRC-32, ISO-HDLC, bit by bit.
-fn crc32(bytes: &[u8]) -> u32 {
+pub(super) fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |sum, &byte| {
         (0..8).fold(sum ^ u32::from(byte), |sum, _| (sum >> 1) ^ (0xEDB8_8320 & (sum & 1).wrapping_neg()))
     })
@@ -120,6 +129,7 @@ impl Seen {
 /// A module, in one boot.
 #[derive(Clone, Debug, Default)]
 struct ModuleEnd {
+    id: u16,
     /// Twelve bytes of its boot, once it has announced itself.
     boot: Option<[u8; 12]>,
     sessions: u32,
@@ -127,6 +137,7 @@ struct ModuleEnd {
     seen: Seen,
     /// Since it booted.
     classes: Classes,
+    doubtful: u64,
 }
 
 /// A session that a host has offered, or is in.
@@ -136,6 +147,13 @@ struct Offer {
     session: Option<u32>,
     announced: Seen,
     seen: Seen,
+    since_us: u64,
+}
+
+impl Offer {
+    fn is_of_boot_of(&self, other: &Self) -> bool {
+        self.nonce.first_chunk::<12>() == other.nonce.first_chunk::<12>()
+    }
 }
 
 /// The nonce that a module's next session would have, once it has announced itself in this one, and the numbers of that.
@@ -150,15 +168,19 @@ struct HostEnd {
     /// The session of another boot that `live` took the place of, with its next nonce, and when that was, µs: it is kept for a while, as it
     /// may be a second module's.
     displaced: Option<(Offer, Next, u64)>,
+    /// The host knows that there are two: `displaced` is alive.
+    doubled: bool,
     offers: VecDeque<Offer>,
+    /// Nonces whose offers were given up: when there may be another, and the pause until then, µs.
+    silent: HashMap<[u8; 16], (u64, u64)>,
     former: VecDeque<[u8; 16]>,
     classes: Classes,
 }
 
 /// The count of one fleet and its hosts, one after the other.
 pub struct Count {
-    key: FleetKey,
     fleet: FleetId,
+    keys: Vec<ModuleKey>,
     modules: Vec<ModuleEnd>,
     hosts: Vec<HostEnd>,
     strays: Classes,
@@ -166,26 +188,35 @@ pub struct Count {
     by_hosts: HashSet<Vec<u8>>,
     /// What modules sealed, and the session that each was in.
     by_modules: HashMap<Vec<u8>, u32>,
+    /// Those with numbers that no module can have.
+    lies: HashSet<Vec<u8>>,
+    /// The module (from 0) of each session.
+    sessions: HashMap<u32, usize>,
 }
 
 impl Count {
-    /// Of `modules` modules with ids from 1.
+    /// Of `modules` modules with ids from 1, and further ones with the ids of some of them.
     #[must_use]
-    pub fn new(key: FleetKey, modules: usize) -> Self {
+    pub fn new(key: &FleetKey, modules: usize, doubles: &[u16]) -> Self {
+        let ids = (1..=modules as u16).chain(doubles.iter().copied());
         Self {
             fleet: key.fleet(),
-            key,
-            modules: vec![ModuleEnd::default(); modules],
+            keys: ids.clone().map(|id| key.module(ModuleId(id))).collect(),
+            modules: ids.map(|id| ModuleEnd { id, ..ModuleEnd::default() }).collect(),
             hosts: vec![HostEnd::default(); modules],
             strays: [0; 7],
             by_hosts: HashSet::new(),
             by_modules: HashMap::new(),
+            lies: HashSet::new(),
+            sessions: HashMap::new(),
         }
     }
 
     /// The module (from 0) lost its power: what came to it in this boot.
-    pub fn end_boot(&mut self, module: usize) -> Classes {
-        std::mem::take(&mut self.modules[module]).classes
+    pub fn end_boot(&mut self, module: usize) -> Doubtful {
+        let id = self.modules[module].id;
+        let ended = std::mem::replace(&mut self.modules[module], ModuleEnd { id, ..ModuleEnd::default() });
+        (ended.classes, ended.doubtful)
     }
 
     /// The host ended: what came to it, by module, and what no module can be charged with.
@@ -195,8 +226,8 @@ impl Count {
     }
 
     fn session_of(&self, module: usize, boot: [u8; 16], host: [u8; 16]) -> u32 {
-        let id = ModuleId(module as u16 + 1);
-        Session::new(Side::Module, self.fleet, id, &self.key.module(id), &Nonce(boot), Nonce(host)).id()
+        let id = ModuleId(self.modules[module].id);
+        Session::new(Side::Module, self.fleet, id, &self.keys[module], &Nonce(boot), Nonce(host)).id()
     }
 
     /// The host handed this to its radio.
@@ -217,48 +248,68 @@ impl Count {
         if let Some(clear) = Clear::read(datagram).filter(|clear| clear.kind == ANNOUNCE) {
             self.modules[module].boot = clear.nonce.first_chunk().copied();
         }
+        self.sessions.insert(session, module);
+        self.by_modules.insert(datagram.to_vec(), session);
+    }
+
+    /// A module (from 0) handed this to its radio in `session`, and it is a lie.
+    pub fn module_lied(&mut self, module: usize, session: u32, datagram: &[u8]) {
+        self.module_sent(module, session, datagram);
+        self.lies.insert(datagram.to_vec());
+    }
+
+    /// A stranger plays this to the host: a genuine announcement of before, of a module that was in `session`.
+    pub fn recorded(&mut self, session: u32, datagram: &[u8]) {
         self.by_modules.insert(datagram.to_vec(), session);
     }
 
     /// This came to a module (from 0) with power in a tick after which it was in `session`.
     pub fn came_to_module(&mut self, module: usize, session: u32, datagram: &[u8]) {
         let class = self.at_module(module, session, datagram);
-        count(&mut self.modules[module].classes, class);
+        count(&mut self.modules[module].classes, class.unwrap_or(Class::Stale));
+        self.modules[module].doubtful += u64::from(class.is_none());
     }
 
-    fn at_module(&mut self, module: usize, session: u32, datagram: &[u8]) -> Class {
-        let Some(clear) = Clear::read(datagram) else { return Class::Corrupt };
+    /// Nothing if it is forged, and may not have been looked at.
+    fn at_module(&mut self, module: usize, session: u32, datagram: &[u8]) -> Option<Class> {
+        let Some(clear) = Clear::read(datagram) else { return Some(Class::Corrupt) };
         let for_it = clear.fleet == self.fleet.0
-            && usize::from(clear.module) == module + 1
+            && clear.module == self.modules[module].id
             && (clear.kind == CALL || clear.kind == TO_MODULE);
         if !for_it {
-            return Class::Foreign;
+            return Some(Class::Foreign);
         }
         let genuine = self.by_hosts.contains(datagram);
         let end = &self.modules[module];
         if clear.session != end.session || end.session == 0 {
             let mut answered = [0; 16];
             answered[12..].copy_from_slice(&end.sessions.to_le_bytes());
-            let Some(boot) = end.boot.filter(|_| clear.kind == CALL) else { return Class::Stale };
+            let Some(boot) = end.boot.filter(|_| clear.kind == CALL) else { return Some(Class::Stale) };
             answered[..12].copy_from_slice(&boot);
             if self.session_of(module, answered, clear.nonce) != clear.session {
-                return Class::Stale;
+                return Some(Class::Stale);
             }
             if !genuine {
-                return Class::Forged;
+                return None;
             }
             if clear.session != session {
-                return Class::Foreign;
+                return Some(Class::Foreign);
             }
             let end = &mut self.modules[module];
             (end.session, end.seen) = (session, Seen::default());
             end.sessions += 1;
         }
-        if genuine { self.modules[module].seen.note(clear.sequence) } else { Class::Forged }
+        Some(if genuine { self.modules[module].seen.note(clear.sequence) } else { Class::Forged })
     }
 
-    /// This came to the running host in the tick at `now_us`, µs of its time: what it was.
-    pub fn came_to_host(&mut self, now_us: u64, datagram: &[u8]) -> Class {
+    /// This came to the running host in the tick at `now_us`, µs of its time: what it was. `second`: the module whose session is
+    /// the other one's, where the host holds two for a module (from 0) after it.
+    pub fn came_to_host(
+        &mut self,
+        now_us: u64,
+        datagram: &[u8],
+        second: impl Fn(usize) -> Option<usize>,
+    ) -> Class {
         let clear = Clear::read(datagram);
         let of = clear.filter(|clear| {
             clear.fleet == self.fleet.0
@@ -270,24 +321,47 @@ impl Count {
             count(&mut self.strays, class);
             return class;
         };
-        let end = &mut self.hosts[usize::from(clear.module) - 1];
+        let module = usize::from(clear.module) - 1;
+        let end = &mut self.hosts[module];
         let sealed_in = self.by_modules.get(datagram).copied();
-        // Looked at once in a tick, after what came in it.
-        let over = |at_us: u64| now_us - TICK_US >= at_us + DISPLACED_FOR_US;
-        end.displaced.take_if(|(_, _, at_us)| over(*at_us));
+        let second = second(module);
         let class = match (clear.kind, sealed_in) {
             (ANNOUNCE, None) => Class::Forged,
-            (ANNOUNCE, Some(session)) => end.announced(clear, session),
-            (_, sealed_in) => end.said(now_us, clear, sealed_in.is_some()),
+            (ANNOUNCE, Some(session)) => end.announced(now_us, clear, session),
+            (_, sealed_in) => {
+                let sealed = sealed_in.map(|_| self.lies.contains(datagram));
+                end.said(now_us, clear, sealed, second, &self.sessions)
+            }
         };
+        end.doubled = second.is_some();
         count(&mut end.classes, class);
         class
+    }
+
+    /// The host has looked at its timers at `now_us`. `holds`: for a module (from 0), whether the host holds two for it, and the module whose
+    /// session is in force.
+    pub fn host_timer(&mut self, now_us: u64, holds: impl Fn(usize) -> (bool, Option<usize>)) {
+        for (module, end) in self.hosts.iter_mut().enumerate() {
+            if end.displaced.is_none() {
+                continue;
+            }
+            let (doubled, in_force) = holds(module);
+            if !std::mem::replace(&mut end.doubled, doubled) {
+                end.displaced.take_if(|(_, _, at_us)| now_us >= *at_us + DISPLACED_FOR_US);
+            } else if !doubled && let Some((displaced, next, _)) = end.displaced.take() {
+                let of =
+                    |offer: &Offer| offer.session.and_then(|session| self.sessions.get(&session).copied());
+                if end.live.as_ref().and_then(of) != in_force {
+                    (end.live, end.next) = (Some(displaced), next);
+                }
+            }
+        }
     }
 }
 
 impl HostEnd {
     /// A genuine announcement of a module that was in `session`.
-    fn announced(&mut self, clear: Clear, session: u32) -> Class {
+    fn announced(&mut self, now_us: u64, clear: Clear, session: u32) -> Class {
         if self.former.contains(&clear.nonce) {
             return Class::Stale;
         }
@@ -303,22 +377,51 @@ impl HostEnd {
             return seen.note(clear.sequence);
         }
         if !self.offers.iter().any(|offer| offer.nonce == clear.nonce) {
+            if self.silent.get(&clear.nonce).is_some_and(|(again_us, _)| now_us < *again_us) {
+                return Class::Accepted;
+            }
             if self.offers.len() == OFFERS {
-                self.offers.pop_front();
+                if self.offers.front().is_some_and(|first| now_us < first.since_us + OFFERED_FOR_US) {
+                    return Class::Accepted;
+                }
+                if let Some(first) = self.offers.pop_front() {
+                    let known = self.silent.get(&first.nonce);
+                    let pause_us = known.map_or(PAUSE_US[0], |(_, pause_us)| (2 * pause_us).min(PAUSE_US[1]));
+                    self.silent.insert(first.nonce, (now_us + pause_us, pause_us));
+                }
             }
             let (announced, seen) = (Seen::default(), Seen::default());
-            self.offers.push_back(Offer { nonce: clear.nonce, session: None, announced, seen });
+            self.offers.push_back(Offer {
+                nonce: clear.nonce,
+                session: None,
+                announced,
+                seen,
+                since_us: now_us,
+            });
         }
         let offer = self.offers.iter_mut().find(|offer| offer.nonce == clear.nonce);
         offer.map_or(Class::Stale, |offer| offer.announced.note(clear.sequence))
     }
 
-    /// A datagram that claims to be of a session.
-    fn said(&mut self, now_us: u64, clear: Clear, genuine: bool) -> Class {
+    /// A datagram that claims to be of a session; `sealed`: by a module, and whether it is a lie. `second`: the
+    /// module whose session is the other one's, where the host knows of two after it. `sessions`: the module of each session.
+    fn said(
+        &mut self,
+        now_us: u64,
+        clear: Clear,
+        sealed: Option<bool>,
+        second: Option<usize>,
+        sessions: &HashMap<u32, usize>,
+    ) -> Class {
         let of = |offer: &Offer| offer.session == Some(clear.session);
         if !self.live.as_ref().is_some_and(of) {
+            if let Some((displaced, ..)) = self.displaced.as_mut().filter(|(displaced, ..)| of(displaced)) {
+                let class = sealed.map_or(Class::Forged, |_| displaced.seen.note(clear.sequence));
+                let counts = self.doubled || second.is_some() && class == Class::Accepted;
+                return if counts { class } else { Class::Stale };
+            }
             let Some(offered) = self.offers.iter().position(of) else { return Class::Stale };
-            if !genuine {
+            if sealed.is_none() {
                 return Class::Forged;
             }
             let Some(offer) = self.offers.remove(offered) else { return Class::Stale };
@@ -326,17 +429,28 @@ impl HostEnd {
                 self.former.pop_front();
             }
             self.former.push_back(offer.nonce);
-            let boot = |offer: &Offer| offer.nonce.first_chunk::<12>().copied();
             let next = self.next.take();
-            if let Some(before) =
-                self.live.replace(offer.clone()).filter(|before| boot(before) != boot(&offer))
+            // Of three boots two stay, and receipts say which.
+            let of = |offer: &Offer| offer.session.and_then(|session| sessions.get(&session).copied());
+            let third = |(kept, ..): &(Offer, Next, u64)| {
+                let is_second =
+                    second.is_some() && of(kept) == second && self.live.as_ref().and_then(of) != second;
+                self.doubled && !kept.is_of_boot_of(&offer) && is_second
+            };
+            let keeps = self.displaced.as_ref().is_some_and(third);
+            if let Some(before) = self.live.replace(offer.clone())
+                && !before.is_of_boot_of(&offer)
+                && !keeps
             {
                 self.displaced = Some((before, next, now_us));
             }
             self.offers.clear();
         }
-        match &mut self.live {
-            Some(live) if genuine => live.seen.note(clear.sequence),
+        match (&mut self.live, sealed) {
+            (Some(live), Some(lie)) => match live.seen.note(clear.sequence) {
+                Class::Accepted if lie => Class::Corrupt,
+                class => class,
+            },
             _ => Class::Forged,
         }
     }

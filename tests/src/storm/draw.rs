@@ -27,6 +27,71 @@ pub struct Storm {
     pub(super) steps: Vec<(u64, usize, f64)>,
     /// Deaths of the host: when, for how long, µs.
     pub(super) deaths: Vec<(u64, u64)>,
+    /// Faults of ends rather than of the medium.
+    pub(super) kinds: Kinds,
+}
+
+/// Faults of machines, hosts and modules, and what strangers do. Times in µs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Kinds {
+    /// Share of sends that fail, at every radio.
+    pub(super) send_errors: f64,
+    /// Sends of one node all fail: from when, until when, which node.
+    pub(super) refusals: Vec<(u64, u64, usize)>,
+    /// The host does not run: when, for how long.
+    pub(super) pauses: Vec<(u64, u64)>,
+    /// A second module with a number: which module, when it gets power, when it loses it.
+    pub(super) double: Option<(usize, u64, u64)>,
+    /// Announcements of so many old boots are played round to the host, one a millisecond.
+    pub(super) recordings: usize,
+    /// Forged calls a second.
+    pub(super) calls_per_s: f64,
+    /// A module that lies: which, from when, until when.
+    pub(super) liar: Option<(usize, u64, u64)>,
+}
+
+impl Kinds {
+    /// Each kind in one storm of four, the doubled module and the liar in one of six.
+    fn new(modules: usize, seed: u64) -> Self {
+        const MS: u64 = 1_000;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x6B69_6E64);
+        let healed_us = ((CALM_S + STORM_S) * 1e6) as u64;
+        let at =
+            |rng: &mut ChaCha8Rng| rng.random_range((CALM_S * 1e6) as u64..healed_us) / TICK_US * TICK_US;
+        let mut kinds = Self::default();
+        if rng.random_bool(0.25) {
+            kinds.send_errors = rng.random_range(0.0..0.2);
+            let refusals = (0..rng.random_range(0..4)).map(|_| {
+                let from_us = at(&mut rng);
+                let until_us = (from_us + rng.random_range(50..2_000) * MS).min(healed_us);
+                (from_us, until_us, rng.random_range(0..=modules))
+            });
+            kinds.refusals = refusals.collect();
+        }
+        if rng.random_bool(0.25) {
+            let pauses =
+                (0..rng.random_range(1..3)).map(|_| (at(&mut rng), rng.random_range(600..5_000) * MS));
+            kinds.pauses = pauses.collect();
+        }
+        if rng.random_bool(0.25) {
+            kinds.recordings = rng.random_range(1..=20);
+        }
+        if rng.random_bool(0.25) {
+            kinds.calls_per_s = rng.random_range(10.0..1_000.0);
+        }
+        let span = |rng: &mut ChaCha8Rng| {
+            let from_us = at(rng);
+            let until_us = (from_us + rng.random_range(500..10_000) * MS).min(healed_us);
+            (rng.random_range(0..modules), from_us, until_us)
+        };
+        if rng.random_bool(1.0 / 6.0) {
+            kinds.double = Some(span(&mut rng));
+        }
+        if rng.random_bool(1.0 / 6.0) {
+            kinds.liar = Some(span(&mut rng));
+        }
+        kinds
+    }
 }
 
 impl Storm {
@@ -72,13 +137,17 @@ impl Storm {
         let deaths =
             (0..rng.random_range(0..3)).map(|_| (at(&mut rng), rng.random_range(100_000..3_000_000)));
         let deaths = deaths.collect();
-        Self { modules, seed, weather, drop_under_way: rng.random_bool(0.5), reboots, steps, deaths }
+        let drop_under_way = rng.random_bool(0.5);
+        let kinds = Kinds::new(modules, seed);
+        Self { modules, seed, weather, drop_under_way, reboots, steps, deaths, kinds }
     }
 
     /// Whether no module's power and no host fails, so that only the medium is to blame.
     #[must_use]
     pub fn is_radio_only(&self) -> bool {
-        self.reboots.is_empty() && self.deaths.is_empty()
+        let Kinds { pauses, double, liar, .. } = &self.kinds;
+        let ends_fail = !pauses.is_empty() || double.is_some() || liar.is_some();
+        self.reboots.is_empty() && self.deaths.is_empty() && !ends_fail
     }
 
     /// How far the clock that jumps most jumps, all jumps together, µs.

@@ -3,7 +3,7 @@
 
 use link::faults::FaultCount;
 use tests::seeds::{number, on_all_cores};
-use tests::storm::{Outcome, Storm, THREE_CYCLES_S};
+use tests::storm::{KindCount, Outcome, Storm, THREE_CYCLES_S};
 
 /// Of each ten storms seven are of three modules, two of nine, one of twenty-five.
 fn modules(seed: u64) -> usize {
@@ -24,7 +24,7 @@ fn fleets_survive_storms() {
         let storm = Storm::new(modules(seed), seed);
         let outcome = storm.run();
         if !outcome.violations.is_empty() {
-            eprintln!("seed {seed} ({} modules): {:#?}", storm.modules, outcome.violations);
+            eprintln!("seed {seed} ({} modules): {:#?} in {storm:?}", storm.modules, outcome.violations);
         }
         (storm, outcome)
     });
@@ -36,6 +36,25 @@ fn fleets_survive_storms() {
         .map(|(storm, _)| storm.seed)
         .collect();
     assert!(bad.is_empty(), "{} of {} storms: seeds {bad:?}", bad.len(), all.len());
+    // A share of them that is smaller need not have every kind.
+    if count >= 200 {
+        let KindCount { send_errors, pauses, doubled, played, called, lies, liars } = kinds(&all);
+        for (what, struck) in [
+            ("send errors", send_errors),
+            ("pauses", pauses),
+            ("runs that met a doubled module", doubled),
+            ("announcements", played),
+            ("forged calls", called),
+            ("lies", lies),
+            ("runs that named a liar", liars),
+        ] {
+            assert!(struck > 0, "{what}: none in {count} storms");
+        }
+    }
+}
+
+fn kinds(all: &[(Storm, Outcome)]) -> KindCount {
+    all.iter().fold(KindCount::default(), |sum, (_, outcome)| sum + outcome.kinds)
 }
 
 fn report(all: &[(Storm, Outcome)]) {
@@ -73,6 +92,11 @@ fn report(all: &[(Storm, Outcome)]) {
         class(5),
         class(6)
     );
+    let KindCount { send_errors, pauses, doubled, played, called, lies, liars } = kinds(all);
+    println!(
+        "ends              {send_errors} sends refused, {pauses} pauses of the host, {doubled} runs met a doubled module, {lies} lies, {liars} runs named a liar"
+    );
+    println!("strangers         {played} recorded announcements, {called} forged calls");
     println!(
         "power lost        {} times in mid-swing; {} contacts with such a tail, all in cycles that could not be power tolerant",
         sum(&|o| o.powerless as u64),

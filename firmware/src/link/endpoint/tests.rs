@@ -136,12 +136,22 @@ fn announces_itself_is_called_asks_the_time_and_reports() {
     let said = bench.run(3_004 * MS);
     let count = |what: fn(&Message) -> bool| said.iter().filter(|message| what(message)).count();
     assert_eq!(count(|message| matches!(message, Message::Telemetry(_))), 150, "every 20 ms");
-    assert_eq!(count(|message| matches!(message, Message::Health(_))), 3, "every second");
+    let healths =
+        |said: &[Message]| said.iter().filter(|message| matches!(message, Message::Health(_))).count();
+    assert_eq!(
+        healths(&said),
+        11,
+        "sure after 0.2 s; from a second later on five a second, as no cycle has come"
+    );
     let session = bench.host.session().id();
     let hellos: Vec<_> = said.iter().filter(|message| matches!(message, Message::Hello(_))).collect();
     assert!((3..=4).contains(&hellos.len()), "{hellos:?}");
     assert!(hellos.iter().all(|hello| matches!(hello, Message::Hello(hello) if hello.session == session)));
     assert_eq!(bench.state(), ModuleState::Ready);
+    // A cycle that has begun says that the host knows.
+    assert_eq!(bench.ask(&direct(1, 4_000 * MS)), Verdict::Accepted);
+    bench.run(4_100 * MS);
+    assert!((2..=3).contains(&healths(&bench.run(7_000 * MS))), "every second");
 }
 
 #[test]

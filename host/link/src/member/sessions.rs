@@ -7,10 +7,11 @@ use protocol::window::{Arrival, Window};
 use protocol::{Frame, Kind, Message, Nonce, Session, Side};
 
 use super::super::delivery::DeliveryState;
+use super::super::lead::SentTimes;
 use super::super::live::Live;
 use super::super::offers::Offer;
 use super::super::plausible::plausible;
-use super::super::rival::{ALIVE_FOR, Rival};
+use super::super::rival::{ALIVE_FOR, ASK_EVERY, Rival};
 use super::{Heard, Joined, ModuleLink};
 
 /// Boot nonces that are remembered as used up.
@@ -49,9 +50,13 @@ impl<A: Copy> ModuleLink<A> {
     /// Takes out a message with a number that no module can have.
     fn checked(&mut self, now: FleetInstant, heard: Heard) -> Heard {
         let Heard::Said { opened: Some(opened), joined } = heard else { return heard };
+        let is_health = matches!(opened.message, Message::Health(_));
         let message = plausible(now, self.latest, opened.message);
         if message.is_none() {
             self.came_late();
+            if !is_health {
+                self.implausible_since.get_or_insert(now);
+            }
         }
         Heard::Said { opened: message.map(|message| Opened { message, ..opened }), joined }
     }
@@ -60,11 +65,13 @@ impl<A: Copy> ModuleLink<A> {
         let id = frame.header.session;
         if let Some(live) = self.live.as_mut().filter(|live| live.session.id() == id) {
             let opened = live.session.open(frame)?;
+            live.note(opened.sequence);
+            self.alive = self.alive.max(live.saw(opened.seen).unwrap_or_default());
             // Its address is wherever its newest datagram came from.
+            // One that was overtaken may have been held back, and says nothing of now.
             if !opened.overtaken {
-                live.address = from;
+                (live.address, self.heard) = (from, now);
             }
-            self.heard = now;
             return Ok(Heard::Said { opened: Some(opened), joined: None });
         }
         if let Some(rival) = self.rival.as_mut().filter(|rival| rival.live.session.id() == id) {
@@ -80,6 +87,7 @@ impl<A: Copy> ModuleLink<A> {
         offer.address = from;
         let boot = offer.boot;
         let joined = self.join(now, &boot);
+        self.live.iter_mut().for_each(|live| live.note(opened.sequence));
         self.heard = now;
         Ok(Heard::Said { opened: Some(opened), joined: Some(joined) })
     }
@@ -87,13 +95,16 @@ impl<A: Copy> ModuleLink<A> {
     /// Puts a session that was on offer in force: the module has shown that it is there.
     fn join(&mut self, now: FleetInstant, boot: &Nonce) -> Joined {
         let mut joined = Joined::First;
+        let alive = std::mem::replace(&mut self.alive, now);
         // No other offer can be taken up any more.
         if let Some(Offer { boot, session, address, .. }) = self.offers.take_up(boot) {
             self.retire(boot);
-            let live = Live { boot, session, address, next: None, newest_report: None, kind: None };
+            let (sent, came) = (SentTimes::new(), (0, 0));
+            let live =
+                Live { boot, session, address, next: None, newest_report: None, kind: None, sent, came };
             if let Some(former) = self.live.replace(live) {
                 joined = if former.is_of(&boot) { Joined::Again } else { Joined::Rebooted };
-                self.displaced(now, former, &boot);
+                self.displaced(now, alive, former, &boot);
             }
         }
         self.sessions += 1;
@@ -101,13 +112,16 @@ impl<A: Copy> ModuleLink<A> {
         self.elsewhere = false;
         // Nothing sent before its reboot counts any more.
         (self.telemetry, self.rov_telemetry, self.tail_unknown, self.health) = (None, None, None, None);
+        self.implausible_since = None;
         joined
     }
 
-    /// A session of the boot that drew `boot` has taken the place of `former`. Unless that was the same boot it may be a second module's.
-    fn displaced(&mut self, now: FleetInstant, former: Live<A>, boot: &Nonce) {
-        let keep = self.rival.as_ref().is_some_and(|rival| rival.is_proven() && !rival.is_of(boot));
-        if former.is_of(boot) || keep {
+    /// A session of the boot that drew `boot` has taken the place of `former`, which was last there at `alive`. Unless that was the same boot it
+    /// may be a second module's.
+    fn displaced(&mut self, now: FleetInstant, alive: FleetInstant, former: Live<A>, boot: &Nonce) {
+        // Of three the two that were there last.
+        let kept = |rival: &Rival<A>| rival.is_proven() && !rival.is_of(boot) && rival.alive() > alive;
+        if former.is_of(boot) || self.rival.as_ref().is_some_and(kept) {
             self.close(&former);
             return;
         }
@@ -116,7 +130,7 @@ impl<A: Copy> ModuleLink<A> {
             self.close(&rival.live);
             rival.is_of(boot)
         });
-        let proven = (comes_back && now.since(self.heard) < ALIVE_FOR).then_some(self.heard);
+        let proven = (comes_back && now.since(alive) < ALIVE_FOR).then_some(alive);
         self.rival = Some(Rival::new(now, former, proven));
     }
 
@@ -125,20 +139,34 @@ impl<A: Copy> ModuleLink<A> {
         self.closed = self.closed.plus(&live.session.outgoing().closed());
     }
 
-    /// Lets one of two go that is silent.
-    pub(in super::super) fn handle_timer(&mut self, now: FleetInstant) {
-        let Some(rival) = &self.rival else { return };
-        let rival_alone = rival.is_proven() && now.since(self.heard) >= ALIVE_FOR;
+    /// Forgets what one said that reports no numbers any more; lets one of two go that is silent.
+    /// Whether the one in force is to be asked whether it is there.
+    pub(in super::super) fn handle_timer(&mut self, now: FleetInstant) -> bool {
+        if self.is_implausible(now) {
+            // It may have moved since.
+            (self.telemetry, self.rov_telemetry, self.tail_unknown) = (None, None, None);
+        }
+        if let Some(live) = &self.live {
+            let (came, seen) = live.came;
+            self.losses.update(now, live.session.id(), &live.session.outgoing(), came, seen);
+        }
+        let Some(rival) = &self.rival else { return false };
+        let rival_alone = rival.is_proven() && now.since(self.alive) >= ALIVE_FOR;
         if rival.is_silent(now) {
             if let Some(rival) = self.rival.take() {
                 self.close(&rival.live);
             }
         } else if rival_alone && let Some(rival) = self.rival.take() {
-            self.heard = rival.alive();
+            (self.heard, self.alive) = (rival.alive(), rival.alive());
             if let Some(gone) = self.live.replace(rival.live) {
                 self.close(&gone);
             }
         }
+        let ask = self.is_doubled() && now >= self.next_ask;
+        if ask {
+            self.next_ask = now.after(ASK_EVERY);
+        }
+        ask
     }
 
     /// Two modules answer: nothing that was reported is of one that is known, and either may have what was sent.

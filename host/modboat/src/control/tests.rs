@@ -15,8 +15,13 @@ fn feed_forward() -> Controller {
     controller(&ControlConfig { velocity_proportional_1_s: 0.0, ..Default::default() })
 }
 
-const REST: Observation =
-    Observation { velocity_m_s: [0.0; 2], heading_rad: 0.0, yaw_rate_rad_s: 0.0, unknown_m_s2: [0.0; 2] };
+const REST: Observation = Observation {
+    velocity_m_s: [0.0; 2],
+    heading_rad: 0.0,
+    yaw_rate_rad_s: 0.0,
+    unknown_m_s2: [0.0; 2],
+    unknown_rad_s2: 0.0,
+};
 
 #[test]
 fn defaults_pass_and_nonsense_is_named() {
@@ -235,4 +240,16 @@ fn a_station_is_approached_at_a_bounded_speed_and_in_proportion_near_it() {
     // On its way there at such a speed that it arrives by itself, nothing more is asked for.
     let moving = Observation { velocity_m_s: [0.05, 0.0], ..REST };
     assert!(controller.towards([0.1, 0.0], [0.0; 2], &moving, 2.0)[0].abs() < 1e-12);
+}
+
+#[test]
+fn an_unknown_torque_is_taken_off_little_by_little() {
+    let mut controller = controller(&ControlConfig::default());
+    let observed = Observation { unknown_rad_s2: 1e-3, ..REST };
+    let target = Target { velocity_m_s: [0.0; 2], heading_rad: 0.0 };
+    let taken: Vec<f64> = (0..40).map(|_| controller.demand(&target, &observed, 1.5, 1.8).tau_nm).collect();
+    // Total inertia of three modules: 1.2·0.054 kg·m²; against the unknown, 0.15 of it at first, all of it in the end.
+    let whole_nm = -1.2 * 0.054 * 1e-3;
+    assert!((taken[0] - 0.15 * whole_nm).abs() < 1e-9, "{}", taken[0]);
+    assert!((taken[39] - whole_nm).abs() < 2e-3 * whole_nm.abs(), "{}", taken[39]);
 }

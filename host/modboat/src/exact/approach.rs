@@ -28,7 +28,7 @@ impl Clearance for Turning<'_> {
         (0..2).any(|end| still(end) && reach.clears(end, from_rad[end]))
             || (case.may_turn(offset, from_rad, to_rad)
                 || slow && case.may_turn_slowly(offset, from_rad, to_rad))
-                && case.may_stop(pair, from_rad, to_rad)
+                && case.may_stop_turning(pair, from_rad, to_rad)
     }
 
     fn swim(&self, pair: &Pair, i: Swing, j: Swing) -> bool {

@@ -22,6 +22,8 @@ use super::rest::RestPoses;
 
 /// What a tail costs that stays in a neighbour's reach, as if it travelled so far, rad.
 const STAYS_RAD: f64 = 1e3;
+/// What a tail costs that does not come to rest where it is wanted, rad.
+const ELSEWHERE_RAD: f64 = 20.0;
 
 /// The search for turns out of reach, with its workspace.
 #[derive(Clone, Debug, Default)]
@@ -45,11 +47,13 @@ impl Leaving {
     }
 
     /// Turns out of reach from `tails`, if need be slowly, and the rest that follows. `None` where no tail has to leave, or none can.
+    /// Where free poses are `wanted`, tails turn to those if they can, also such that may stay.
     pub fn find(
         &mut self,
         case: Case<'_>,
         rest: &RestPoses,
         tails: &[f64],
+        wanted: Option<&[f64]>,
         slow: bool,
         buffers: &mut Buffers,
     ) -> Option<(Vec<Swing>, Approach)> {
@@ -60,17 +64,31 @@ impl Leaving {
         first.push(0);
         for (module, &tail_rad) in tails.iter().enumerate() {
             let start = to_rad.len();
-            if !rest.may_stay(module, tail_rad) {
+            let offer = |to_rad: &mut Vec<f64>, pose_rad: f64| {
+                let ways = rotations(tail_rad, pose_rad, case.rotation_max_rad());
+                to_rad.extend(ways.map(|rotation_rad| tail_rad + rotation_rad));
+            };
+            let pose_rad =
+                wanted.map(|poses_rad| poses_rad[module]).filter(|&pose| rest.is_free(module, pose));
+            if let Some(pose_rad) = pose_rad {
+                offer(to_rad, pose_rad);
+            }
+            let others = to_rad.len();
+            let stays = rest.may_stay(module, tail_rad);
+            if !stays {
                 for &pose_rad in rest.stations_rad(module) {
-                    let ways = rotations(tail_rad, pose_rad, case.rotation_max_rad());
-                    to_rad.extend(ways.map(|rotation_rad| tail_rad + rotation_rad));
+                    offer(to_rad, pose_rad);
                 }
                 let travel_rad = |to_rad: &f64| (to_rad - tail_rad).abs();
-                to_rad[start..].sort_unstable_by(|a, b| travel_rad(a).total_cmp(&travel_rad(b)));
+                to_rad[others..].sort_unstable_by(|a, b| travel_rad(a).total_cmp(&travel_rad(b)));
                 to_rad.truncate(start + OPTIONS_MAX - 1);
             }
-            let stays_rad = if to_rad.len() > start { STAYS_RAD } else { 0.0 };
-            chooser.module(to_rad[start..].iter().map(|to_rad| (to_rad - tail_rad).abs()).chain([stays_rad]));
+            let elsewhere_rad = if pose_rad.is_some() { ELSEWHERE_RAD } else { 0.0 };
+            let stays_rad = if stays { elsewhere_rad } else { STAYS_RAD };
+            let cost_rad = |(option, to_rad): (usize, &f64)| {
+                (to_rad - tail_rad).abs() + if start + option < others { 0.0 } else { elsewhere_rad }
+            };
+            chooser.module(to_rad[start..].iter().enumerate().map(cost_rad).chain([stays_rad]));
             to_rad.push(tail_rad);
             first.push(to_rad.len());
         }

@@ -53,8 +53,9 @@ use crate::motion::{Swing, Turn, Wrench};
 use crate::plan::{Outcome, Plan};
 use crate::planner_config::LossTolerance;
 use crate::setting::{Approach, Case, Participation, Setting};
+use choice::SMALL;
 use leaving::Leaving;
-use search::{CycleCandidate, Search};
+use search::{CycleCandidate, Search, Staying};
 
 /// Halvings of the interval in which the farthest wrench in a direction is looked for.
 const HALVINGS: usize = 6;
@@ -72,6 +73,8 @@ struct Request<'a> {
     tails: Option<&'a [f64]>,
     /// The cycle before.
     previous: Option<&'a [Swing]>,
+    /// From which amplitudes the search begins where tails stay.
+    near: Option<&'a [Swing]>,
     tolerance: LossTolerance,
     /// See [`Case::before`].
     before: Option<&'a [Swing]>,
@@ -92,6 +95,10 @@ pub struct ExactPlanner {
     leaving: Leaving,
     /// Whether every module has a free pose: then a plan that meets the demand is loss tolerant too.
     all_free: bool,
+    /// Whether one transition is worth cycles that any module may stop in.
+    settled: bool,
+    /// The swim for which tails left their neighbours' reach; none once it has begun.
+    aimed: Vec<Swing>,
 }
 
 impl ExactPlanner {
@@ -104,7 +111,15 @@ impl ExactPlanner {
         let envelope = Envelope::new(&active.collect::<Vec<_>>(), &setting.parameters);
         let search = Search::new(&setting);
         let leaving = Leaving::new(&setting);
-        Self { all_free: search.all_free(), setting, envelope, search, leaving }
+        Self {
+            all_free: search.all_free(),
+            settled: false,
+            aimed: Vec::new(),
+            setting,
+            envelope,
+            search,
+            leaving,
+        }
     }
 
     /// See [`Planner::plan_into`](crate::planner::Planner::plan_into).
@@ -117,12 +132,52 @@ impl ExactPlanner {
     ) {
         self.discard(std::mem::take(plan));
         let tolerance = self.setting.config.loss_tolerant;
-        let request = Request { demand, tails, previous, tolerance, before: previous };
+        let aimed = std::mem::take(&mut self.aimed);
+        let begins = previous.is_some_and(|cycle| cycle.len() == aimed.len() && !moves(cycle));
+        let near = if begins { Some(aimed.as_slice()) } else { previous };
+        let request = Request { demand, tails, previous, near, tolerance, before: previous };
         *plan = self.plan_as_asked(request);
         let power = tolerance == LossTolerance::Power;
         if power && !(is_tolerant(plan) && (is_good(plan) || is_leaving(plan))) {
             self.make_power_tolerant(plan, request);
         }
+    }
+
+    /// See [`Planner::leave_into`](crate::planner::Planner::leave_into).
+    pub fn leave_into(&mut self, demand: Wrench, tails: &[f64], plan: &mut Plan) -> bool {
+        if self.setting.config.loss_tolerant == LossTolerance::Off || self.search.may_stay(tails) {
+            return false;
+        }
+        let known = Some(tails);
+        let mut request = Request {
+            demand,
+            tails: known,
+            previous: None,
+            near: None,
+            tolerance: LossTolerance::Prefer,
+            before: None,
+        };
+        // To where the swim that follows would best begin.
+        let aimed = self.plan_as_asked(request);
+        let planned = aimed.outcome == Outcome::Planned;
+        let wanted = planned.then(|| aimed.cycle.iter().map(|swing| swing.start_rad()).collect::<Vec<f64>>());
+        self.aimed.clear();
+        self.aimed.extend(aimed.cycle.iter().copied());
+        self.discard(aimed);
+        request.demand = Wrench::default();
+        let found = [LossTolerance::Power, LossTolerance::Require]
+            .into_iter()
+            .find_map(|tolerance| self.leave(Request { tolerance, ..request }, wanted.as_deref()));
+        let left = found.is_some();
+        if let Some(found) = found {
+            self.discard(std::mem::replace(plan, found));
+        }
+        left
+    }
+
+    /// See [`Planner::settle`](crate::planner::Planner::settle).
+    pub fn settle(&mut self, settled: bool) {
+        self.settled = settled;
     }
 
     /// Where what any module may stop in does not do what was demanded: the most of it that can be done all the same.
@@ -137,8 +192,7 @@ impl ExactPlanner {
             let better = !is_tolerant(plan) || part.error < plan.error;
             self.discard(if better { std::mem::replace(plan, part) } else { part });
         }
-        let moved =
-            request.previous.is_some_and(|cycle| cycle.iter().any(|swing| swing.amplitude_rad != 0.0));
+        let moved = request.previous.is_some_and(moves);
         if moved && (!is_tolerant(plan) || plan.error > GOOD_ERROR) {
             let free = self.plan_as_asked(Request { before: None, ..request });
             let pauses = !is_tolerant(plan) || is_tolerant(&free) && free.error < 0.5 * plan.error;
@@ -215,7 +269,7 @@ impl ExactPlanner {
         }
         let plan = found
             .and_then(|found| self.examine(found, request))
-            .or_else(|| self.leave(request))
+            .or_else(|| self.leave(request, None))
             .or_else(|| self.repeat(request))
             .unwrap_or_else(|| self.hold(request));
         Plan { outside_envelope, ..plan }
@@ -235,12 +289,13 @@ impl ExactPlanner {
     }
 
     /// Where a plan that any module may miss is required and a tail rests in a neighbour's reach: out of it first.
-    fn leave(&mut self, request: Request<'_>) -> Option<Plan> {
+    fn leave(&mut self, request: Request<'_>, wanted: Option<&[f64]>) -> Option<Plan> {
         let tails = request.tails.filter(|_| request.tolerance.is_required())?;
         [false, true].into_iter().find_map(|slow| {
             let Self { setting, search, leaving, .. } = &mut *self;
             let case = request.case(setting);
-            let (cycle, approach) = leaving.find(case, &search.rest, tails, slow, &mut search.buffers)?;
+            let (cycle, approach) =
+                leaving.find(case, &search.rest, tails, wanted, slow, &mut search.buffers)?;
             let found = CycleCandidate { cycle, approach: Some(approach), error: 1.0, met: false };
             self.examine(found, request)
         })
@@ -249,7 +304,7 @@ impl ExactPlanner {
     /// The best found for one demand: met if it can be, else the nearest. Of more than `field_modules` modules Algorithm 1 is
     /// not asked.
     fn solve(&mut self, request: Request<'_>, field_modules: usize) -> Option<CycleCandidate> {
-        let Request { demand, tails, previous, .. } = request;
+        let Request { demand, tails, previous, near, .. } = request;
         // Between free poses whatever is clear is loss tolerant.
         let free = self.all_free && tails.is_none_or(|tails| self.search.may_stay(tails));
         let tolerances: &[bool] = match request.tolerance {
@@ -258,6 +313,12 @@ impl ExactPlanner {
             LossTolerance::Prefer if free => &[true],
             LossTolerance::Prefer => &[true, false],
         };
+        if request.tolerance == LossTolerance::Prefer
+            && free
+            && let Some(found) = self.solve_stoppable(request)
+        {
+            return Some(found);
+        }
         let Self { setting, search, envelope, .. } = self;
         let case = request.case(setting);
         let mut best = Cheapest { case, tails, found: None, price: f64::INFINITY };
@@ -267,7 +328,7 @@ impl ExactPlanner {
                 break;
             }
             done = tails.is_some_and(|tails| {
-                let found = search.stay(case, demand, tails, previous, loss_tolerant);
+                let found = search.stay(case, demand, tails, near, loss_tolerant, Staying::Searched);
                 best.offer(found, &mut search.buffers)
             });
             done = done || {
@@ -286,6 +347,42 @@ impl ExactPlanner {
             }
         }
         best.found
+    }
+
+    /// What meets the demand, with cycles that any module may stop in: by going on as before; once the demand has settled, also from
+    /// other rest poses.
+    ///
+    /// The cycle before is left out of account: how sides change hands decides whether this very plan is tolerant, and it says so; that
+    /// each has one owner makes the next ones so.
+    fn solve_stoppable(&mut self, request: Request<'_>) -> Option<CycleCandidate> {
+        let Self { setting, search, settled, .. } = self;
+        let (Request { demand, near, .. }, tails) = (request, request.tails?);
+        let case = Case { setting, tolerance: LossTolerance::Power, before: None };
+        if let Some(found) = search.stay(case, demand, tails, near, true, Staying::Continued) {
+            if found.met {
+                return Some(found);
+            }
+            found.discard(&mut search.buffers);
+        }
+        // Three modules yaw to and fro against amplitudes that do not cancel, from some rest poses much more than from others: they
+        // keep theirs.
+        if !*settled || tails.len() < SMALL {
+            return None;
+        }
+        let best = Cheapest { case, tails: request.tails, found: None, price: f64::INFINITY };
+        let is_kept = |found: &CycleCandidate| found.met && best.is_kept(found);
+        if let Some(found) = search.stay(case, demand, tails, near, true, Staying::Searched) {
+            if is_kept(&found) {
+                return Some(found);
+            }
+            found.discard(&mut search.buffers);
+        }
+        let found = search.turn(case, demand, request.tails, true)?;
+        if is_kept(&found) {
+            return Some(found);
+        }
+        found.discard(&mut search.buffers);
+        None
     }
 
     /// The farthest wrench in the direction of the demand, up to `share` of it, that is met.
@@ -317,6 +414,10 @@ fn is_kept(asked: LossTolerance, loss_tolerant: bool, power_tolerant: bool, tail
     loss_tolerant && (power_tolerant || asked != LossTolerance::Power) || !required
 }
 
+fn moves(cycle: &[Swing]) -> bool {
+    cycle.iter().any(|swing| swing.amplitude_rad != 0.0)
+}
+
 /// Whether a plan moves something, and any module may stop in it.
 fn is_tolerant(plan: &Plan) -> bool {
     plan.outcome == Outcome::Planned && plan.power_tolerant
@@ -329,8 +430,7 @@ fn is_good(plan: &Plan) -> bool {
 
 /// Whether a plan does nothing but turn tails out of their neighbours' reach, and any module may miss it.
 fn is_leaving(plan: &Plan) -> bool {
-    let rests = |swing: &Swing| swing.amplitude_rad == 0.0;
-    plan.loss_tolerant && plan.transition.is_some() && plan.cycle.iter().all(rests)
+    plan.loss_tolerant && plan.transition.is_some() && !moves(&plan.cycle)
 }
 
 /// The cheapest of what is offered: relative error, and the time of the transition by `travel_weight`.

@@ -48,7 +48,7 @@ impl Rules<'_> {
         if self.case.is_unknown(pair) {
             return self.case.keeps_out(pair, from, to);
         }
-        if !self.case.may_stop(pair, from, to) {
+        if !self.case.may_stop_swinging(pair, [i.swing(), j.swing()]) {
             return false;
         }
         // A module at rest in a free pose is in no other's way.

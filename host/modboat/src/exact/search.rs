@@ -35,6 +35,8 @@ const SMALL_MARGIN: f64 = 0.05;
 const STARTS_RAD: [f64; 3] = [1.75, 1.2, 2.3];
 /// Patterns of signs that meet the demand among which one is chosen.
 const COMPARED: usize = 4;
+/// What a change of the net amplitude costs where signs change, against the share of demands about one that are met, 1/rad.
+const JUMP_1_RAD: f64 = 0.1;
 /// The amplitude that leaves most room either way, rad.
 const MIDDLE_RAD: f64 = 1.75;
 /// A cycle belongs to where a tail is if it starts no further from it, rad.
@@ -65,6 +67,15 @@ impl CycleCandidate {
     pub(super) fn discard(self, buffers: &mut Buffers) {
         buffers.keep(self.cycle, self.approach);
     }
+}
+
+/// How cycles are looked for that start where the tails rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Staying {
+    /// From the cycle before alone.
+    Continued,
+    /// In all ways.
+    Searched,
 }
 
 /// The search for cycles, with its workspace.
@@ -163,6 +174,7 @@ impl Search {
         tails: &[f64],
         previous: Option<&[Swing]>,
         loss_tolerant: bool,
+        staying: Staying,
     ) -> Option<CycleCandidate> {
         if !self.may_stay(tails) {
             return None;
@@ -172,6 +184,9 @@ impl Search {
         let continued =
             previous.and_then(|cycle| self.continue_cycle(case, &aim, tails, cycle, loss_tolerant));
         if continued.is_none() {
+            if staying == Staying::Continued {
+                return None;
+            }
             let at_rest = |(module, &tail_rad): (usize, &f64)| self.rest.cycle(module, tail_rad, 0.0);
             self.allocation.begin(tails.iter().enumerate().map(at_rest));
         }
@@ -181,11 +196,14 @@ impl Search {
         };
         // Collisions aside nothing could meet the demand where the margin is below zero; with them little does where it is small.
         if met != Met::Yes
+            && staying == Staying::Searched
             && let margin = margin(self)
             && margin >= 0.0
         {
             met = if tails.len() <= SMALL {
-                self.all_signs(case, &aim, demand, tails, loss_tolerant)
+                let net_rad =
+                    continued.and(previous).map(|cycle| cycle.iter().map(|swing| swing.amplitude_rad).sum());
+                self.all_signs(case, &aim, demand, tails, loss_tolerant, net_rad)
             } else {
                 self.descend(case, &aim, tails, loss_tolerant, continued.is_some(), margin)
             };
@@ -263,6 +281,7 @@ impl Search {
         demand: Wrench,
         tails: &[f64],
         loss_tolerant: bool,
+        before_rad: Option<f64>,
     ) -> Met {
         let Self { rest, law, allocation, orientation, best, merit, patterns, .. } = self;
         let rules = Rules { case, loss_tolerant };
@@ -291,8 +310,12 @@ impl Search {
             });
             compared += usize::from(met);
             let about = (aim, demand.to_array());
-            if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, score) {
-                score = own;
+            // The structure turns by the change of ΣA as the mean of the tails' angles does.
+            let net_rad: f64 = allocation.cycles.iter().map(|cycle| cycle.amplitude_rad).sum();
+            let jump = JUMP_1_RAD * before_rad.map_or(0.0, |before_rad| (net_rad - before_rad).abs());
+            let least = score + jump;
+            if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, least) {
+                score = own - jump;
                 best.clone_from(&allocation.cycles);
             }
         }

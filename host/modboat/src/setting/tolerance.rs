@@ -9,16 +9,29 @@
 //!   one cycle and its neighbours begin the next before the host knows, so a side changes hands only over a cycle in which
 //!   neither uses it.
 //!
+//! A tail that loses its power goes on. The firmware's board shorts the motor in reset, so that it is braked by its own winding,
+//! φ̈ = −φ̇/τ_m, and stops after ω·τ_m where a planned motion at −α stops after ω²/2α. So it can come to rest beyond the end of
+//! what was planned: of a transition by up to ατ_m²/2, of a swing by A·(√(1 + (2πτ_m/T)²) − 1), and what the servo is off
+//! comes on top. Everything a tail passes is therefore continued by [`stop_past_turn_rad`](crate::parameters::Parameters::stop_past_turn_rad) beyond the end of each
+//! turn, and by [`stop_past_swing_rad`](crate::parameters::Parameters::stop_past_swing_rad) beyond both ends of a swing; that it stops anywhere short of there is in it.
+//! Of a pair of which one rests, the other one, so continued, is held against the resting tail by the exact geometry.
+//!
 //! Assumptions and limits: sufficient, not necessary (the region in which two tails collide is smaller than the square about it).
-//! A module that stops is braked, and does not leave what it was to sweep: the firmware's board shorts the motor in reset.
-//! Of the cycle before, the swing is taken into account, the transition is not.
+//! Of the cycle before, the swing is taken into account, the transition is not. At constant speed, of which nothing is known, a
+//! tail that turns may stop anywhere.
+
+use std::f64::consts::TAU;
 
 use super::{Case, Setting, swim_ends, turn_ends};
 use crate::motion::Swing;
 use crate::pairs::Pair;
-use crate::planner_config::LossTolerance;
+use crate::planner_config::{LawOfTime, LossTolerance};
 use crate::transition::STILL_RAD;
+use crate::tube::Tube;
 use crate::way::Steps;
+
+/// The least and the greatest angle that a tail passes or comes to rest at, rad, unwrapped; equal to the bit where it stays.
+type Span = [f64; 2];
 
 /// Participation of a module in a plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,11 +70,49 @@ impl Setting {
         })
     }
 
-    /// Whether of a pair that moves from → to one keeps out of the other's reach; of two of which one rests nothing is asked.
-    fn one_keeps_out(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+    /// How far beyond the ends of a swing a tail can come to rest, more than e_s, which reaches and tubes hold already, rad.
+    fn past_swing_rad(&self) -> f64 {
+        (self.parameters.stop_past_swing_rad - self.parameters.tracking_error_rad).max(0.0)
+    }
+
+    /// The same of the end of a turn.
+    fn past_turn_rad(&self) -> f64 {
+        match self.config.law() {
+            LawOfTime::RestToRest => {
+                (self.parameters.stop_past_turn_rad - self.parameters.tracking_error_rad).max(0.0)
+            }
+            LawOfTime::ConstantSpeed => TAU,
+        }
+    }
+
+    /// Where a tail can be in this swing, and where it can stop.
+    fn swung(&self, swing: Swing) -> Span {
+        let (start_rad, far_rad) = (swing.start_rad(), swing.start_rad() - 2.0 * swing.amplitude_rad);
+        if swing.amplitude_rad == 0.0 {
+            return [start_rad; 2];
+        }
+        let past_rad = self.past_swing_rad();
+        [start_rad.min(far_rad) - past_rad, start_rad.max(far_rad) + past_rad]
+    }
+
+    /// The same in a turn: beyond its end, as it starts from rest.
+    fn turned(&self, from_rad: f64, to_rad: f64) -> Span {
+        if rests(from_rad, to_rad) {
+            return [from_rad; 2];
+        }
+        let end_rad = to_rad + self.past_turn_rad().copysign(to_rad - from_rad);
+        [from_rad.min(end_rad), from_rad.max(end_rad)]
+    }
+
+    /// Whether of a pair that passes `spans` either may stop anywhere: one keeps out of the other's reach; of two of which one
+    /// rests, the other passes it clear.
+    fn one_keeps_out(&self, pair: &Pair, spans: [Span; 2]) -> bool {
         let reach = &self.reaches[pair.offset];
-        (0..2).any(|end| rests(from_rad[end], to_rad[end]))
+        let [from_rad, to_rad] = [0, 1].map(|bound: usize| spans.map(|span| span[bound]));
+        let still = [0, 1].map(|end: usize| rests(from_rad[end], to_rad[end]));
+        still == [true, true]
             || (0..2).any(|end| reach.clears_along(end, from_rad[end], to_rad[end]))
+            || still.contains(&true) && self.distance.tube_clear(Tube::One, pair.offset, from_rad, to_rad)
     }
 
     /// Whether modules that are not active rest, and the active ones keep out of reach of tails with unknown angle.
@@ -81,22 +132,29 @@ impl Setting {
 }
 
 impl Case<'_> {
-    /// Whether a pair may move from → to, as far as power is concerned: always, unless plans are to be tolerant of that.
+    /// Whether a pair may turn from → to, as far as power is concerned: always, unless plans are to be tolerant of that.
     #[must_use]
-    pub fn may_stop(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        self.tolerance != LossTolerance::Power || self.stops_clear(pair, from_rad, to_rad)
+    pub fn may_stop_turning(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
+        self.tolerance != LossTolerance::Power
+            || self.stops_clear(pair, [0, 1].map(|end| self.turned(from_rad[end], to_rad[end])))
     }
 
-    /// Whether of a pair that moves from → to one may stop anywhere while the other goes on: in this motion, or in the cycle before
+    /// The same of a pair that swings so.
+    #[must_use]
+    pub fn may_stop_swinging(&self, pair: &Pair, swings: [Swing; 2]) -> bool {
+        self.tolerance != LossTolerance::Power
+            || self.stops_clear(pair, swings.map(|swing| self.swung(swing)))
+    }
+
+    /// Whether of a pair that passes `spans` one may stop anywhere while the other goes on: in this motion, or in the cycle before
     /// while the other one is in this motion already.
-    fn stops_clear(&self, pair: &Pair, from_rad: [f64; 2], to_rad: [f64; 2]) -> bool {
-        // From where to where a tail swings in the cycle before, rad.
-        let span = |swing: &Swing| [swing.start_rad(), swing.start_rad() - 2.0 * swing.amplitude_rad];
-        let before = self.before.and_then(|cycle| Some((span(cycle.get(pair.i)?), span(cycle.get(pair.j)?))));
-        self.one_keeps_out(pair, from_rad, to_rad)
+    fn stops_clear(&self, pair: &Pair, spans: [Span; 2]) -> bool {
+        let before = self
+            .before
+            .and_then(|cycle| Some((self.swung(*cycle.get(pair.i)?), self.swung(*cycle.get(pair.j)?))));
+        self.one_keeps_out(pair, spans)
             && before.is_none_or(|(i, j)| {
-                self.one_keeps_out(pair, [from_rad[0], j[0]], [to_rad[0], j[1]])
-                    && self.one_keeps_out(pair, [i[0], from_rad[1]], [i[1], to_rad[1]])
+                self.one_keeps_out(pair, [spans[0], j]) && self.one_keeps_out(pair, [i, spans[1]])
             })
     }
 
@@ -104,22 +162,20 @@ impl Case<'_> {
     pub(super) fn all_stop_clear(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
         // Everything a tail passes, unwrapped: the swim goes on from where the transition ends.
         let passed = |module: usize| {
-            let Swing { amplitude_rad, .. } = cycle[module];
-            let mut span_rad = [0.0_f64; 2];
-            let start_rad = cycle[module].start_rad();
-            let mut pass = |rad: f64| span_rad = [span_rad[0].min(rad), span_rad[1].max(rad)];
-            pass(-2.0 * amplitude_rad);
-            let mut back_rad = 0.0;
+            let [mut least_rad, mut most_rad] = self.swung(cycle[module]);
+            let mut end_rad = cycle[module].start_rad();
             for turn in steps.iter().rev().map(|step| step.turn(module)) {
-                back_rad -= turn.rotation_rad();
-                pass(back_rad);
+                let from_rad = end_rad - turn.rotation_rad();
+                let [low_rad, high_rad] = self.turned(from_rad, end_rad);
+                (least_rad, most_rad) = (least_rad.min(low_rad), most_rad.max(high_rad));
+                end_rad = from_rad;
             }
-            span_rad.map(|rad| start_rad + rad)
+            [least_rad, most_rad]
         };
-        self.pairs.all().iter().all(|pair| {
-            let (i, j) = (passed(pair.i), passed(pair.j));
-            self.is_unknown(pair) || self.stops_clear(pair, [i[0], j[0]], [i[1], j[1]])
-        })
+        self.pairs
+            .all()
+            .iter()
+            .all(|pair| self.is_unknown(pair) || self.stops_clear(pair, [pair.i, pair.j].map(passed)))
     }
 }
 

@@ -65,9 +65,7 @@ impl NatNetClient {
             reason: error.to_string(),
         })?;
         self.data = Some((socket, group));
-        if let Some(server) = &mut self.session.status_mut().server {
-            server.transport = format!("multicast {group} on the interface {interface}");
-        }
+        self.session.joined_on(interface);
         Ok(())
     }
 

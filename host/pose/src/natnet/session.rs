@@ -9,6 +9,7 @@
 //! again, because a server that was started again has forgotten its unicast clients.
 
 use std::collections::BTreeMap;
+use std::net::Ipv4Addr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -55,6 +56,8 @@ impl Due {
 pub struct Session {
     status: Status,
     info: Option<ServerInfo>,
+    /// Where the group was joined.
+    interface: Option<Ipv4Addr>,
     /// What frames follow; `None` until it is agreed.
     version: Option<Version>,
     names: BTreeMap<i32, Arc<str>>,
@@ -118,6 +121,10 @@ impl Session {
         if quiet && self.hello.take(now, doubled.min(LONGEST_PAUSE)) {
             self.hellos = self.hellos.saturating_add(1);
             self.outbox.push(message::connect());
+            // The first hello after an answer comes before frames can have come.
+            if self.version.is_some() && self.hellos > 2 {
+                self.status.note(self.no_frames());
+            }
         }
         let Some(info) = &self.info else { return };
         if info.group.is_none() && self.keep_alive.take(now, KEEP_ALIVE) {
@@ -131,6 +138,20 @@ impl Session {
         if self.models_wanted && self.version.is_some() && self.models.take(now, ASK_MODELS) {
             self.outbox.push(message::message(kind::REQUEST_MODEL_DEF, |_| ()));
         }
+    }
+
+    /// What is likely wrong with a server that answers and sends no frames.
+    fn no_frames(&self) -> String {
+        let transport = self.status.server.as_ref().map_or("", |server| server.transport.as_str());
+        let likely = match self.info.as_ref().and_then(|info| info.group) {
+            Some(_) => {
+                "is that the interface of its network, and does a switch or firewall hold multicast back?"
+            }
+            None => "does a firewall hold UDP back?",
+        };
+        format!(
+            "the server answers, but sends no frames ({transport}): is streaming switched on in Motive, is it live or playing; {likely}"
+        )
     }
 
     /// Takes a datagram of the server.
@@ -215,16 +236,6 @@ impl Session {
 
     /// Frames follow `version` from now on.
     fn agree(&mut self, version: Version) {
-        let Some(info) = &self.info else { return };
-        let [major, minor, build, _] = info.application_version;
-        self.status.server = Some(ServerDescription {
-            application: format!("{} {major}.{minor}.{build}", info.application),
-            protocol: format!("NatNet {version}"),
-            transport: match info.group {
-                Some(group) => format!("multicast {group}:{}", info.data_port),
-                None => "unicast".into(),
-            },
-        });
         self.version = Some(version);
         if self.status.link == Link::Connecting {
             self.status.link = Link::Connected;
@@ -232,6 +243,28 @@ impl Session {
             self.models_wanted = true;
             self.models = Due::default();
         }
+        self.describe();
+    }
+
+    /// The group was joined on the interface with this address.
+    pub fn joined_on(&mut self, interface: Ipv4Addr) {
+        self.interface = Some(interface);
+        self.describe();
+    }
+
+    fn describe(&mut self) {
+        let (Some(info), Some(version)) = (&self.info, self.version) else { return };
+        let [major, minor, build, _] = info.application_version;
+        let interface =
+            self.interface.map_or(String::new(), |interface| format!(" on the interface {interface}"));
+        self.status.server = Some(ServerDescription {
+            application: format!("{} {major}.{minor}.{build}", info.application),
+            protocol: format!("NatNet {version}"),
+            transport: match info.group {
+                Some(group) => format!("multicast {group}:{}{interface}", info.data_port),
+                None => "unicast".into(),
+            },
+        });
     }
 
     fn learn(&mut self, models: &[models::Model]) {
@@ -251,6 +284,11 @@ impl Session {
     }
 
     fn named(&mut self, frame: FrameOfData) -> Frame {
+        if frame.bodies.is_empty() && self.bodies.is_empty() && self.status.trouble.is_none() {
+            self.status.note(
+                "frames have no rigid bodies: switch on \"Rigid Bodies\" in Motive's streaming settings",
+            );
+        }
         // A body without a definition was added, or streaming of it switched on, after the definitions were asked for.
         let unknown = frame.bodies.iter().any(|body| !self.names.contains_key(&body.number));
         self.models_wanted |= frame.models_changed || unknown;

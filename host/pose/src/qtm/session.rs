@@ -48,6 +48,8 @@ pub struct Session {
     version: &'static str,
     application: String,
     bodies: Vec<Label>,
+    /// The same with those that are switched off.
+    all: Vec<Label>,
     outbox: VecDeque<Packet>,
     heard: HostInstant,
     framed: Option<HostInstant>,
@@ -65,6 +67,7 @@ impl Session {
             version: "",
             application: "QTM".into(),
             bodies: Vec::new(),
+            all: Vec::new(),
             outbox: VecDeque::new(),
             heard: now,
             framed: None,
@@ -204,9 +207,10 @@ impl Session {
     }
 
     fn learn(&mut self, now: HostInstant, xml: &str, status: &mut Status) {
-        // A body that is switched off is not in the frames.
-        let enabled = parameters::bodies(xml).into_iter().filter(|body| body.enabled);
+        let settings = parameters::bodies(xml);
+        let enabled = settings.iter().filter(|body| body.enabled);
         self.bodies = enabled.map(|body| Label::named(&body.name)).collect();
+        self.all = settings.iter().map(|body| Label::named(&body.name)).collect();
         if self.bodies.is_empty() {
             status.note(
                 "QTM has no 6DOF bodies: add them in its project options, and switch on \"Calculate 6DOF\"",
@@ -229,10 +233,11 @@ impl Session {
         };
         self.framed = Some(now);
         status.link = Link::Streaming;
-        // Names go by their place, so with another number of bodies none is known.
-        let known = bodies.len() == self.bodies.len();
-        self.ask_again |= !known;
-        let label = |at: usize| self.bodies.get(at).filter(|_| known).cloned().unwrap_or_default();
+        // Names go by their place, so with another number of bodies none is known. The documentation leaves open whether bodies
+        // that are switched off have a place.
+        let known = [&self.bodies, &self.all].into_iter().find(|known| known.len() == bodies.len());
+        self.ask_again |= known.is_none();
+        let label = |at: usize| known.and_then(|known| known.get(at)).cloned().unwrap_or_default();
         let bodies = bodies.into_iter().enumerate().map(|(at, body)| Body {
             label: label(at),
             position: body.position,

@@ -1,7 +1,7 @@
 //! The client's end of VRPN, sans-IO: bytes and time in, frames and bytes out.
 //!
-//! A tracker is a sender of its own, and each of its poses a message of its own. Poses captured within [`TOGETHER`] make one frame;
-//! it is complete when every tracker that was heard lately is in it, when one comes a second time, or after [`WAIT`].
+//! A tracker is a sender of its own, and each of its poses a message of its own. Poses captured within a millisecond make one frame;
+//! it is complete when every tracker that was heard lately is in it, when one comes a second time, or after 5 ms.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;

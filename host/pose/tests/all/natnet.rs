@@ -96,6 +96,34 @@ fn a_server_that_starts_again_is_met_again() {
 }
 
 #[test]
+fn a_server_without_frames_or_without_bodies_is_named() {
+    for (transport, part) in
+        [(Transport::Unicast, "firewall hold UDP back"), (multicast(), "127.0.0.1): is streaming")]
+    {
+        let mut rig = Rig::default();
+        let mut quiet = server(Version::V4_1, transport);
+        let mut client = NatNetClient::new(quiet.address(), None).expect("a client");
+        let named =
+            |client: &dyn Source| client.status().trouble.as_ref().is_some_and(|text| text.contains(part));
+        rig.until(&mut quiet, &mut client, part, |_, client| named(client));
+        assert_eq!(client.status().link, Link::Connected);
+    }
+    let mut rig = Rig::default();
+    let settings = Settings { version: Version::V4_1, transport: Transport::Unicast, clock_ahead_ns: 0 };
+    let mut empty = NatNetServer::new(ANY_PORT, settings, &[]).expect("a free port");
+    let mut client = NatNetClient::new(empty.address(), None).expect("a client");
+    for number in 1..200 {
+        let mut frame = frame(number, ServerInstant(1_000_000 * i64::from(number)));
+        frame.bodies.clear();
+        empty.send(rig.now, &frame);
+        rig.round(&mut empty, &mut client).expect("a source that goes on");
+    }
+    assert_eq!(client.status().link, Link::Streaming);
+    let trouble = client.status().trouble.clone().expect("trouble");
+    assert!(trouble.contains("no rigid bodies"), "{trouble}");
+}
+
+#[test]
 fn the_server_s_clock_is_asked_for() {
     let mut rig = Rig::default();
     let mut server = server(Version::V4_1, Transport::Unicast);

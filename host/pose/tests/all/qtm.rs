@@ -7,10 +7,12 @@ use std::time::Duration;
 use nalgebra::Quaternion;
 use pose::frame::{Frame, Label};
 use pose::qtm::client::QtmClient;
+use pose::qtm::data::{self, Component, Data, SixD};
 use pose::qtm::packet::{self, Packet};
 use pose::qtm::server::QtmServer;
+use pose::qtm::session::Session;
 use pose::server::Server;
-use pose::source::{Link, Source};
+use pose::source::{Link, Source, Status};
 use pose::time::{HostInstant, ServerInstant};
 
 use crate::rig::{ANY_PORT, Rig, frame, labels};
@@ -178,6 +180,39 @@ fn a_server_that_speaks_no_version_is_refused() {
     let (_, refused) = stranger(|_| Some(Packet::Error("Version NOT supported".into())));
     let text = refused.expect("a refusal");
     assert!(text.contains("reads QTM RT 1.8 to 1.25"), "{text}");
+}
+
+#[test]
+fn names_go_by_place_with_and_without_bodies_that_are_switched_off() {
+    let settings = "<Q><The_6D><Body><Name>a</Name><Enabled>false</Enabled></Body><Body><Name>b</Name></Body>\
+                    <Body><Name>c</Name></Body></The_6D></Q>";
+    let names = |count: usize| {
+        let mut status = Status::default();
+        let now = HostInstant::default();
+        let mut session = Session::new(now, None);
+        let bodies = frame(1, ServerInstant(0)).bodies.into_iter().cycle().take(count).map(|body| SixD {
+            position: body.position,
+            attitude: body.attitude,
+            residual: None,
+            tracked: true,
+        });
+        let data = Data { timestamp_us: 1, number: 1, bodies: Some(bodies.collect()) };
+        let packets = [
+            Packet::Command("QTM RT Interface connected".into()),
+            Packet::Command("Version set to 1.25".into()),
+            Packet::Xml(settings.into()),
+            Packet::Data(data::encode(&data, &[Component::Matrix])),
+        ];
+        let found = packets.into_iter().filter_map(|packet| {
+            session.handle_packet(now, packet, &mut status).expect("a session that goes on")
+        });
+        let frame = found.last().expect("a frame");
+        let labels: Vec<String> = frame.bodies.iter().map(|body| body.label.to_string()).collect();
+        labels.join(", ")
+    };
+    assert_eq!(names(2), "\"b\", \"c\"");
+    assert_eq!(names(3), "\"a\", \"b\", \"c\"");
+    assert_eq!(names(1), "without a name");
 }
 
 #[test]

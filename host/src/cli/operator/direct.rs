@@ -18,6 +18,8 @@ const NUMBERS: std::ops::RangeInclusive<u16> = 1..=1024;
 const OTHERS_WITHIN: Duration = Duration::from_secs(1);
 /// Pause between two looks at the radio.
 const LOOK_EVERY: Duration = Duration::from_millis(1);
+/// Pause between two looks at what all modules have said: there may be a thousand.
+const JUDGE_EVERY: Duration = Duration::from_millis(100);
 
 /// Tells the modules, or `only` one, what is wanted, until all that were heard have followed it and no other is heard any more, or for
 /// [`Arguments::wait`]. What was heard.
@@ -43,7 +45,7 @@ pub(super) fn ask(
         Wish::Hold | Wish::Status => {}
     }
     let mut buffer = [0; MAX_DATAGRAM];
-    let (mut heard, mut changed) = (0, began);
+    let (mut heard, mut changed, mut judged) = (0, began, began);
     let wait = Duration::from_secs_f64(arguments.wait);
     loop {
         std::thread::sleep(LOOK_EVERY);
@@ -52,8 +54,8 @@ pub(super) fn ask(
             let _ = dispatcher.handle_datagram(now(), from, &buffer[..length]);
         }
         dispatcher.handle_timer(now());
-        let modules = statuses(&dispatcher, now());
-        if modules.len() != std::mem::replace(&mut heard, modules.len()) {
+        let joined = dispatcher.modules().iter().filter(|link| link.is_known()).count();
+        if joined != std::mem::replace(&mut heard, joined) {
             changed = Instant::now();
             if wish == Wish::Hold {
                 dispatcher.hold();
@@ -62,6 +64,11 @@ pub(super) fn ask(
         while let Some((to, datagram)) = dispatcher.poll_transmit(now(), &mut buffer) {
             radio.send(now(), to, datagram).map_err(could)?;
         }
+        if judged.elapsed() < JUDGE_EVERY {
+            continue;
+        }
+        judged = Instant::now();
+        let modules = statuses(&dispatcher, now());
         let said = |module: &ModuleStatus| module.state.is_some() && wish.is_followed(module) != Some(false);
         let done = !modules.is_empty() && modules.iter().all(said) && changed.elapsed() >= OTHERS_WITHIN;
         if done || began.elapsed() >= wait {

@@ -2,9 +2,10 @@
 //!
 //! | topics | how often |
 //! |---|---|
-//! | `/truth/state`, `/estimate/state`, odometry, `/tf` | 20 Hz, from the start of the first cycle on |
+//! | `/truth/state`, `/estimate/state`, `/tf` | 20 Hz, from the start of the first cycle on |
+//! | odometry, for others' tools | 10 Hz, the same: most of it is covariances |
 //! | `/tails` | 50 Hz, the same |
-//! | `/markers` | 10 Hz |
+//! | `/markers` | tails 5 Hz, bodies 1 Hz |
 //! | `/fix`, `/acknowledgement`, `/event`, `/gap`, `/decision`, `/cycle` | as they come |
 //! | counts, `/contact`, `/diagnostics`, batteries, `/target` | 1 Hz, and at the end |
 
@@ -21,10 +22,11 @@ use sim::tank::Tank;
 
 use super::super::RunError;
 use super::super::boats::BoatRun;
-use super::super::closed_loop::{Ending, Observer, PoseSource};
+use super::super::closed_loop::{Ending, Observer};
 use super::super::fleet::Fleet;
 use super::super::host::Controller;
 use super::super::pilot::Decision;
+use super::super::pose_source::PoseSource;
 use super::super::scenario::Scenario;
 use super::super::watch::{Watch, worded};
 use super::shown::boats::Scene;
@@ -32,16 +34,22 @@ use super::shown::modules;
 use super::topics::{Shown, Told};
 use super::{Log, counts, stamp};
 
+use messages::{message, state, wrench};
+
+pub use messages::head;
 pub use reading::{Outcome, Reading};
 
+mod messages;
 mod reading;
 
 /// Seconds between two poses: 20 Hz.
 pub const POSE_EVERY_S: f64 = 0.05;
 /// Seconds between two sets of tails: 50 Hz.
 const TAILS_EVERY_S: f64 = 0.02;
-/// Seconds between two sets of markers.
-const MARKERS_EVERY_S: f64 = 0.1;
+/// Seconds between two of others' forms of the pose.
+const ODOMETRY_EVERY_S: f64 = 0.1;
+/// Seconds between two drawings of the tails.
+const TAILS_DRAWN_EVERY_S: f64 = 0.2;
 /// Pause between two sets of counts.
 const COUNTS_EVERY: Duration = Duration(1_000_000);
 
@@ -88,6 +96,7 @@ pub struct BoatLog<'a> {
     notes: &'a RefCell<Vec<String>>,
     origin: Option<FleetInstant>,
     poses: Beat,
+    odometry: Beat,
     tails: Beat,
     markers: Beat,
     /// Used again for each message.
@@ -136,8 +145,9 @@ impl<'a> BoatLog<'a> {
             notes,
             origin: None,
             poses: Beat::new(POSE_EVERY_S),
+            odometry: Beat::new(ODOMETRY_EVERY_S),
             tails: Beat::new(TAILS_EVERY_S),
-            markers: Beat::new(MARKERS_EVERY_S),
+            markers: Beat::new(TAILS_DRAWN_EVERY_S),
             joints: ros::JointState { header, name: name.collect(), ..ros::JointState::default() },
             fix_s: None,
             impulses: Vec::new(),
@@ -179,7 +189,7 @@ impl<'a> BoatLog<'a> {
 
     /// What modules answered, and what was said.
     fn happenings<F: Fleet, P>(&mut self, now: FleetInstant, run: &BoatRun<'_, F, P>) {
-        for text in self.notes.borrow_mut().drain(..) {
+        for text in self.notes.take() {
             self.log.show(now, Shown::Event(&flotilla::Event { stamp: stamp(now), module: 0, text }));
         }
         if !self.log.is_kept() {
@@ -219,8 +229,8 @@ impl<'a> BoatLog<'a> {
     /// Decisions that are new, or were given up.
     fn decisions(&mut self, now: FleetInstant, decisions: &[Decision]) {
         // Only the last ones can change.
-        for index in self.told.len().saturating_sub(2)..decisions.len() {
-            let decision = &decisions[index];
+        let from = self.told.len().saturating_sub(2);
+        for (index, decision) in decisions.iter().enumerate().skip(from) {
             let form = (decision.start, decision.transition, decision.period, decision.via.is_some());
             if self.told.get(index) == Some(&form) {
                 continue;
@@ -287,9 +297,8 @@ impl<'a> BoatLog<'a> {
         }
         let Some(origin) = self.origin.filter(|&origin| origin <= now) else { return };
         let t_s = now.as_secs_f64() - origin.as_secs_f64();
-        let truth = run.world.as_ref().map(|tank| tank.pose());
         if self.poses.is_due(t_s) {
-            self.tell_pose(now, truth.as_ref(), run);
+            self.tell_pose(now, t_s, run);
         }
         if self.tails.is_due(t_s) {
             self.joints.header.stamp = stamp(now);
@@ -301,7 +310,7 @@ impl<'a> BoatLog<'a> {
             self.log.tell(now, Told::Tails(&self.joints));
         }
         if self.log.is_kept() && self.markers.is_due(t_s) {
-            self.log.show(now, Shown::Markers(self.scene.markers(now, &run.actuation)));
+            self.log.show(now, Shown::Markers(self.scene.tails(now, &run.actuation)));
         }
         let decisions = run.host.controller.decisions();
         if let Some(tank) = &run.world {
@@ -324,13 +333,9 @@ impl<'a> BoatLog<'a> {
         }
     }
 
-    fn tell_pose<F: Fleet, P>(
-        &mut self,
-        now: FleetInstant,
-        truth: Option<&PoseSample>,
-        run: &BoatRun<'_, F, P>,
-    ) {
-        if let Some(truth) = truth {
+    fn tell_pose<F: Fleet, P>(&mut self, now: FleetInstant, t_s: f64, run: &BoatRun<'_, F, P>) {
+        let truth = run.world.as_ref().map(|tank| tank.pose());
+        if let Some(truth) = &truth {
             self.tell(now, Told::Truth(&state(now, truth)));
         }
         // Poses of the observer are asked for where there are no others, and to be looked at.
@@ -348,13 +353,15 @@ impl<'a> BoatLog<'a> {
             self.tell(now, Told::Estimate(&state(now, estimate)));
         }
         if self.log.is_kept() {
-            if let Some(truth) = truth {
-                self.log.show(now, Shown::TrueOdometry(self.scene.odometry(now, truth, "base_link")));
+            if self.odometry.is_due(t_s) {
+                if let Some(truth) = &truth {
+                    self.log.show(now, Shown::TrueOdometry(self.scene.odometry(now, truth, "base_link")));
+                }
+                if let Some(estimate) = &estimate {
+                    self.log.show(now, Shown::Odometry(self.scene.odometry(now, estimate, "estimate")));
+                }
             }
-            if let Some(estimate) = &estimate {
-                self.log.show(now, Shown::Odometry(self.scene.odometry(now, estimate, "estimate")));
-            }
-            let base = truth.or(estimate.as_ref());
+            let base = truth.as_ref().or(estimate.as_ref());
             self.log.show(now, Shown::Transforms(self.scene.transforms(now, base, estimate.as_ref())));
         }
     }
@@ -399,6 +406,7 @@ impl<'a> BoatLog<'a> {
             self.tell(now, Told::Contact(&contact));
         }
         if self.log.is_kept() {
+            self.log.show(now, Shown::Markers(self.scene.bodies(now)));
             self.log.show(now, Shown::Diagnostics(&modules::diagnostics(now, &self.ids, links)));
             for (place, (link, &id)) in links.modules().iter().zip(&self.ids).enumerate() {
                 self.log.battery(now, place, id, &modules::battery(now, id, link));
@@ -443,60 +451,5 @@ impl<F: Fleet<Actuation = TailState>, P: PoseSource<Tank>> Observer<BoatRun<'_, 
             self.count(now, run);
         }
         Ok(())
-    }
-}
-
-/// What is told first of a run of Modboats.
-#[must_use]
-pub fn head(scenario: &Scenario, seed: u64, modules: Vec<u16>) -> flotilla::Scenario {
-    super::head("modboats", &scenario.name, seed, modules, scenario.document())
-}
-
-fn state(now: FleetInstant, pose: &PoseSample) -> flotilla::BoatState {
-    flotilla::BoatState {
-        stamp: stamp(now),
-        position_m: pose.position_m,
-        heading_rad: pose.heading_rad,
-        velocity_m_s: pose.velocity_m_s,
-        yaw_rate_rad_s: pose.yaw_rate_rad_s,
-    }
-}
-
-fn wrench(wrench: Wrench) -> flotilla::Wrench {
-    let Wrench { fx_n, fy_n, tau_nm } = wrench;
-    flotilla::Wrench { fx_n, fy_n, tau_nm }
-}
-
-fn message(now: FleetInstant, index: usize, decision: &Decision) -> flotilla::Decision {
-    let (plan, via) = (&decision.plan, decision.via.as_ref());
-    flotilla::Decision {
-        stamp: stamp(now),
-        index: index as u32,
-        number: decision.number,
-        start_us: decision.start.0,
-        transition_us: decision.transition.0,
-        via_turning_us: via.map_or(0, |via| via.turning.0),
-        via_rest_us: via.map_or(0, |via| via.rest.0),
-        ramps_s: plan.step_times.map(|step| step.ramp_s),
-        period_us: decision.period.0,
-        outcome: plan.outcome.name().to_owned(),
-        reason: plan.reason.map_or_else(String::new, |reason| reason.to_string()),
-        demand: wrench(decision.demand),
-        commanded: wrench(plan.wrench),
-        error: plan.error,
-        travel_rad: plan.travel_rad,
-        clearance_m: plan.clearance_m,
-        guarantee_m: plan.guarantee_m,
-        outside_envelope: plan.outside_envelope,
-        bounded: decision.bounded,
-        loss_tolerant: plan.loss_tolerant,
-        power_tolerant: plan.power_tolerant,
-        solve_us: decision.solve_us,
-        missing: decision.missing.clone(),
-        from_rad: decision.turns.iter().map(|turn| turn.from_rad).collect(),
-        via_rad: via.map_or_else(Vec::new, |via| via.rad.clone()),
-        to_rad: decision.turns.iter().map(|turn| turn.to_rad).collect(),
-        centerline_rad: plan.cycle.iter().map(|swing| swing.centerline_rad).collect(),
-        amplitude_rad: plan.cycle.iter().map(|swing| swing.amplitude_rad).collect(),
     }
 }

@@ -9,7 +9,7 @@ use runlog::flotilla;
 use runlog::ros::Time;
 
 use super::super::host::Controller;
-use super::super::lab::PoseAccount;
+use super::super::pose_source::PoseAccount;
 use super::super::summary::LinkFigures;
 use super::super::watch::{Absence, LegWatch, Reason};
 
@@ -167,8 +167,8 @@ pub fn poses(stamp: Time, account: &PoseAccount, troubles: &[flotilla::Trouble])
         clock_jumps: account.clock_jumps,
         least_delay_s: account.least_delay_s.map(|(delay_s, _)| delay_s),
         least_delay_error_s: account.least_delay_s.map(|(_, error_s)| error_s),
-        late_mean_s: account.late_mean_s,
-        late_most_s: account.late_most_s,
+        late_p50_s: account.late_p50_s,
+        late_p99_s: account.late_p99_s,
         troubles: troubles.to_vec(),
     }
 }

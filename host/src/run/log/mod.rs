@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 use protocol::time::FleetInstant;
 use runlog::message::Message;
-use runlog::ros::{BatteryState, Time};
+use runlog::ros::{BatteryState, Odometry, Time};
 use runlog::writer::{FileWriter, Topic};
 
 pub use topics::{Shown, Told};
@@ -36,6 +36,7 @@ pub mod topics;
 #[derive(Default)]
 pub struct Log {
     file: Option<Opened>,
+    /// Where the file is; empty where there never was one.
     path: PathBuf,
     /// What became of it, if that was not good.
     failure: Option<String>,
@@ -46,6 +47,7 @@ struct Opened {
     told: topics::ToldTopics,
     shown: topics::ShownTopics,
     batteries: Vec<Topic<BatteryState>>,
+    odometry: Vec<Topic<Odometry>>,
 }
 
 impl Log {
@@ -56,7 +58,7 @@ impl Log {
     pub fn create(path: &Path) -> Result<Self, String> {
         let writer = FileWriter::create(path).map_err(|error| cannot(path, &error))?;
         let (told, shown) = (topics::ToldTopics::default(), topics::ShownTopics::default());
-        let file = Some(Opened { writer, told, shown, batteries: Vec::new() });
+        let file = Some(Opened { writer, told, shown, batteries: Vec::new(), odometry: Vec::new() });
         Ok(Self { file, path: path.to_owned(), failure: None })
     }
 
@@ -85,16 +87,19 @@ impl Log {
         self.write(|file| file.shown.write(&mut file.writer, nanos(now), shown));
     }
 
-    /// Writes the battery of the module at `place`, whose number is `id`; topics are made in the order of places.
+    /// Writes the battery of the module at `place`, whose number is `id`.
     fn battery(&mut self, now: FleetInstant, place: usize, id: u16, battery: &BatteryState) {
         self.write(|file| {
-            if place == file.batteries.len() {
-                file.batteries.push(file.writer.topic(&format!("/module_{id}/battery"))?);
-            }
-            match file.batteries.get(place) {
-                Some(&topic) => file.writer.write(topic, nanos(now), battery),
-                None => Ok(()),
-            }
+            let name = || format!("/module_{id}/battery");
+            one_of(&mut file.batteries, &mut file.writer, place, name, now, battery)
+        });
+    }
+
+    /// Writes the motion of the ROV at `place`, whose number is `id`.
+    fn odometry(&mut self, now: FleetInstant, place: usize, id: u16, odometry: &Odometry) {
+        self.write(|file| {
+            let name = || format!("/robot_{id}/odom");
+            one_of(&mut file.odometry, &mut file.writer, place, name, now, odometry)
         });
     }
 
@@ -106,12 +111,31 @@ impl Log {
         {
             self.failure = Some(cannot(&self.path, &error));
         }
+        // A file that was removed can be written to its end.
+        if self.failure.is_none() && !self.path.as_os_str().is_empty() && !self.path.exists() {
+            self.failure = Some(format!("{}: it has been removed while it was written", self.path.display()));
+        }
         self.failure
     }
 }
 
 fn cannot(path: &Path, error: &std::io::Error) -> String {
     format!("{}: cannot write: {error}", path.display())
+}
+
+/// Writes to the topic of one module; topics are made in the order of places.
+fn one_of<M: Message>(
+    known: &mut Vec<Topic<M>>,
+    writer: &mut FileWriter,
+    place: usize,
+    name: impl FnOnce() -> String,
+    now: FleetInstant,
+    message: &M,
+) -> std::io::Result<()> {
+    if place == known.len() {
+        known.push(writer.topic(&name())?);
+    }
+    known.get(place).map_or(Ok(()), |&topic| writer.write(topic, nanos(now), message))
 }
 
 /// A topic for the messages `M`, made when it is first used.

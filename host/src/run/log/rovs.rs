@@ -1,10 +1,11 @@
-//! The log of an executed reconfiguration: what is told and shown after each step of the closed loop, at last the accounts.
+//! The log of an executed reconfiguration: what is told and shown after each step of the closed loop. Answers are not: robots answer
+//! twenty times a second.
 //!
 //! | topics | how often |
 //! |---|---|
 //! | `/robots`, `/tf` | 20 Hz of the plan's time |
+//! | odometry of each, for others' tools | 10 Hz |
 //! | `/markers` | 5 Hz |
-//! | `/acknowledgement` is not kept: robots answer twenty times a second | |
 //! | counts, `/moves`, `/pauses`, `/diagnostics`, batteries | 1 Hz, and at the end |
 
 use std::cell::RefCell;
@@ -39,6 +40,8 @@ mod reading;
 
 /// Pause between two sets of counts.
 const COUNTS_EVERY: Duration = Duration(1_000_000);
+/// Every so manyth set of robots is written in others' form too: most of it is covariances.
+const REPEATED: u32 = 2;
 /// Every so manyth set of robots is drawn.
 const DRAWN: u32 = 4;
 
@@ -169,7 +172,7 @@ impl<'a> RovLog<'a> {
     }
 
     fn events(&mut self, now: FleetInstant) {
-        for text in self.notes.borrow_mut().drain(..) {
+        for text in self.notes.take() {
             self.log.show(now, Shown::Event(&flotilla::Event { stamp: stamp(now), module: 0, text }));
         }
     }
@@ -229,6 +232,11 @@ impl<'a> RovLog<'a> {
         self.tell(now, Told::Robots(&sample));
         if self.log.is_kept() {
             self.log.show(now, Shown::Transforms(&self.scene.transforms(&sample)));
+            if self.samples.is_multiple_of(REPEATED) {
+                for (place, robot) in sample.robots.iter().enumerate() {
+                    self.log.odometry(now, place, robot.id, self.scene.odometry(&sample.stamp, robot));
+                }
+            }
             if self.samples.is_multiple_of(DRAWN) {
                 self.log.show(now, Shown::Markers(self.scene.markers(&sample)));
             }

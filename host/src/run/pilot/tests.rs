@@ -95,7 +95,7 @@ impl Bench {
         let pilot = &mut self.host.controller;
         (pilot.known, pilot.poses) = (vec![Some(0.0); 2], vec![0.0; 2]);
         let Dispatch { number, start, motions, delivery } =
-            pilot.carry_out(start, Wrench::default(), false, plan, 0).expect("it moves");
+            pilot.carry_out(start, Wrench::default(), false, plan, 0, false).expect("it moves");
         let decision = pilot.decisions()[0].clone();
         self.host.dispatcher_mut().dispatch(self.now, number, start, &motions, delivery);
         decision

@@ -14,11 +14,12 @@ use sim::rov::basin::BasinError;
 
 use super::super::RunError;
 use super::super::clock::{Clock, Pace, WallClock};
-use super::super::closed_loop::{Drive, PoseSource, Run};
+use super::super::closed_loop::{Drive, Run};
 use super::super::fleet::{Fleet, InProcess};
 use super::super::log::Log;
 use super::super::log::rovs::{Document, RovLog, RovRun, Title};
 use super::super::orders::Unattended;
+use super::super::pose_source::PoseSource;
 use super::super::progress::{Noted, Progress};
 use super::ExecutionError;
 use super::accounts::Accounts;

@@ -8,7 +8,8 @@ use sim::rov::RovActuation;
 use sim::rov::basin::{Basin, BasinError, Misfit};
 
 use super::super::RunError;
-use super::super::closed_loop::{PoseSource, World};
+use super::super::closed_loop::World;
+use super::super::pose_source::PoseSource;
 use super::ExecutionError;
 use super::conductor::{Coupling, DOCK_M, DOCK_RAD};
 use super::controller::Seen;

@@ -114,7 +114,14 @@ mod tests {
             let document = scenario.document();
             let again =
                 Scenario::parse(name, &document).unwrap_or_else(|error| panic!("{error}\n{document}"));
-            assert_eq!(format!("{again:?}"), format!("{scenario:?}"), "{document}");
+            assert_eq!(again.structure.cells(), scenario.structure.cells(), "{name}");
+            // All but the structure, whose map has no order.
+            let shown = |scenario: &Scenario| {
+                let text = format!("{scenario:?}");
+                text.find("legs: ").map_or_else(String::new, |at| text[at..].to_owned())
+            };
+            assert!(shown(&again).len() > 1000);
+            assert_eq!(shown(&again), shown(&scenario), "{document}");
         }
     }
 }

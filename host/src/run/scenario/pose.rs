@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoseParameters {
+    /// Where poses come from, with modules on UDP, as for `--pose`; the simulated water if it is not given.
+    pub source: Option<String>,
     /// The laboratory's axis that points up. Never guessed: needed with a motion capture.
     pub up: Option<UpAxis>,
     /// The laboratory's unit; that of the protocol if it is not given.
@@ -16,8 +18,9 @@ pub struct PoseParameters {
     pub origin_m: [f64; 3],
     /// Heading of the world's x axis in the laboratory, counter-clockwise seen from above, rad.
     pub heading_rad: f64,
-    /// No cycle starts with a pose older than this, s: the fleet finishes its cycle and holds until poses come again. *Assumed*: at
-    /// 0.04 m/s a structure moves by a quarter of a module in it.
+    /// No cycle starts with a pose older than this, s (where the lead is more than half of it: no cycle is decided on with a pose older
+    /// than half of it): the fleet finishes its cycle and holds until poses come again. *Assumed*: at 0.04 m/s a structure moves by a
+    /// quarter of a module in it.
     pub hold_after_s: f64,
 }
 
@@ -43,21 +46,21 @@ pub enum LengthUnit {
 
 impl Default for PoseParameters {
     fn default() -> Self {
-        Self { up: None, unit: None, origin_m: [0.0; 3], heading_rad: 0.0, hold_after_s: 1.0 }
+        Self { source: None, up: None, unit: None, origin_m: [0.0; 3], heading_rad: 0.0, hold_after_s: 1.0 }
     }
 }
 
 impl PoseParameters {
     /// Refuses what cannot work, by the first offending key.
     pub(in super::super) fn validate(&self) -> Result<(), ParameterError> {
-        let reason = "must lie between 0.35 and 60: a cycle is decided on 0.3 s before it starts";
+        let reason = "must lie between 0.1 and 60";
         let [x, y, z] = self.origin_m.map(|value| ("origin_m", value, "m", -1e6..=1e6, "is out of range"));
         check_within(&[
             x,
             y,
             z,
             ("heading_rad", self.heading_rad, "rad", -1e3..=1e3, "is out of range"),
-            ("hold_after_s", self.hold_after_s, "s", 0.35..=60.0, reason),
+            ("hold_after_s", self.hold_after_s, "s", 0.1..=60.0, reason),
         ])
     }
 

@@ -93,7 +93,7 @@ fn a_scenario() {
             (
                 "name",
                 "nmae",
-                "1: unknown field `nmae`, expected one of `name`, `description`, `seed`, `structure`, `leg`, `start`, `modboat`, `planner`, `control`, `observer`, `timing`, `tank`, `motor`, `clock`, `mocap`, `radio`; did you mean `name`?",
+                "1: unknown field `nmae`, expected one of `name`, `description`, `seed`, `structure`, `leg`, `start`, `modboat`, `planner`, `control`, `observer`, `timing`, `pose`, `bounds`, `tank`, `motor`, `clock`, `mocap`, `radio`; did you mean `name`?",
             ),
             (
                 "heading_rad",
@@ -262,7 +262,7 @@ fn a_roster() {
             (
                 "id = 2",
                 "number = 2",
-                "6: [[module]] 2: unknown field `number`, expected one of `id`, `name`, `kind`, `cell`",
+                "6: [[module]] 2: unknown field `number`, expected one of `id`, `name`, `kind`, `cell`, `body`, `body_offset_m`, `body_turn_rad`",
             ),
             (
                 "id = 2",

@@ -5,7 +5,7 @@
 //! direct     miss = Π (p + (1 − p)·P(tₖ + delay ≥ start))                 over the sends tₖ
 //!            all  = (1 − miss)ᴺ
 //! prepared   a send is answered with (1 − p)²; all are after k sends: Aₖ = (1 − (1 − (1 − p)²)ᵏ)ᴺ
-//!            committed = A of the last send whose answer comes COMMIT_LEAD before the start
+//!            committed = A of the last send whose answer comes the commit lead before the start
 //!            split     = Σ (Aₖ − Aₖ₋₁)·(1 − (1 − pᵐ)ᴺ − pᵐᴺ)              with the m commits that follow and arrive in time
 //! ```
 //!
@@ -19,7 +19,7 @@
 
 use std::ops::RangeInclusive;
 
-use link::delivery::{COMMIT_EVERY, COMMIT_LEAD, RESEND_FIRST, RESEND_MAX};
+use link::delivery::{COMMIT_EVERY, RESEND_FIRST, RESEND_MAX};
 
 /// Pause between two looks at the timers, µs.
 pub const TICK_US: u64 = 1_000;
@@ -71,15 +71,15 @@ pub struct TwoPhase {
     pub split: f64,
 }
 
-/// Of a prepared cycle, with the same delay of every datagram.
-pub fn two_phase(loss: f64, delay_us: u64, lead_us: u64, modules: usize) -> TwoPhase {
+/// Of a prepared cycle, with the same delay of every datagram, that is not committed later than `commit_lead_us` before its start.
+pub fn two_phase(loss: f64, delay_us: u64, lead_us: u64, commit_lead_us: u64, modules: usize) -> TwoPhase {
     let unanswered = 1.0 - (1.0 - loss).powi(2);
     // There and back, and the host looks a tick later.
     let round_us = 2 * delay_us + TICK_US;
     let (mut dropped, mut split, mut power) = (1.0, 0.0, 1.0);
     for sent in sends(lead_us) {
         let commit = sent + round_us;
-        if commit + u64::from(COMMIT_LEAD.0) > lead_us {
+        if commit + commit_lead_us > lead_us {
             break;
         }
         power *= unanswered;

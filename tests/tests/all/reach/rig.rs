@@ -4,12 +4,13 @@ use firmware::link::session::{Identity, Link, SURE_WITHIN};
 use link::dispatcher::Dispatcher;
 use link::faults::{FaultParameters, Faulty};
 use link::identity::HostIdentity;
+use link::lead::Lead;
 use link::loopback::{Ether, LoopbackRadio, Node};
 use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::units::Radians;
 use protocol::{
     Acknowledge, Cycle, Delivery, Hello, MAX_DATAGRAM, Message, ModboatCycle, ModuleId, ModuleKind, Motion,
-    Radio, Verdict,
+    Radio, TimeRequest, Verdict,
 };
 
 use super::calculation::TICK_US;
@@ -25,6 +26,14 @@ struct Module {
 }
 
 impl Module {
+    fn ask(&mut self, now: FleetInstant) {
+        let mut buffer = [0; MAX_DATAGRAM];
+        let request = Message::TimeRequest(TimeRequest { sent: LocalInstant(now.0) });
+        if let Some(datagram) = self.link.seal(&request, &mut buffer) {
+            let Ok(()) = self.radio.send(now, HOST, datagram);
+        }
+    }
+
     fn follow(&mut self, now: FleetInstant) {
         let mut buffer = [0; MAX_DATAGRAM];
         while let Ok(Some((length, _))) = self.radio.receive(now, &mut buffer) {
@@ -64,7 +73,12 @@ pub struct Reached {
     pub modules: usize,
     /// No module was to run it.
     pub dropped: bool,
+    /// No commit of it was to be sent for the first time closer to its start.
+    pub commit_lead: Duration,
 }
+
+/// Pause between two questions of a module for the time: what is measured of the link is measured all the time.
+const ASK_EVERY_US: u64 = 20_000;
 
 /// See the module's documentation.
 pub struct Rig {
@@ -119,8 +133,18 @@ impl Rig {
         while let Some((to, datagram)) = self.host.poll_transmit(self.now, &mut buffer) {
             let Ok(()) = self.radio.send(self.now, to, datagram);
         }
-        self.modules.iter_mut().for_each(|module| module.follow(self.now));
+        for (index, module) in self.modules.iter_mut().enumerate() {
+            module.follow(self.now);
+            if (self.now.0 + index as u64 * TICK_US).is_multiple_of(ASK_EVERY_US) {
+                module.ask(self.now);
+            }
+        }
         self.now = FleetInstant(self.now.0 + TICK_US);
+    }
+
+    /// How long before its start a cycle for all or none is to be sent, by what the host has measured.
+    pub fn lead(&self) -> Lead {
+        self.host.lead()
     }
 
     /// One cycle in this weather, sent `lead` ahead, until its start.
@@ -138,6 +162,7 @@ impl Rig {
             law: protocol::TransitionLaw::ConstantSpeed,
         });
         let motions = vec![Some(motion); self.modules.len()];
+        let commit_lead = self.host.lead().commit;
         self.host.dispatch(self.now, self.number, start, &motions, delivery);
         while self.now < start {
             self.tick();
@@ -149,6 +174,6 @@ impl Rig {
         self.tick();
         let dropped = self.host.is_dropped(self.number);
         self.tick();
-        Reached { modules, dropped }
+        Reached { modules, dropped, commit_lead }
     }
 }

@@ -119,7 +119,7 @@ fn tilts(executed: &Executed) -> (f64, f64) {
 
 /// Every robot is in its slot, level; no waiting robot has been tilted; the ledger is exact.
 fn all_arrived(executed: &Executed) {
-    let Executed { record, summary } = executed;
+    let Executed { record, summary, .. } = executed;
     let seed = summary.seed;
     assert_eq!(summary.failure, None, "seed {seed}");
     let last = record.samples.last().expect("samples");

@@ -71,6 +71,23 @@ fn silence_of_a_host_is_measured_to_the_tick() {
     assert_eq!(bench.bring(&call), Ok(()));
 }
 
+/// Held back, and let in late: they are genuine and new, and say nothing of now.
+#[test]
+fn what_a_dead_host_said_before_keeps_no_other_out() {
+    let mut bench = Bench::ready();
+    bench.host.tells_time = false;
+    let held: Vec<Vec<u8>> = (0..40).map(|_| bench.host.seal(&Message::Hold)).collect();
+    bench.say(&Message::Hold);
+    let heard = bench.now;
+    let call = BenchHost::new(2).call(&announcement(&mut bench));
+    for (k, datagram) in (0..).zip(&held) {
+        bench.run(heard.0 + k * 35 * MS);
+        assert_eq!(bench.bring(datagram), Ok(()), "{k}");
+    }
+    bench.run(heard.after(HOST_SILENCE).0);
+    assert_eq!(bench.bring(&call), Ok(()));
+}
+
 #[test]
 fn the_same_life_of_a_host_goes_on_in_another_session() {
     let mut bench = Bench::ready();

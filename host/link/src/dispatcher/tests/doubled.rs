@@ -180,7 +180,7 @@ fn it_ends_when_one_of_them_is_silent() {
         water.run(6_000_000);
         assert!(water.link().is_doubled());
         water.speakers[goes].on = false;
-        water.run(u64::from(ALIVE_FOR.0) - 200_000);
+        water.run(u64::from(ALIVE_FOR.0) - 300_000);
         assert!(water.link().is_doubled(), "it may come back");
         water.run(400_000);
         let link = water.link();
@@ -222,6 +222,30 @@ fn a_boot_is_not_a_second_module() {
         water.run(5_000_000);
         assert!(water.doubled().is_none() && water.link().telemetry().is_some(), "seed {seed}");
         assert_eq!(water.link().boots(), 4, "seed {seed}");
+    }
+}
+
+/// What never came is let in when it is played later, and says nothing of now.
+#[test]
+fn nothing_that_is_played_keeps_one_alive_that_is_gone() {
+    for (seed, goes) in (0..10).flat_map(|seed| [(seed, 0), (seed, 1)]) {
+        let mut water = Water::new(seed, 2);
+        (water.loss, water.speakers[1].on) = (0.1, true);
+        water.run(8_000_000);
+        assert!(water.link().is_doubled(), "seed {seed}");
+        let (us, from) = (water.us, water.speakers[goes].address);
+        let held = (0..100).map(|_| water.speakers[goes].played.say(&report(us, 0, ModuleState::Ready)));
+        let held: Vec<Vec<u8>> = held.collect();
+        water.speakers[goes].on = false;
+        let mut played = 0;
+        for datagram in held {
+            water.run(100_000);
+            played += usize::from(water.hears(from, &datagram).is_ok());
+            let over = water.us >= us + u64::from(ALIVE_FOR.0) + 100_000;
+            assert!(!over || !water.link().is_doubled(), "seed {seed}, {goes} goes: {} µs", water.us - us);
+        }
+        assert!(played > 20, "seed {seed}: {played} were let in");
+        assert_eq!(water.link().address(), Some(water.speakers[1 - goes].address), "seed {seed}");
     }
 }
 

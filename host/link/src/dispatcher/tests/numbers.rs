@@ -140,6 +140,40 @@ fn a_first_word_that_is_corrupt_still_proves_that_the_module_is_there() {
     assert_eq!((bench.link(0).telemetry(), bench.link(0).incoming().corrupt), (None, 1));
 }
 
+/// What it said before is of no use either then: it may have moved since.
+#[test]
+fn a_module_that_reports_nothing_but_such_numbers_is_named_and_unknown() {
+    let mut bench = reporting();
+    let corrupt = Telemetry { tail: Radians(f32::NAN), ..boat() };
+    let lies_until = |bench: &mut Bench, us: u64| {
+        while bench.now.0 < us {
+            bench.now = FleetInstant(bench.now.0 + 20_000);
+            let lie = Message::Telemetry(Telemetry { at: bench.now, ..corrupt });
+            assert!(!followed(bench, &lie));
+            bench.dispatcher.handle_timer(bench.now);
+        }
+    };
+    let known = |bench: &Bench| {
+        let named = bench.dispatcher.silence(bench.now, ModuleId(1)) == Some(Silence::Implausible);
+        (named, bench.link(0).telemetry().is_some(), bench.link(0).state().is_some())
+    };
+    lies_until(&mut bench, NOW + 900_000);
+    assert_eq!(known(&bench), (false, true, true));
+    // One that is true makes up for them, whatever its health says.
+    let truth = |bench: &Bench| Message::Telemetry(Telemetry { at: bench.now, ..boat() });
+    let message = truth(&bench);
+    assert!(followed(&mut bench, &message));
+    lies_until(&mut bench, NOW + 1_900_000);
+    assert_eq!(known(&bench), (false, true, true));
+    lies_until(&mut bench, NOW + 2_100_000);
+    assert_eq!(known(&bench), (true, false, false));
+    let unsound = Health { drift_ppb: i32::MAX, ..Health::default() };
+    assert!(!followed(&mut bench, &Message::Health(unsound)));
+    let message = truth(&bench);
+    assert!(followed(&mut bench, &message));
+    assert_eq!(known(&bench), (false, true, true));
+}
+
 /// Any bits, most of them of a single number that is amiss.
 #[test]
 fn whatever_bits_come_no_number_gets_in_that_is_none() {

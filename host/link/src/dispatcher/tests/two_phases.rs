@@ -1,6 +1,6 @@
 //! One cycle to all modules or none.
 
-use super::super::super::delivery::Knowledge;
+use super::super::super::delivery::{COMMIT_LEAD, Knowledge};
 use super::super::*;
 use super::played::*;
 

@@ -160,6 +160,9 @@ impl Reading {
             return Err(flaw);
         }
         let record = self.record()?;
+        let before =
+            |decision: &&flotilla::Decision| self.origin.is_some_and(|origin| start(decision) < origin);
+        let turned = self.decisions.values().filter(before).count() * self.ids.len();
         let ended = self.end.is_some();
         let end = self.end.unwrap_or_else(|| flotilla::End {
             why: Some("the log ends there".to_owned()),
@@ -181,12 +184,12 @@ impl Reading {
             wall_s: end.wall_s,
         };
         let mut summary = Summary::new(&self.scenario, self.seed, &record, counts);
-        summary.judge(end.why);
+        summary.judge(end.why, turned as u64);
         Ok(Outcome { summary, record, ended })
     }
 
     /// Poses are true where the water is simulated, and the observer's where it is real. A cycle that was not over, or not seen all
-    /// through, is left out.
+    /// through, is left out, and so are turns before the first swim.
     fn record(&mut self) -> Result<RunRecord, String> {
         let scenario = &self.scenario;
         let zero_s = self.origin.unwrap_or_default().as_secs_f64();
@@ -198,7 +201,7 @@ impl Reading {
         for decision in self.decisions.values() {
             let [from_s, until_s] = [start(decision), end(decision)].map(|at| at.as_secs_f64() - zero_s);
             let over = until_s <= end_s + 2.0 * POSE_EVERY_S;
-            if over && !gaps.iter().any(|gap| from_s < gap[1] && gap[0] < until_s) {
+            if over && from_s >= 0.0 && !gaps.iter().any(|gap| from_s < gap[1] && gap[0] < until_s) {
                 let achieved =
                     self.cycles.get(&decision.index).map_or(Wrench::default(), |c| wrench(&c.achieved));
                 cycles.push(cycle(decision, from_s, achieved)?);

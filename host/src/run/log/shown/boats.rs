@@ -27,7 +27,8 @@ pub struct Scene {
     positions_m: Vec<[f64; 2]>,
     odometry: Odometry,
     transforms: TFMessage,
-    markers: MarkerArray,
+    bodies: MarkerArray,
+    tails: MarkerArray,
 }
 
 impl Scene {
@@ -40,7 +41,8 @@ impl Scene {
             positions_m,
             odometry: Odometry::default(),
             transforms: TFMessage::default(),
-            markers: MarkerArray::default(),
+            bodies: MarkerArray::default(),
+            tails: MarkerArray::default(),
         };
         scene.odometry.header.frame_id = "world".to_owned();
         scene.make_markers();
@@ -94,7 +96,7 @@ impl Scene {
 
     /// Where to: the station, or where the demanded velocity leads within [`AHEAD_S`].
     pub fn target(&self, now: FleetInstant, t_s: f64, from_m: Option<[f64; 2]>) -> PoseStamped {
-        let &Leg { demand, heading_rad, .. } = self.scenario.leg_at(t_s);
+        let &Leg { demand, heading_rad, .. } = &self.scenario.legs[self.scenario.leg_at(t_s)];
         let [x, y] = from_m.unwrap_or_default();
         let position_m = match demand {
             Demand::Station(position_m) => position_m,
@@ -132,24 +134,28 @@ impl Scene {
             marker.points = vec![Point::default(); 2];
             marker
         });
-        self.markers.markers = modules.chain(tails).collect();
+        (self.bodies.markers, self.tails.markers) = (modules.collect(), tails.collect());
     }
 
-    /// Bodies, and tails as they are.
-    pub fn markers(&mut self, now: FleetInstant, tails: &[TailState]) -> &MarkerArray {
-        let (length_m, modules) = (self.scenario.modboat.tail_length_m, self.ids.len());
-        let all = self.markers.markers.iter_mut();
-        for marker in all {
+    /// Bodies, which move with the structure's frame.
+    pub fn bodies(&mut self, now: FleetInstant) -> &MarkerArray {
+        for marker in &mut self.bodies.markers {
             marker.header.stamp = stamp(now);
         }
-        let markers = self.markers.markers.iter_mut().skip(modules);
-        for ((marker, tail), &[x, y]) in markers.zip(tails).zip(&self.positions_m) {
+        &self.bodies
+    }
+
+    /// Tails as they are.
+    pub fn tails(&mut self, now: FleetInstant, tails: &[TailState]) -> &MarkerArray {
+        let length_m = self.scenario.modboat.tail_length_m;
+        for ((marker, tail), &[x, y]) in self.tails.markers.iter_mut().zip(tails).zip(&self.positions_m) {
+            marker.header.stamp = stamp(now);
             let (sin, cos) = tail.angle_rad.sin_cos();
             let ends = [[x, y, HEIGHT_M], [x + length_m * cos, y + length_m * sin, HEIGHT_M]];
             marker.points.clear();
             marker.points.extend(ends.map(point));
         }
-        &self.markers
+        &self.tails
     }
 }
 

@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use protocol::time::FleetInstant;
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
-use runlog::flotilla::Robots;
-use runlog::ros::{ColorRGBA, Header, Marker, MarkerArray, Quaternion, TFMessage, Vector3};
+use runlog::flotilla::{Robot, Robots};
+use runlog::ros::{ColorRGBA, Header, Marker, MarkerArray, Odometry, Quaternion, TFMessage, Time, Vector3};
 
 use super::super::{instant, stamp};
 use super::transform;
@@ -14,6 +14,7 @@ use super::transform;
 /// See the module's documentation.
 pub struct Scene {
     markers: MarkerArray,
+    odometry: Odometry,
     /// Robots come first, then tools.
     robots: usize,
 }
@@ -38,7 +39,9 @@ impl Scene {
             marker.pose.orientation = Quaternion::about_z(pose.yaw_rad);
             marker
         });
-        Self { markers: MarkerArray { markers: markers.collect() }, robots: ids.len() }
+        let header = Header { frame_id: "world_ned".to_owned(), ..Header::default() };
+        let odometry = Odometry { header, ..Odometry::default() };
+        Self { markers: MarkerArray { markers: markers.collect() }, odometry, robots: ids.len() }
     }
 
     /// North is y, east is x, down is −z: half a turn about the horizontal between x and y.
@@ -57,6 +60,19 @@ impl Scene {
             transform(header, format!("robot_{}", robot.id), [x, y, z], rotation)
         });
         TFMessage { transforms: transforms.collect() }
+    }
+
+    /// Motion of a robot; the twist is in its own frame.
+    pub fn odometry(&mut self, stamp: &Time, robot: &Robot) -> &Odometry {
+        let ([x, y, z, roll, pitch, yaw], [u, v, w, p, q, r]) = (robot.eta, robot.nu);
+        let message = &mut self.odometry;
+        message.header.stamp = stamp.clone();
+        message.child_frame_id = format!("robot_{}", robot.id);
+        message.pose.pose.position = super::point([x, y, z]);
+        message.pose.pose.orientation = Quaternion::from_euler([roll, pitch, yaw]);
+        message.twist.twist.linear = Vector3 { x: u, y: v, z: w };
+        message.twist.twist.angular = Vector3 { x: p, y: q, z: r };
+        message
     }
 
     /// Boxes of all bodies.

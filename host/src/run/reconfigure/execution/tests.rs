@@ -8,10 +8,10 @@ use std::time::Duration;
 use rov::planner::{OrderRule, Request};
 
 use super::super::super::clock::Fake;
+use super::super::super::host::Controller;
 use super::super::super::progress::Quiet;
 use super::super::scenario::ReconfigureScenario;
 use super::*;
-use crate::run::host::Controller;
 use protocol::time::FleetInstant;
 use reconfiguration::plan::{Criterion, Manner};
 use sim::module::TICK;

@@ -1,0 +1,294 @@
+//! `flotilla tank` and `flotilla run` as two processes on real UDP, poses by each protocol, in real time.
+//!
+//! All pairs run at once. A machine that stalls may make a fleet hold; a verdict on such a run is taken again, and that is printed.
+
+use std::net::UdpSocket;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, mpsc};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::common::{Finished, Process};
+use crate::keys::{KEY, keygen};
+use serde_json::Value;
+use tempfile::tempdir;
+
+/// A pause of this process longer than this is a stall of the machine.
+const STALL: Duration = Duration::from_millis(100);
+/// Runs that fall into stalls are taken again so often.
+const TRIES: u32 = 4;
+
+/// The longest pause of a thread that sleeps for a millisecond at a time.
+struct Stalls {
+    longest_us: Arc<AtomicU64>,
+    over: Arc<AtomicBool>,
+}
+
+impl Stalls {
+    fn watch() -> Self {
+        let (longest_us, over) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
+        let (kept, ends) = (Arc::clone(&longest_us), Arc::clone(&over));
+        std::thread::spawn(move || {
+            let mut last = Instant::now();
+            while !ends.load(Ordering::Relaxed) {
+                sleep(Duration::from_millis(1));
+                let now = Instant::now();
+                kept.fetch_max((now - last).as_micros() as u64, Ordering::Relaxed);
+                last = now;
+            }
+        });
+        Self { longest_us, over }
+    }
+
+    fn longest(&self) -> Duration {
+        Duration::from_micros(self.longest_us.load(Ordering::Relaxed))
+    }
+}
+
+impl Drop for Stalls {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A port that was free a moment ago, for datagrams and for connections.
+fn port() -> u16 {
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    socket.local_addr().expect("its number").port()
+}
+
+/// A scenario in a tank, and what each is told.
+#[derive(Clone)]
+struct Pair {
+    name: String,
+    scenario: String,
+    protocol: &'static str,
+    tank: Vec<String>,
+    run: Vec<String>,
+}
+
+fn words(text: &str) -> Vec<String> {
+    text.split_whitespace().map(str::to_owned).collect()
+}
+
+/// Swims; the summary, how the run ended and how the tank did.
+fn swim(folder: &Path, pair: &Pair) -> (Value, Finished, Finished) {
+    let (host, mocap) = (format!("127.0.0.1:{}", port()), format!("127.0.0.1:{}", port()));
+    let pose = format!("{}:{mocap}", pair.protocol);
+    let out = format!("out-{}", pair.name);
+    let mut tank = vec!["tank", &pair.scenario, "--key", KEY, "--host", &host, "--mocap", pair.protocol];
+    tank.extend(["--listen", &mocap, "--duration", "600"]);
+    tank.extend(pair.tank.iter().map(String::as_str));
+    let tank = Process::start(folder, &tank);
+    let mut run =
+        vec!["run", &pair.scenario, "--radio", "udp", "--key", KEY, "--listen", &host, "--pose", &pose];
+    run.extend(["--json", "--out", &out]);
+    run.extend(pair.run.iter().map(String::as_str));
+    let run = Process::start(folder, &run).finish();
+    // As an operator ends it.
+    rustix_kill(tank.child.id());
+    let tank = tank.finish();
+    let text = run.out.join("\n");
+    let summary = serde_json::from_str(&text)
+        .unwrap_or_else(|error| panic!("{}: {error}: {run:?} {tank:?}", pair.name));
+    (summary, run, tank)
+}
+
+fn rustix_kill(id: u32) {
+    let done = std::process::Command::new("kill").args(["-INT", &id.to_string()]).status();
+    assert!(done.expect("kill").success());
+}
+
+/// Swims all pairs at once and judges each; those that fail while the machine stalls are swum again.
+fn all(pairs: &[Pair], judge: impl Fn(&Pair, &Value, &Finished, &Finished) -> Result<String, String>) {
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    let mut left: Vec<Pair> = pairs.to_vec();
+    for attempt in 1..=TRIES {
+        let stalls = Stalls::watch();
+        let (sender, results) = mpsc::channel();
+        std::thread::scope(|scope| {
+            for pair in &left {
+                let (sender, folder) = (sender.clone(), folder.path());
+                scope.spawn(move || sender.send((pair.clone(), swim(folder, pair))).expect("a listener"));
+            }
+        });
+        drop(sender);
+        let mut again = Vec::new();
+        for (pair, (summary, run, tank)) in results {
+            match judge(&pair, &summary, &run, &tank) {
+                Ok(said) => println!("{:>24}  {said}", pair.name),
+                Err(said) if attempt < TRIES && stalls.longest() > STALL => {
+                    println!(
+                        "{:>24}  {said}: the machine stalled for {:?}, again",
+                        pair.name,
+                        stalls.longest()
+                    );
+                    again.push(pair);
+                }
+                Err(said) => panic!("{}: {said}\n{summary:#}\n{run:?}\n{tank:?}", pair.name),
+            }
+        }
+        if again.is_empty() {
+            return;
+        }
+        left = again;
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+fn no_contact(tank: &Finished) -> Result<(), String> {
+    let told = tank.code == Some(0) && tank.err.iter().any(|line| line.contains("no contacts"));
+    if told { Ok(()) } else { Err(format!("the tank says {:?}, {:?}", tank.code, tank.err)) }
+}
+
+#[test]
+fn the_experiments_swim_by_poses_of_each_protocol() {
+    let weather = "--latency 0.02 --jitter 0.01 --loss 0.02";
+    let pair = |experiment: u32, protocol, tank: &str, run: &str| Pair {
+        name: format!("holonomic-{experiment}-{protocol}{}", if run.contains('y') { "-y-mm" } else { "" }),
+        scenario: format!("holonomic-{experiment}"),
+        protocol,
+        tank: words(&format!("{weather} {tank}")),
+        run: words(run),
+    };
+    let mut pairs = Vec::new();
+    for protocol in ["natnet", "qtm", "vrpn"] {
+        pairs.extend((1..=4).map(|experiment| pair(experiment, protocol, "--up z", "--up z")));
+        pairs.push(pair(1, protocol, "--up y --unit mm", "--up y --unit mm"));
+    }
+    all(&pairs, |_, summary, run, tank| {
+        no_contact(tank)?;
+        let legs = summary["legs"].as_array().ok_or("no legs")?;
+        let errors: Vec<f64> = legs.iter().map(|leg| number(&leg["velocity_error"])).collect();
+        let headings: Vec<f64> = legs.iter().map(|leg| number(&leg["heading_rms_rad"])).collect();
+        let said = format!("velocity error {errors:.4?}, heading RMS {headings:.4?} rad");
+        let good = errors.iter().all(|error| *error <= 0.05) && headings.iter().all(|rms| *rms <= 0.15);
+        if good && run.code == Some(0) { Ok(said) } else { Err(format!("{said}, exit {:?}", run.code)) }
+    });
+}
+
+#[test]
+fn each_fault_of_the_poses_ends_in_a_hold_with_its_name_or_in_a_swim() {
+    let scenario = "name = \"t\"\n[structure]\nsize = \"3x1\"\n[[leg]]\nduration_s = 40.0\nvelocity_m_s = [0.03, 0.0]\n\
+                    heading_rad = 1.5707963\n[start]\nposition_m = [-0.6, 0.0]\n[bounds]\n\
+                    edge_m = [[-1.5, -1.0], [1.5, -1.0], [1.5, 1.0], [-1.5, 1.0]]\n[pose]\nup = \"z\"\n";
+    let folder = tempdir().expect("a folder");
+    let file = folder.path().join("t.toml");
+    std::fs::write(&file, scenario).expect("written");
+    // Each fault, and the name of the hold that it ends in, if it does.
+    let faults = [
+        ("dead@15+10", Some("no answer")),
+        ("frozen@15+10", Some("frozen")),
+        ("blind@15+10", Some("no frames come")),
+        ("swap:1,3@15+10", Some("each other's label")),
+        ("lost:2@15", None),
+        ("away:2@15", Some("module 2 is not in its place")),
+        ("nan:2@15", None),
+        ("clock:3600@15", None),
+        ("slow@15", None),
+        ("doubled@15", None),
+    ];
+    let pairs = faults.map(|(fault, _)| Pair {
+        name: fault.to_owned(),
+        scenario: file.display().to_string(),
+        protocol: "natnet",
+        tank: words(&format!("--latency 0.02 --jitter 0.01 --fault {fault} --out truth-{fault}.mcap")),
+        run: Vec::new(),
+    });
+    all(&pairs, |pair, summary, run, tank| {
+        no_contact(tank)?;
+        let (_, name) = faults.iter().find(|(fault, _)| *fault == pair.name).ok_or("no such fault")?;
+        let troubles = summary["poses"]["troubles"].as_array().ok_or("no troubles")?;
+        let held_s = number(&summary["legs"][0]["held_s"]);
+        let said = format!("held for {held_s:.1} s, {troubles:?}");
+        let named = name.is_none_or(|name| {
+            troubles
+                .iter()
+                .any(|trouble| trouble["reason"].as_str().is_some_and(|reason| reason.contains(name)))
+        });
+        // Ten seconds without poses, less the age that is allowed and a cycle. A run that has held for a quarter of a leg says so.
+        let (least_s, most_s, code) = match pair.name.as_str() {
+            "away:2@15" => (20.0, 26.0, 1),
+            _ if name.is_some() => (6.0, 9.5, 0),
+            _ => (0.0, 0.5, 0),
+        };
+        let good = named && (least_s..=most_s).contains(&held_s) && run.code == Some(code);
+        if good { Ok(said) } else { Err(format!("{said}, exit {:?}", run.code)) }
+    });
+}
+
+/// What cannot be is said in one line, before anything is begun.
+#[test]
+fn bad_input_is_one_clear_line() {
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    let two = "[[module]]\nid = 1\nbody = \"a\"\n[[module]]\nid = 2\nbody = \"a\"\n[[module]]\nid = 3\n";
+    std::fs::write(folder.path().join("two.toml"), two).expect("written");
+    let run = "run holonomic-1 --radio udp --listen 127.0.0.1:0 --key fleet.key";
+    for (arguments, says) in [
+        (format!("{run} --pose natnet:127.0.0.1"), "[pose] up: say which axis of the laboratory points up"),
+        (
+            format!("{run} --pose optitrack:127.0.0.1 --up z"),
+            "no pose source \"optitrack\"; there are natnet:",
+        ),
+        (format!("{run} --pose natnet: --up z"), "the host is missing"),
+        (
+            format!("{run} --pose qtm:no-such-host.invalid --up z"),
+            "the host \"no-such-host.invalid\" is not found",
+        ),
+        (
+            format!("{run} --pose qtm:127.0.0.1 --up z --roster two.toml"),
+            "two.toml:6: [[module]] 2: body = \"a\"",
+        ),
+        (format!("{run} --pose log:no-such.mcap"), "no-such.mcap: No such file"),
+        (format!("{run} --pose log:two.toml"), "two.toml: not a log"),
+        ("run holonomic-1 --pose natnet:127.0.0.1 --up z".to_owned(), "--pose needs --radio udp"),
+        ("tank holonomic-1 --key fleet.key --fault lost:4@2".to_owned(), "--fault: body 4: there are only 3"),
+        ("tank holonomic-1 --key fleet.key --fault deaf@2".to_owned(), "no fault \"deaf\""),
+    ] {
+        let arguments: Vec<&str> = arguments.split_whitespace().collect();
+        let finished = Process::start(folder.path(), &arguments).finish();
+        let said = finished.err.join("\n");
+        assert_eq!(finished.code, Some(2), "{arguments:?}: {finished:?}");
+        assert!(said.contains(says), "{arguments:?}: {said}");
+    }
+}
+
+/// A body that the roster names and the server does not send is named before anything swims.
+#[test]
+fn a_body_that_is_never_seen_is_named() {
+    let folder = tempdir().expect("a folder");
+    keygen(folder.path());
+    let roster = "[[module]]\nid = 1\n[[module]]\nid = 2\nbody = \"blue boat\"\n[[module]]\nid = 3\n";
+    std::fs::write(folder.path().join("fleet.toml"), roster).expect("written");
+    let pair = Pair {
+        name: "unseen".to_owned(),
+        scenario: "holonomic-1".to_owned(),
+        protocol: "natnet",
+        tank: Vec::new(),
+        run: words("--up z --roster fleet.toml"),
+    };
+    let (host, mocap) = (format!("127.0.0.1:{}", port()), format!("127.0.0.1:{}", port()));
+    let tank =
+        ["tank", &pair.scenario, "--key", KEY, "--host", &host, "--listen", &mocap, "--duration", "600"];
+    let tank = Process::start(folder.path(), &tank);
+    let probe =
+        ["probe", &format!("natnet:{mocap}"), "--up", "z", "--roster", "fleet.toml", "--duration", "2"];
+    let probed = Process::start(folder.path(), &probe).finish();
+    assert_eq!(probed.code, Some(1), "{probed:?}");
+    assert!(probed.err.join("\n").contains("never seen: module 2 (body \"blue boat\")"), "{probed:?}");
+    let pose = format!("natnet:{mocap}");
+    let mut run =
+        vec!["run", &pair.scenario, "--radio", "udp", "--key", KEY, "--listen", &host, "--pose", &pose];
+    run.extend(pair.run.iter().map(String::as_str));
+    let finished = Process::start(folder.path(), &run).finish();
+    drop(tank);
+    assert_eq!(finished.code, Some(1), "{finished:?}");
+    let said = finished.err.join("\n");
+    assert!(said.contains("body \"blue boat\" of module 2 is never seen; the server sends"), "{said}");
+}
