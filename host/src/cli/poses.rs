@@ -70,9 +70,7 @@ impl PoseArguments {
         roster: &Roster,
         seats: &[ModuleId],
     ) -> Result<Option<Poses>, Failure> {
-        let said = scenario.pose.source.as_deref().map(str::parse).transpose();
-        let said = said.map_err(|error| Failure::Bad(format!("[pose] source: {error}")))?;
-        let Some(address) = self.pose.clone().or(said) else { return Ok(None) };
+        let Some(address) = self.address(&scenario.pose)? else { return Ok(None) };
         if let Address::Log(path) = &address {
             return LoggedPoses::open(path).map(|poses| Some(Poses::Logged(poses))).map_err(Failure::Bad);
         }
@@ -89,8 +87,11 @@ impl PoseArguments {
 
     /// The motion capture that was asked for, which sees the robots and tools of a reconfiguration.
     pub(super) fn open_rovs(&self, scenario: &ReconfigureScenario) -> Result<Option<LabBodies>, Failure> {
-        let Some(address) = &self.pose else { return Ok(None) };
-        let axes = scenario.pose.axes(standard_unit(address)).ok_or_else(no_up)?;
+        let Some(address) = self.address(&scenario.pose)? else { return Ok(None) };
+        if matches!(address, Address::Log(_)) {
+            return Err(Failure::Bad(format!("{address}: a log steers no robots")));
+        }
+        let axes = scenario.pose.axes(standard_unit(&address)).ok_or_else(no_up)?;
         let by_number = matches!(address, Address::NatNet(_));
         let labels = body_labels(&scenario.problem);
         let entry = |(number, name): &(u16, String)| Entry {
@@ -101,8 +102,15 @@ impl PoseArguments {
         };
         let roster = Bodies::new(labels.iter().map(entry).collect()).map_err(bad)?;
         let numbers = labels.iter().map(|(number, _)| *number).collect();
-        let source = self.source(address)?;
+        let source = self.source(&address)?;
         Ok(Some(LabBodies::new(address.to_string(), source, axes, roster, numbers)))
+    }
+
+    /// What was asked for: `--pose` goes before the scenario.
+    fn address(&self, pose: &PoseParameters) -> Result<Option<Address>, Failure> {
+        let said = pose.source.as_deref().map(str::parse).transpose();
+        let said = said.map_err(|error| Failure::Bad(format!("[pose] source: {error}")))?;
+        Ok(self.pose.clone().or(said))
     }
 
     fn source(&self, address: &Address) -> Result<Box<dyn pose::source::Source>, Failure> {

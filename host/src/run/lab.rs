@@ -53,16 +53,6 @@ pub struct LabPoses {
     trouble: Option<String>,
 }
 
-/// How a motion capture stands that sends no frames.
-pub(super) fn silence(name: &str, status: &Status) -> String {
-    let stands = match status.link {
-        Link::Connecting => "there is no answer from it",
-        Link::Connected | Link::Streaming => "it is connected, and no frames come",
-    };
-    let trouble = status.trouble.as_ref().map_or_else(String::new, |trouble| format!(" ({trouble})"));
-    format!("{name}: {stands}{trouble}")
-}
-
 impl LabPoses {
     /// Of `structure`, which has these `bodies`, by the frames of `source`, in a laboratory with these axes.
     #[must_use]
@@ -168,6 +158,30 @@ pub(super) const fn worded(fault: FrameFault) -> &'static str {
     }
 }
 
+/// How a motion capture stands that sends no frames.
+pub(super) fn silence(name: &str, status: &Status) -> String {
+    let stands = match status.link {
+        Link::Connecting => "there is no answer from it",
+        Link::Connected | Link::Streaming => "it is connected, and no frames come",
+    };
+    let trouble = status.trouble.as_ref().map_or_else(String::new, |trouble| format!(" ({trouble})"));
+    format!("{name}: {stands}{trouble}")
+}
+
+/// What came of it.
+pub(super) fn account(name: &str, feed: &Feed) -> PoseAccount {
+    let clock = feed.gate().clock();
+    PoseAccount {
+        source: name.to_owned(),
+        ledger: *feed.ledger(),
+        connects: feed.status().connects,
+        clock_jumps: clock.jumps(),
+        least_delay_s: clock.least_delay_s(),
+        late_p50_s: feed.figures().late_s(0.5),
+        late_p99_s: feed.figures().late_s(0.99),
+    }
+}
+
 impl<W> PoseSource<W> for LabPoses {
     type Pose = Fix;
 
@@ -189,7 +203,6 @@ impl<W> PoseSource<W> for LabPoses {
     }
 
     fn account(&self) -> Option<PoseAccount> {
-        let Self { name, feed, .. } = self;
-        Some(PoseAccount::new(name, feed.gate(), feed.figures(), feed.status().connects))
+        Some(account(&self.name, &self.feed))
     }
 }

@@ -1,7 +1,5 @@
 //! Where a run's poses come from: the seam, and the account of what came.
 
-use pose::figures::Figures;
-use pose::gate::Gate;
 use pose::ledger::Ledger;
 use protocol::time::FleetInstant;
 
@@ -50,21 +48,4 @@ pub struct PoseAccount {
     pub late_p50_s: f64,
     /// And 99 of 100.
     pub late_p99_s: f64,
-}
-
-impl PoseAccount {
-    /// Of the frames that came through `gate`.
-    #[must_use]
-    pub fn new(source: &str, gate: &Gate, figures: &Figures, connects: u32) -> Self {
-        let clock = gate.clock();
-        Self {
-            source: source.to_owned(),
-            ledger: *gate.ledger(),
-            connects,
-            clock_jumps: clock.jumps(),
-            least_delay_s: clock.least_delay_s(),
-            late_p50_s: figures.late_s(0.5),
-            late_p99_s: figures.late_s(0.99),
-        }
-    }
 }

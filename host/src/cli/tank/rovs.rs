@@ -86,6 +86,9 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.roster.is_some() {
         return Err(Failure::Bad("--roster: robots are numbered by their place in the scenario".to_owned()));
     }
+    if arguments.out.is_some() {
+        return Err(Failure::Bad("--out: the truth of ROVs is told on standard error alone".to_owned()));
+    }
     let mut robots = Robots::new(arguments, &scenario.problem)?;
     let labels = body_labels(&scenario.problem);
     let labels: Vec<Label> =

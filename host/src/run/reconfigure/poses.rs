@@ -6,7 +6,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use pose::axes::{Axes, Pose, swap_world_and_ned};
-use pose::figures::Figures;
+use pose::feed::{Event, Feed};
 use pose::frame::Arrival;
 use pose::gate::{self, Gate};
 use pose::ledger::FrameFault;
@@ -17,7 +17,7 @@ use protocol::time::FleetInstant;
 use sim::lab::Cameras;
 
 use super::super::RunError;
-use super::super::lab::{SAID_AFTER, SILENT, silence, worded};
+use super::super::lab::{SAID_AFTER, SILENT, account, silence, worded};
 use super::super::pose_source::{PoseAccount, PoseSource};
 use super::controller::Seen;
 use super::estimator::Sighting;
@@ -25,29 +25,23 @@ use super::water::Water;
 
 /// What becomes of frames.
 struct Sightings {
-    name: String,
-    gate: Gate,
     roster: Roster,
     /// The numbers of bodies in the roster, in the order of the problem: robots, then tools.
     bodies: Vec<u16>,
     seen: Seen,
     unused: u32,
     trouble: Option<String>,
-    figures: Figures,
 }
 
 impl Sightings {
-    fn new(name: String, axes: Axes, limits: gate::Limits, roster: Roster, bodies: Vec<u16>) -> Self {
-        let seen = Seen::Fix(Sighting::default());
-        let gate = Gate::new(axes, limits);
-        Self { name, gate, roster, bodies, seen, unused: 0, trouble: None, figures: Figures::default() }
+    fn new(roster: Roster, bodies: Vec<u16>) -> Self {
+        Self { roster, bodies, seen: Seen::Fix(Sighting::default()), unused: 0, trouble: None }
     }
 
     /// Takes a frame; whether it shows anything.
-    fn take(&mut self, arrival: &Arrival) -> bool {
-        let trouble = match self.gate.take(arrival) {
-            Ok(fix) => {
-                self.figures.count_fix(&fix);
+    fn take(&mut self, event: Event) -> bool {
+        let trouble = match event {
+            Event::Fix(fix) => {
                 let mut bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>> =
                     vec![None; self.bodies.len()];
                 for (label, said) in &fix.bodies {
@@ -65,8 +59,8 @@ impl Sightings {
                 }
                 "no body of the roster is tracked"
             }
-            Err(FrameFault::Doubled | FrameFault::OutOfOrder) => return false,
-            Err(fault) => worded(fault),
+            Event::Dropped(FrameFault::Doubled | FrameFault::OutOfOrder) => return false,
+            Event::Dropped(fault) => worded(fault),
         };
         self.unused += 1;
         if self.unused >= SAID_AFTER {
@@ -78,8 +72,10 @@ impl Sightings {
 
 /// Of a motion capture.
 pub struct LabBodies {
-    source: Box<dyn Source>,
+    name: String,
+    feed: Feed,
     sightings: Sightings,
+    /// When the last frame came.
     came: Option<FleetInstant>,
 }
 
@@ -87,8 +83,8 @@ impl LabBodies {
     /// Of the bodies with these numbers of `roster`, robots then tools, in a laboratory with these axes.
     #[must_use]
     pub fn new(name: String, source: Box<dyn Source>, axes: Axes, roster: Roster, bodies: Vec<u16>) -> Self {
-        let sightings = Sightings::new(name, axes, gate::Limits::default(), roster, bodies);
-        Self { source, sightings, came: None }
+        let feed = Feed::new(source, Gate::new(axes, gate::Limits::default()));
+        Self { name, feed, sightings: Sightings::new(roster, bodies), came: None }
     }
 }
 
@@ -98,15 +94,12 @@ impl<W> PoseSource<W> for LabBodies {
     fn poll<'a>(&'a mut self, now: FleetInstant, _: Option<&'a W>) -> Result<Option<&'a Seen>, RunError> {
         let at = HostInstant(std::time::Duration::from_micros(now.0));
         let mut is_new = false;
-        while let Some(arrival) = self.source.poll(at).map_err(|error| RunError::Pose(error.to_string()))? {
+        while let Some(event) = self.feed.poll(at).map_err(|error| RunError::Pose(error.to_string()))? {
             self.came = Some(now);
-            is_new |= self.sightings.take(&arrival);
-        }
-        if let Some(exchange) = self.source.exchange() {
-            self.sightings.gate.clock_mut().exchanged(&exchange);
+            is_new |= self.sightings.take(event);
         }
         if self.came.is_none_or(|came| now.since(came) > SILENT) {
-            self.sightings.trouble = Some(silence(&self.sightings.name, self.source.status()));
+            self.sightings.trouble = Some(silence(&self.name, self.feed.status()));
         }
         Ok(is_new.then_some(&self.sightings.seen))
     }
@@ -116,14 +109,14 @@ impl<W> PoseSource<W> for LabBodies {
     }
 
     fn account(&self) -> Option<PoseAccount> {
-        let Sightings { name, gate, figures, .. } = &self.sightings;
-        Some(PoseAccount::new(name, gate, figures, self.source.status().connects))
+        Some(account(&self.name, &self.feed))
     }
 }
 
 /// Of simulated cameras over the water of this process: in simulated time, with all that goes wrong in a laboratory.
 pub struct SimulatedBodies {
     cameras: Cameras,
+    gate: Gate,
     sightings: Sightings,
 }
 
@@ -131,9 +124,8 @@ impl SimulatedBodies {
     /// Of the bodies with these numbers of `roster`, by `cameras` in a laboratory with these axes.
     #[must_use]
     pub fn new(cameras: Cameras, axes: Axes, roster: Roster, bodies: Vec<u16>) -> Self {
-        let sightings =
-            Sightings::new("simulated cameras".to_owned(), axes, gate::Limits::default(), roster, bodies);
-        Self { cameras, sightings }
+        let gate = Gate::new(axes, gate::Limits::default());
+        Self { cameras, gate, sightings: Sightings::new(roster, bodies) }
     }
 }
 
@@ -157,7 +149,8 @@ impl PoseSource<Water> for SimulatedBodies {
         let arrived = HostInstant(std::time::Duration::from_micros(now.0));
         let mut is_new = false;
         while let Some(frame) = self.cameras.poll(now.as_secs_f64()) {
-            is_new |= self.sightings.take(&Arrival { frame, arrived });
+            let judged = self.gate.take(&Arrival { frame, arrived });
+            is_new |= self.sightings.take(judged.map_or_else(Event::Dropped, Event::Fix));
         }
         Ok(is_new.then_some(&self.sightings.seen))
     }
