@@ -28,8 +28,8 @@ const ROUNDING_M: f64 = 1e-9;
 
 /// How far beyond the end of a turn, and of a swing, a tail comes to rest that loses its power, rad: as measured of the simulated
 /// motors of the whole spread, with their servo's errors (`cargo test -p sim --lib tracking`).
-const PAST_TURN_RAD: f64 = 0.0853;
-const PAST_SWING_RAD: f64 = 0.0233;
+const PAST_TURN_RAD: f64 = 0.0854;
+const PAST_SWING_RAD: f64 = 0.0234;
 
 /// Poses from one angle to another.
 fn way(from_rad: f64, to_rad: f64) -> impl Iterator<Item = f64> {
