@@ -49,9 +49,9 @@ pub struct Parameters {
     /// (`firmware::link::session::SURE_WITHIN`).
     pub clock_error_s: f64,
     /// How far beyond the ends of a swing a tail can come to rest that loses its power, rad, its servo's error included.
-    /// *Measured* of the simulated motor with 20 % of spread, braked by its winding: 0.0233 (`sim::tracking`).
+    /// *Measured* of the simulated motor with 20 % of spread, braked by its winding: 0.0234 (`sim::tracking`).
     pub stop_past_swing_rad: f64,
-    /// The same beyond the end of a transition, rad. *Measured* as that: 0.0853.
+    /// The same beyond the end of a transition, rad. *Measured* as that: 0.0854.
     pub stop_past_turn_rad: f64,
 }
 

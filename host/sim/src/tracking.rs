@@ -12,7 +12,7 @@
 //! | transition | turns of 0.02 to 2π rad, each at the planner's law of time |
 //! | rest | after each of them, from its end on |
 //!
-//! Every few ticks of a motion the power is taken away in thought ([`Stops`]).
+//! At every tick of a motion the power is taken away in thought ([`Stops`]).
 
 use std::f64::consts::TAU;
 
@@ -177,7 +177,6 @@ impl Tracking {
         let swings = [greatest_rad, -greatest_rad, least_rad, 0.0];
         // A tick does not fall on the start of a motion: the fleet's time and the module's are not in step.
         let mut now = FleetInstant(137);
-        let mut ticks = 0;
         for (k, &turn_rad) in TURNS_RAD.iter().chain(&[0.0]).enumerate() {
             let turn_rad = if k % 2 == 0 { turn_rad } else { -turn_rad };
             for amplitude_rad in swings {
@@ -207,15 +206,11 @@ impl Tracking {
                         Phase::Swimming => &mut self.swing,
                     };
                     off.add(f64::from(error_rad));
-                    // A stopping tail is far slower than a tick.
-                    ticks += 1;
-                    if ticks % 4 == 0 {
-                        let at_rad = motor.stops_at_rad().unwrap_or(f64::INFINITY) - laps_rad;
-                        match cycle.phase(now) {
-                            Phase::Turning => self.stops.turn(to_rad, turn_rad, at_rad),
-                            Phase::Swimming => self.stops.swing(to_rad, amplitude_rad, at_rad),
-                            Phase::Waiting | Phase::Done => {}
-                        }
+                    let at_rad = motor.stops_at_rad().unwrap_or(f64::INFINITY) - laps_rad;
+                    match cycle.phase(now) {
+                        Phase::Turning => self.stops.turn(to_rad, turn_rad, at_rad),
+                        Phase::Swimming => self.stops.swing(to_rad, amplitude_rad, at_rad),
+                        Phase::Waiting | Phase::Done => {}
                     }
                 }
                 from_rad = f64::from(cycle.end_pose().0);

@@ -172,10 +172,14 @@ impl Case<'_> {
             }
             [least_rad, most_rad]
         };
-        self.pairs
-            .all()
-            .iter()
-            .all(|pair| self.is_unknown(pair) || self.stops_clear(pair, [pair.i, pair.j].map(passed)))
+        self.pairs.all().iter().all(|pair| {
+            let spans = [pair.i, pair.j].map(passed);
+            if self.is_unknown(pair) {
+                let [least_rad, most_rad] = [0, 1].map(|bound: usize| spans.map(|span| span[bound]));
+                return self.keeps_out(pair, least_rad, most_rad);
+            }
+            self.stops_clear(pair, spans)
+        })
     }
 }
 
