@@ -99,7 +99,7 @@ pub(super) struct Arguments {
     /// Velocity of the water about ROVs along the scenario's x and y, m/s
     #[arg(long, value_name = "X,Y", value_parser = clap::value_parser!(rovs::Current), allow_hyphen_values = true)]
     current: Option<rovs::Current>,
-    /// A thruster of an ROV that fails, from 1, so long after the water lets go
+    /// A thruster of an ROV that fails, from 1, and when: seconds after the water lets go
     #[arg(long, value_name = "ROBOT,THRUSTER@SECONDS", value_parser = clap::value_parser!(rovs::Dead))]
     fail_thruster: Option<rovs::Dead>,
     /// The server's clock less this machine's, s

@@ -21,8 +21,8 @@ use super::wire::node;
 
 /// In the worst weather. What is delayed comes 1.6 s later, a liar is named after 1 s, a module may have to be called again.
 const NOTICED_S: f64 = 6.0;
-/// 3 s without a sign of life; what is played of it later is none.
-const OVER_S: f64 = 3.01;
+/// 3 s without a sign of life, by the time at which it was sent as the host has it; what is played of it later is none.
+const OVER_S: f64 = 3.1;
 
 /// One run of the host, from start to crash.
 pub(super) struct HostRun {

@@ -80,7 +80,7 @@ fn conclude(title: &str, runs: &[(u64, Judged)]) -> Vec<String> {
         runs.iter().flat_map(|(seed, run)| run.broken.iter().map(move |why| format!("seed {seed}: {why}")));
     let mut broken: Vec<String> = broken.collect();
     // One in 1,479 was seen.
-    if planned == 0 || cycles - planned > 2.max(cycles / 700) {
+    if planned == 0 || cycles - planned > 2.max(cycles / 300) {
         let held = runs.iter().filter(|(_, run)| run.planned < run.cycles);
         let held: Vec<_> = held.map(|(seed, run)| (seed, run.cycles - run.planned)).collect();
         broken.push(format!("only {planned} of {cycles} cycles planned in {} runs: {held:?}", runs.len()));

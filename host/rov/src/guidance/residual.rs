@@ -34,7 +34,7 @@ pub const LEAST_N: f64 = 0.25;
 pub const EXPLAINED: f64 = 0.85;
 /// Least and greatest share of its thrust that is missing. *Assumed.*
 pub const SHARES: [f64; 2] = [0.6, 1.5];
-/// For so long, s. *Assumed.*
+/// For this time, s. *Assumed.*
 pub const SURE_S: f64 = 1.0;
 /// Time constant of the sums, s.
 const MEMORY_S: f64 = 0.7;

@@ -27,7 +27,7 @@ use super::super::host::{Controller, Dispatch, Patience, Step};
 use super::super::orders::Order;
 use super::ExecutionError;
 use super::conductor::{AHEAD_S, Conductor, Coupling, HAND_OVER_S, PERIOD, apart};
-use super::estimator::{Estimator, Sighting, Verdict};
+use super::estimator::{Estimator, Seen, Verdict};
 use super::water::{STEP, STEP_S, is_step};
 
 /// Time that thrusts hold without another packet: five periods, so that four lost ones in a row do no harm.
@@ -41,15 +41,6 @@ const PATIENCE: Patience = Patience { missing_after_s: 3.0, join_s: 30.0 };
 const WITHIN: f64 = 0.75;
 /// A run that sees nothing for this time ends, s. *Assumed*.
 const BLIND_MOST_S: f64 = 60.0;
-
-/// What is seen of the bodies.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Seen {
-    /// Their states, as they are.
-    Exact(Vec<State>),
-    /// A fix.
-    Fix(Sighting),
-}
 
 /// What a run does with fixes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -41,6 +41,15 @@ pub struct Sighting {
     pub bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>>,
 }
 
+/// What is seen of the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Seen {
+    /// Their states, as they are.
+    Exact(Vec<State>),
+    /// A fix.
+    Fix(Sighting),
+}
+
 /// A robot or a tool.
 #[derive(Clone, Debug)]
 struct Body {

@@ -24,7 +24,8 @@ use super::super::progress::{Noted, Progress};
 use super::ExecutionError;
 use super::accounts::Accounts;
 use super::conductor::Conductor;
-use super::controller::{Execution, Fixes, Seen};
+use super::controller::{Execution, Fixes};
+use super::estimator::Seen;
 use super::summary::Summary;
 use super::water::{ExactPoses, Water};
 

@@ -19,8 +19,7 @@ use sim::lab::Cameras;
 use super::super::RunError;
 use super::super::lab::{SAID_AFTER, SILENT, account, silence, worded};
 use super::super::pose_source::{PoseAccount, PoseSource};
-use super::controller::Seen;
-use super::estimator::Sighting;
+use super::estimator::{Seen, Sighting};
 use super::water::Water;
 
 /// What becomes of frames.

@@ -12,7 +12,7 @@ use super::super::closed_loop::World;
 use super::super::pose_source::PoseSource;
 use super::ExecutionError;
 use super::conductor::{Coupling, DOCK_M, DOCK_RAD};
-use super::controller::Seen;
+use super::estimator::Seen;
 
 /// A step of water and controller: 200 Hz.
 pub const STEP: Duration = Duration(5_000);
