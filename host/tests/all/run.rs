@@ -211,6 +211,23 @@ fn requests_to_end_leave_what_was_measured() {
     }
 }
 
+/// As `nohup` starts it: a terminal that goes away ends nothing, and the Ctrl-C after it is the first.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_ignores_its_terminal_goes_on() {
+    let folder = scenario(600.0, "");
+    let mut command = Command::new("sh");
+    let program = env!("CARGO_BIN_EXE_flotilla");
+    command.args(["-c", &format!("trap '' HUP; exec {program} run t.toml --realtime --out o")]);
+    command.current_dir(folder.path());
+    let run = Process::spawn(command);
+    end(&run, "HUP");
+    end(&run, "INT");
+    let finished = run.finish();
+    assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{finished:?}");
+    assert!(finished.err[0].ends_with(" of 600.0 s: interrupted"), "{finished:?}");
+}
+
 /// A device that is always full takes the place of a file.
 #[cfg(target_os = "linux")]
 #[test]
