@@ -147,6 +147,9 @@ fn the_second_step_is_never_sent_if_a_module_has_not_the_first() {
     );
     assert_eq!(left.turns.iter().map(|turn| turn.to_rad).collect::<Vec<_>>(), VIA_RAD);
     assert!(left.end() < decision.swim_start());
+    // What hears nothing loses the time: it says so, until it hears again.
+    bench.deaf = None;
+    bench.tails_at(bench.now.after(Duration(2_000_000)));
     assert!(bench.missing().is_empty(), "both report where they rest");
 }
 
