@@ -27,7 +27,7 @@
 //! | stale, foreign cycles | a running cycle must be one that the host of the module's session decided, in its time |
 //! | replays and forgeries let in | each ledger, class by class, is what [`count`] found at the radios: accepted are the distinct genuine datagrams of the sessions in force, and no others |
 //! | exact sums | each ledger, and all of them against what the medium handed over |
-//! | who is named | a doubled module with both addresses, a liar; neither is counted on by a decision, and what judges a run says so ([`named`]) |
+//! | who is named | a doubled module with both addresses, a liar; neither is counted on by a decision, and what judges a run says so (`named`) |
 //!
 //! A module that loses its power in mid-swing leaves its tail wherever it is, and its neighbours go on until the host knows.
 //! Plans are asked to be power tolerant; where one could not be (the first from the start pose, or the one after

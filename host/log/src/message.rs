@@ -1,4 +1,4 @@
-//! What a message is: a name, a schema, a form in CDR. All three come from one definition, by [`message!`].
+//! What a message is: a name, a schema, a form in CDR. All three come from one definition, by `messages!`.
 
 use super::cdr::{Cdr, Decoder, Encoder};
 

@@ -5,7 +5,7 @@
 //!                                   └──────────── Told ──────────────────────────┴─→ Reading ─→ Summary, record
 //! ```
 //!
-//! What is told goes to the file and to the [reading](boats::reading) alike, so that a live run and a replay take one way. What
+//! What is told goes to the file and to the [reading](boats::Reading) alike, so that a live run and a replay take one way. What
 //! others' tools look at ([`Shown`]: odometry, transforms, markers …) goes to the file alone, and so nowhere if there is none.
 //!
 //! | file | what |
