@@ -201,7 +201,7 @@ fn control_c_leaves_what_was_measured() {
 fn requests_to_end_leave_what_was_measured() {
     for signal in ["TERM", "HUP"] {
         let folder = scenario(600.0, "");
-        let run = Process::start(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
+        let run = Process::start_at_terminal(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
         end(&run, signal);
         let finished = run.finish();
         assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{signal}: {finished:?}");
