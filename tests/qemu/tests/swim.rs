@@ -7,7 +7,6 @@
 use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, RunResult, run};
 use host::run::fleet::InProcess;
-use host::run::host::Controller;
 use host::run::orders::Unattended;
 use host::run::pilot::{Pilot, SentCycle};
 use host::run::progress::Quiet;
@@ -39,7 +38,8 @@ fn in_process(scenario: &Scenario) -> (RunResult, Vec<Vec<f64>>) {
     let mut fleet = InProcess::boats(scenario, SEED).expect("a fleet");
     let mut courses: Vec<Vec<f64>> = Vec::new();
     let mut watch = |now: FleetInstant, pilot: &Pilot, fleet: &mut InProcess| {
-        if pilot.origin().is_some_and(|origin| origin <= now) {
+        // Turns before the first swim are part of it.
+        if pilot.decisions().first().is_some_and(|first| first.start <= now) {
             courses.push(fleet.modules().iter().map(|module| module.tail().angle_rad).collect());
         }
     };
