@@ -29,4 +29,5 @@ mod shortfalls;
 mod simulate;
 mod tank;
 mod tank_rovs;
+mod terminal;
 mod udp;

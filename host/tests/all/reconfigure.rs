@@ -6,6 +6,7 @@ use std::path::Path;
 use crate::common::{Finished, PATIENCE, Process};
 use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
+use crate::terminal;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -164,7 +165,7 @@ fn requests_to_end_leave_what_there_is() {
         keygen(folder.path());
         let arguments = ["reconfigure", "t.toml", "--criterion", "energy", "--out", "o"];
         let radio = ["--radio", "udp", "--listen", "127.0.0.1:0", "--key", KEY];
-        let process = Process::start_at_terminal(folder.path(), &[&arguments[..], &radio].concat());
+        let process = terminal::start(folder.path(), &[&arguments[..], &radio].concat());
         assert!(process.err.recv_timeout(PATIENCE).expect("a line").starts_with("listening on "));
         end(&process, signal);
         let finished = process.finish();

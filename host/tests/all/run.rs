@@ -7,6 +7,7 @@ use std::time::Duration;
 use crate::common::{PATIENCE, Process};
 use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
+use crate::terminal;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -201,7 +202,7 @@ fn control_c_leaves_what_was_measured() {
 fn requests_to_end_leave_what_was_measured() {
     for signal in ["TERM", "HUP"] {
         let folder = scenario(600.0, "");
-        let run = Process::start_at_terminal(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
+        let run = terminal::start(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
         end(&run, signal);
         let finished = run.finish();
         assert_eq!((finished.code, finished.err.len()), (Some(1), 1), "{signal}: {finished:?}");

@@ -41,14 +41,6 @@ impl Process {
         Self::spawn(command)
     }
 
-    /// The same as from a terminal, whose hangup is not ignored, even if this test was started by `nohup`.
-    pub fn start_at_terminal(folder: &Path, arguments: &[&str]) -> Self {
-        let mut command = Command::new("env");
-        command.args(["--default-signal=HUP", env!("CARGO_BIN_EXE_flotilla")]).args(arguments);
-        command.current_dir(folder);
-        Self::spawn(command)
-    }
-
     /// Starts `command`.
     pub fn spawn(mut command: Command) -> Self {
         let mut child = command
