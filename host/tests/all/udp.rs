@@ -190,6 +190,8 @@ fn a_module_that_dies_for_good_is_named() {
     let _others = ["1", "3"].map(|id| module(folder.path(), id, &address));
     let victim = module(folder.path(), "2", &address);
     await_swimming(&victim);
+    // Its first cycle only turns: the run has begun when the swim after it has.
+    std::thread::sleep(std::time::Duration::from_secs(6));
     drop(victim);
     let finished = host.finish();
     let summary = summary(folder.path(), &finished);
