@@ -7,6 +7,8 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
 /// Why a frame was dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameFault {
@@ -34,7 +36,7 @@ pub enum BodyFault {
 }
 
 /// Frames by what became of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[expect(missing_docs, reason = "the classes are those of `FrameFault`")]
 pub struct Frames {
     pub received: u64,
@@ -47,7 +49,7 @@ pub struct Frames {
 }
 
 /// Bodies by what became of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[expect(missing_docs, reason = "the classes are those of `BodyFault`")]
 pub struct Bodies {
     pub received: u64,

@@ -45,8 +45,6 @@ pub struct CameraParameters {
     pub jitter_s: f64,
     /// Share of frames that are lost.
     pub loss: f64,
-    /// Share of frames that are sent twice.
-    pub doubled: f64,
     /// The server's clock less the laboratory's, s.
     pub clock_ahead_s: f64,
 }
@@ -64,7 +62,6 @@ impl CameraParameters {
             ("latency_s", self.latency_s, "s", Range::NonNegative),
             ("jitter_s", self.jitter_s, "s", Range::NonNegative),
             ("loss", self.loss, "", Range::Share),
-            ("doubled", self.doubled, "", Range::Share),
             ("clock_ahead_s", self.clock_ahead_s, "s", Range::Finite),
         ])
     }
@@ -135,9 +132,7 @@ impl Cameras {
             return;
         }
         let sent_s = self.queue.back().map_or(0.0, |(last_s, _)| *last_s).max(now_s + late_s);
-        if self.rng.random::<f64>() < self.parameters.doubled
-            || self.mishaps(now_s).any(|mishap| mishap == Mishap::Doubled)
-        {
+        if self.mishaps(now_s).any(|mishap| mishap == Mishap::Doubled) {
             self.queue.push_back((sent_s, frame.clone()));
         }
         self.queue.push_back((sent_s, frame));

@@ -370,7 +370,6 @@ fn cameras(
         latency_s: arguments.latency,
         jitter_s: arguments.jitter,
         loss: arguments.loss,
-        doubled: 0.0,
         clock_ahead_s: arguments.clock,
     };
     Cameras::new(parameters, axes, labels, arguments.fault.clone(), seed ^ 0x3C0D).map_err(

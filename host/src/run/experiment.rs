@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use modboat::observer::Fix;
 use protocol::time::FleetInstant;
+use quantity::ParameterError;
 use record::{PoseSample, RunRecord};
 use sim::TailState;
 use sim::mocap::Mocap;
@@ -56,15 +57,23 @@ impl Site<Cameras> {
     /// # Errors
     /// [`RunError::Parameter`].
     pub fn simulated(scenario: &Scenario, seed: u64) -> Result<Self, RunError> {
-        let start = PoseSample {
-            position_m: scenario.start.position_m,
-            heading_rad: scenario.start_heading_rad(),
-            ..PoseSample::default()
-        };
-        let Scenario { structure, modboat, tank, mocap, .. } = scenario;
-        let water = Tank::new(structure, modboat, tank, &start, seed ^ 0x7A4B)?;
-        Ok(Self { water: Some(water), poses: Cameras::new(Mocap::new(mocap, seed ^ 0x3C0D)?) })
+        let poses = Cameras::new(Mocap::new(&scenario.mocap, seed ^ 0x3C0D)?);
+        Ok(Self { water: Some(water(scenario, seed)?), poses })
     }
+}
+
+/// The water of `scenario`, with its structure at the start; gusts from `seed`.
+///
+/// # Errors
+/// [`ParameterError`] for numbers that cannot be.
+pub fn water(scenario: &Scenario, seed: u64) -> Result<Tank, ParameterError> {
+    let start = PoseSample {
+        position_m: scenario.start.position_m,
+        heading_rad: scenario.start_heading_rad(),
+        ..PoseSample::default()
+    };
+    let Scenario { structure, modboat, tank, .. } = scenario;
+    Tank::new(structure, modboat, tank, &start, seed ^ 0x7A4B)
 }
 
 /// Runs `scenario` with modules in this process, from `seed`, as fast as the machine can.
@@ -94,7 +103,7 @@ pub fn run<F: Fleet<Actuation = TailState>>(
     drive: Drive<'_, Pilot, F>,
     progress: &mut dyn Progress,
 ) -> Result<RunResult, RunError> {
-    run_with(Log::default(), scenario, seed, fleet, drive, Site::simulated(scenario, seed)?, progress)
+    run_into(Log::default(), scenario, seed, fleet, drive, progress)
 }
 
 /// [`run`], with a log.

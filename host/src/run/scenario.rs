@@ -7,7 +7,7 @@ use modboat::observer::ObserverParameters;
 use modboat::parameters::Parameters;
 use modboat::planner_config::PlannerConfig;
 use modboat::structure::Structure;
-use quantity::ParameterError;
+use quantity::{ParameterError, check_within};
 use reader::file::{self, Source};
 use reader::{Document, FileError, Mistake};
 use serde::{Deserialize, Serialize};
@@ -316,12 +316,9 @@ fn within(
     bounds
         .validate()
         .map_err(|error| document.mistake_in(&["bounds"], "edge_m", format!("edge_m: {error}")))?;
-    let range = 0.0..=1e6;
-    if !range.contains(&bounds.margin_m) {
-        let (value, reason) = (bounds.margin_m, "must lie between 0 and 1000000");
-        let error = ParameterError { key: "margin_m", value, unit: "m", reason };
-        return Err(document.mistake_in(&["bounds"], error.key, &error));
-    }
+    let reason = "must lie between 0 and 1000000";
+    check_within(&[("margin_m", bounds.margin_m, "m", 0.0..=1e6, reason)])
+        .map_err(|error| document.mistake_in(&["bounds"], error.key, &error))?;
     let heading_rad = start.heading_rad.unwrap_or(legs[0].heading_rad);
     let place = Place { position_m: start.position_m, heading_rad };
     for (module, [x, y]) in centres_m(positions_m, place).enumerate() {

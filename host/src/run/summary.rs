@@ -16,7 +16,7 @@ use super::scenario::Scenario;
 use super::shortfall::{self, FLOOR, Shortfall, attainable_m_s};
 use super::watch::LegWatch;
 
-pub use poses::{BodyFigures, FrameFigures, PoseFigures, TroubleFigures};
+pub use poses::{PoseFigures, TroubleFigures};
 
 mod poses;
 

@@ -10,6 +10,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::common::{Finished, Process};
+use crate::interrupt::send;
 use crate::keys::{KEY, keygen};
 use serde_json::Value;
 use tempfile::tempdir;
@@ -87,17 +88,12 @@ fn swim(folder: &Path, pair: &Pair) -> (Value, Finished, Finished) {
     run.extend(pair.run.iter().map(String::as_str));
     let run = Process::start(folder, &run).finish();
     // As an operator ends it.
-    rustix_kill(tank.child.id());
+    send(&tank, "INT");
     let tank = tank.finish();
     let text = run.out.join("\n");
     let summary = serde_json::from_str(&text)
         .unwrap_or_else(|error| panic!("{}: {error}: {run:?} {tank:?}", pair.name));
     (summary, run, tank)
-}
-
-fn rustix_kill(id: u32) {
-    let done = std::process::Command::new("kill").args(["-INT", &id.to_string()]).status();
-    assert!(done.expect("kill").success());
 }
 
 /// Swims all pairs at once and judges each; those that fail while the machine stalls are swum again.

@@ -55,7 +55,7 @@ impl Fault {
             _ => return Ok(()),
         };
         match named.iter().find(|body| **body >= bodies) {
-            Some(&body) => Err(FaultError::NoBody { body: body + 1, bodies }),
+            Some(&body) => Err(FaultError::UnknownBody { body: body + 1, bodies }),
             None => Ok(()),
         }
     }
@@ -87,7 +87,7 @@ pub enum FaultError {
     },
     /// A body beyond the last.
     #[error("body {body}: there are only {bodies}")]
-    NoBody {
+    UnknownBody {
         /// From 1.
         body: usize,
         /// How many there are.

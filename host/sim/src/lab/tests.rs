@@ -15,7 +15,6 @@ fn parameters() -> CameraParameters {
         latency_s: 0.02,
         jitter_s: 0.01,
         loss: 0.0,
-        doubled: 0.0,
         clock_ahead_s: 100.0,
     }
 }
@@ -105,5 +104,5 @@ fn what_is_no_fault_is_refused() {
         assert!(error.contains(says), "{text}: {error}");
     }
     let beyond = "lost:4@2".parse::<Fault>().expect("reads").check(3);
-    assert_eq!(beyond, Err(FaultError::NoBody { body: 4, bodies: 3 }));
+    assert_eq!(beyond, Err(FaultError::UnknownBody { body: 4, bodies: 3 }));
 }

@@ -1,5 +1,6 @@
 //! The figures of a motion capture.
 
+use pose::ledger::{Bodies, Frames};
 use runlog::flotilla;
 use serde::Serialize;
 
@@ -9,9 +10,9 @@ pub struct PoseFigures {
     /// Where poses come from.
     pub source: String,
     /// Frames received, and of those accepted, doubled, off the server's clock, out of order, frozen and without a body.
-    pub frames: FrameFigures,
+    pub frames: Frames,
     /// Bodies of frames that got as far as their bodies, and of those accepted, untracked, not finite and teleported.
-    pub bodies: BodyFigures,
+    pub bodies: Bodies,
     /// Connections that were made.
     pub connects: u32,
     /// Jumps of the server's clock.
@@ -28,30 +29,6 @@ pub struct PoseFigures {
     pub troubles: Vec<TroubleFigures>,
 }
 
-/// Frames by what became of them.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "the classes are those of `pose::ledger`")]
-pub struct FrameFigures {
-    pub received: u64,
-    pub accepted: u64,
-    pub doubled: u64,
-    pub off_the_clock: u64,
-    pub out_of_order: u64,
-    pub frozen: u64,
-    pub without_body: u64,
-}
-
-/// Bodies by what became of them.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "the classes are those of `pose::ledger`")]
-pub struct BodyFigures {
-    pub received: u64,
-    pub accepted: u64,
-    pub untracked: u64,
-    pub not_finite: u64,
-    pub teleported: u64,
-}
-
 /// Why the fleet held for want of poses.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TroubleFigures {
@@ -66,7 +43,7 @@ impl From<flotilla::Poses> for PoseFigures {
         let troubles = poses.troubles.into_iter();
         Self {
             source: poses.source,
-            frames: FrameFigures {
+            frames: Frames {
                 received: poses.frames,
                 accepted: poses.frames_accepted,
                 doubled: poses.frames_doubled,
@@ -75,7 +52,7 @@ impl From<flotilla::Poses> for PoseFigures {
                 frozen: poses.frames_frozen,
                 without_body: poses.frames_without_body,
             },
-            bodies: BodyFigures {
+            bodies: Bodies {
                 received: poses.bodies,
                 accepted: poses.bodies_accepted,
                 untracked: poses.bodies_untracked,

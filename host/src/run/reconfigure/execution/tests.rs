@@ -18,8 +18,8 @@ use sim::module::TICK;
 use sim::rov::Thrusters;
 
 /// A built-in problem, its plan, and the power law of both.
-fn planned() -> (Problem, Plan, PowerLaw) {
-    let problem = ReconfigureScenario::open("i-to-l").expect("built in").problem;
+fn planned(name: &str) -> (Problem, Plan, PowerLaw) {
+    let problem = ReconfigureScenario::open(name).expect("built in").problem;
     let law = PowerLaw::fitted(problem.rules.battery_v).expect("valid");
     let request = Request {
         criterion: Criterion::Energy,
@@ -33,7 +33,7 @@ fn planned() -> (Problem, Plan, PowerLaw) {
 
 /// Executes the built-in scenario; the host is stopped for `length_s` at each of the times of `stops_s`, s of the plan.
 fn paused(stops_s: &[f64], length_s: f64) -> Summary {
-    let (problem, plan, law) = planned();
+    let (problem, plan, law) = planned("i-to-l");
     let options = Options { seed: 1, radio: FaultParameters::default(), law };
     let mut fleet = InProcess::rovs(&problem, options.radio, options.seed).expect("valid");
     let time = Cell::new(Duration::ZERO);
@@ -94,7 +94,7 @@ fn a_plan_is_executed_to_its_end_though_the_host_was_stopped() {
 /// A robot that falls silent in mid-plan is named, whether the others get on without it or not.
 #[test]
 fn a_robot_that_dies_is_named() {
-    let (problem, plan, law) = planned();
+    let (problem, plan, law) = planned("i-to-l");
     for robot in 0..problem.robots.len() {
         let options = Options { seed: 2, radio: FaultParameters::default(), law: law.clone() };
         let mut fleet = InProcess::rovs(&problem, options.radio, options.seed).expect("valid");

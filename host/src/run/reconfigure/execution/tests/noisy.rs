@@ -33,22 +33,9 @@ struct Trouble {
     seed: u64,
 }
 
-fn plan_of(name: &str) -> (Problem, Plan, PowerLaw) {
-    let problem = ReconfigureScenario::open(name).expect("built in").problem;
-    let law = PowerLaw::fitted(problem.rules.battery_v).expect("valid");
-    let request = Request {
-        criterion: Criterion::Energy,
-        manner: Manner::Best,
-        order: OrderRule::Exact,
-        law: law.clone(),
-    };
-    let plan = rov::planner::plan(&problem, &request).expect("a plan").plan;
-    (problem, plan, law)
-}
-
 /// Executes the plan of a built-in scenario with estimated states; what was said.
 fn executed(name: &str, trouble: Trouble) -> (Summary, Vec<String>, Option<(usize, usize, f64)>) {
-    let (problem, plan, law) = plan_of(name);
+    let (problem, plan, law) = planned(name);
     let options = Options { seed: trouble.seed, radio: FaultParameters::default(), law };
     let mut fleet = InProcess::rovs(&problem, options.radio, options.seed).expect("valid");
     let conductor = Conductor::new(&problem, &plan, options.law.clone()).expect("fits");
@@ -78,7 +65,6 @@ fn executed(name: &str, trouble: Trouble) -> (Summary, Vec<String>, Option<(usiz
         latency_s: 0.03,
         jitter_s: 0.005,
         loss: 0.02,
-        doubled: 0.0,
         clock_ahead_s: 1000.0,
     };
     let cameras = Cameras::new(parameters, axes, labels, trouble.faults, trouble.seed).expect("cameras");
@@ -160,7 +146,7 @@ fn assert_docked(summary: &Summary, of: &str) {
 
 /// What the same takes with exact poses in the same current, with no noise and no fault, J.
 fn undisturbed_j(name: &str, current_m_s: [f64; 3]) -> f64 {
-    let (problem, plan, law) = plan_of(name);
+    let (problem, plan, law) = planned(name);
     let options = Options { seed: 1, radio: FaultParameters::default(), law };
     let mut fleet = InProcess::rovs(&problem, options.radio, options.seed).expect("valid");
     let mut site = Site::simulated(&problem, &plan, &options.law).expect("bodies");
