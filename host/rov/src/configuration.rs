@@ -96,6 +96,18 @@ pub fn clusters(adjacency: &[Vec<Option<usize>>]) -> Vec<Vec<usize>> {
     found
 }
 
+/// Bodies that move as one, each in ascending order: clusters of those that are docked, then every other body alone. `berths` has where
+/// each body is docked, and what it is; `None` for one that is not.
+#[must_use]
+pub fn groups(berths: &[Option<(Pose, &Vehicle)>]) -> Vec<Vec<usize>> {
+    let docked: Vec<usize> = (0..berths.len()).filter(|&body| berths[body].is_some()).collect();
+    let placed: Vec<(Pose, &Vehicle)> = berths.iter().flatten().copied().collect();
+    let clusters = clusters(&adjacency(&placed)).into_iter();
+    let clusters = clusters.map(|cluster| cluster.into_iter().map(|index| docked[index]).collect());
+    let alone = (0..berths.len()).filter(|&body| berths[body].is_none()).map(|body| vec![body]);
+    clusters.chain(alone).collect()
+}
+
 /// A level box, turned about the vertical.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelBox {

@@ -2,7 +2,7 @@
 //! motor, or the simulated thrusters of an ROV; everything between host and firmware is real.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -69,11 +69,25 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// A process has a clock of its own already: real, and wrong by its own start.
-pub(super) const CLOCK: ClockParameters = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
+const CLOCK: ClockParameters = ClockParameters { offset_s: 0.0, drift_ppm: 0.0 };
 
-/// Tells its lives apart.
-pub(super) fn seed() -> u64 {
-    u64::from(std::process::id()) << 32 | since_epoch_us() & 0xFFFF_FFFF
+/// Pause between two reports of a Modboat.
+pub(super) const MODBOAT_REPORTS: Duration = Duration(10_000);
+/// And of an ROV.
+pub(super) const ROV_REPORTS: Duration = Duration(20_000);
+
+/// Module `id` of this process. Its seed tells its lives apart, and the modules of one process.
+pub(super) fn setup(key: Option<&Path>, id: u16, report_every: Duration) -> Result<Setup<'static>, Failure> {
+    let ModuleCredentials { id, fleet, key } = module_credentials(key, id)?;
+    let life = u64::from(std::process::id()) << 32 | since_epoch_us() & 0xFFFF_FFFF;
+    let seed = life.wrapping_mul(1_000_003).wrapping_add(u64::from(id.0));
+    Ok(Setup { id, fleet, key, report_every, clock: &CLOCK, seed })
+}
+
+/// A module's radio on `listen`, or on any port that `host` reaches. A network that is away for a while does not end a module.
+pub(super) fn radio(listen: Option<&str>, host: SocketAddr) -> Result<UdpRadio, Failure> {
+    let listen = listen.map_or_else(|| any_port(host), str::to_owned);
+    Ok(UdpRadio::bind(listen.as_str()).map_err(bad)?.patient())
 }
 
 fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
@@ -84,11 +98,10 @@ fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
         let id = arguments.id;
         return Err(Failure::Bad(format!("--id {id}: there are only {modules} modules in {name}")));
     }
-    let ModuleCredentials { id, fleet, key } = module_credentials(arguments.key.as_deref(), arguments.id)?;
+    let setup = setup(arguments.key.as_deref(), arguments.id, MODBOAT_REPORTS)?;
     let (radio, address) = listen(arguments, host)?;
-    let (report_every, clock, seed) = (Duration(10_000), &CLOCK, seed());
-    let setup = Setup { id, fleet, key, report_every, clock, seed };
-    let boat = Boat::new(&scenario.modboat, &scenario.motor, scenario.start.tail_rad, seed).map_err(bad)?;
+    let tail_rad = scenario.start.tail_rad;
+    let boat = Boat::new(&scenario.modboat, &scenario.motor, tail_rad, setup.seed).map_err(bad)?;
     let mut module = SimModule::new(&setup, boat, radio, host).map_err(bad)?;
     tell(&format!("module {} on {address}, host at {host}", arguments.id));
     live(arguments, |now| module.tick(now).map(|()| module.state(now)))
@@ -100,20 +113,17 @@ fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
         return Err(Failure::Bad(format!("--reversed {number}: there are only {thrusters} thrusters")));
     }
     let reversed: Vec<bool> = (1..=thrusters).map(|number| arguments.reversed.contains(&number)).collect();
-    let ModuleCredentials { id, fleet, key } = module_credentials(arguments.key.as_deref(), arguments.id)?;
+    let setup = setup(arguments.key.as_deref(), arguments.id, ROV_REPORTS)?;
     let (radio, address) = listen(arguments, host)?;
-    let (report_every, clock, seed) = (Duration(20_000), &CLOCK, seed());
-    let setup = Setup { id, fleet, key, report_every, clock, seed };
     let thrusters = Thrusters::new(&reversed, arguments.battery).map_err(bad)?;
     let mut rov = SimRov::new(&setup, thrusters, radio, host).map_err(bad)?;
     tell(&format!("ROV {} on {address}, host at {host}", arguments.id));
     live(arguments, |now| rov.tick(now).map(|()| rov.state(now)))
 }
 
-/// The radio, and where it listens. A network that is away for a while does not end a module.
+/// The radio, and where it listens.
 fn listen(arguments: &Arguments, host: SocketAddr) -> Result<(UdpRadio, SocketAddr), Failure> {
-    let listen = arguments.listen.clone().unwrap_or_else(|| any_port(host));
-    let radio = UdpRadio::bind(listen.as_str()).map_err(bad)?.patient();
+    let radio = radio(arguments.listen.as_deref(), host)?;
     let address = radio.local_address().map_err(could)?;
     Ok((radio, address))
 }
@@ -161,7 +171,7 @@ pub(super) fn resolve(address: &str) -> Result<SocketAddr, Failure> {
 }
 
 /// Any free port where `host` can be reached from: a socket on the loopback reaches no other machine.
-pub(super) fn any_port(host: SocketAddr) -> String {
+fn any_port(host: SocketAddr) -> String {
     let ip: IpAddr = match (host, host.ip().is_loopback()) {
         (SocketAddr::V4(_), true) => Ipv4Addr::LOCALHOST.into(),
         (SocketAddr::V4(_), false) => Ipv4Addr::UNSPECIFIED.into(),

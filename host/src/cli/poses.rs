@@ -3,8 +3,9 @@
 use std::net::Ipv4Addr;
 
 use nalgebra::{Vector2, Vector3};
-use pose::address::{Address, Options};
+use pose::address::{Address, OpenError, Options};
 use pose::roster::{Entry, Name, Roster as Bodies};
+use pose::source::Source;
 use pose::structure::{Structure, Tolerances};
 use protocol::ModuleId;
 use reconfiguration::problem::Problem;
@@ -81,7 +82,7 @@ impl PoseArguments {
         let places: Vec<(u16, Vector2<f64>)> =
             seats.iter().zip(positions_m).map(|(id, place)| (id.0, place.into())).collect();
         let structure = Structure::new(bodies.clone(), &places, Tolerances::default());
-        let source = self.source(&address)?;
+        let source = open(&address, self.interface)?;
         Ok(Some(Poses::Lab(Box::new(LabPoses::new(address.to_string(), source, axes, structure, bodies)))))
     }
 
@@ -102,7 +103,7 @@ impl PoseArguments {
         };
         let roster = Bodies::new(labels.iter().map(entry).collect()).map_err(bad)?;
         let numbers = labels.iter().map(|(number, _)| *number).collect();
-        let source = self.source(&address)?;
+        let source = open(&address, self.interface)?;
         Ok(Some(LabBodies::new(address.to_string(), source, axes, roster, numbers)))
     }
 
@@ -112,15 +113,15 @@ impl PoseArguments {
         let said = said.map_err(|error| Failure::Bad(format!("[pose] source: {error}")))?;
         Ok(self.pose.clone().or(said))
     }
+}
 
-    fn source(&self, address: &Address) -> Result<Box<dyn pose::source::Source>, Failure> {
-        use pose::address::OpenError;
-        let options = Options { interface: self.interface, ..Options::default() };
-        address.open(options).map_err(|error| match error {
-            OpenError::Source(_) => could(error),
-            OpenError::Resolve { .. } | OpenError::Log(_) => bad(error),
-        })
-    }
+/// Opens a motion capture; `interface` is this machine's address in its network.
+pub(super) fn open(address: &Address, interface: Option<Ipv4Addr>) -> Result<Box<dyn Source>, Failure> {
+    let options = Options { interface, ..Options::default() };
+    address.open(options).map_err(|error| match error {
+        OpenError::Source(_) => could(error),
+        OpenError::Resolve { .. } | OpenError::Log(_) => bad(error),
+    })
 }
 
 /// How a motion capture calls robots and tools: `module-1` and on for robots, by their place in the problem as on the link, then `tool-1` and on.

@@ -16,7 +16,7 @@ use pose::source::Link;
 use pose::time::HostInstant;
 use serde::Serialize;
 
-use super::poses::LabArguments;
+use super::poses::{LabArguments, open};
 use super::{Failure, bad, could, signal, written};
 use crate::run::lab::standard_unit;
 use crate::run::roster::Roster;
@@ -102,8 +102,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => Some(Roster::read(path).map_err(bad)?),
         None => None,
     };
-    let options = pose::address::Options { interface: arguments.interface, ..Default::default() };
-    let source = arguments.source.open(options).map_err(bad)?;
+    let source = open(&arguments.source, arguments.interface)?;
     let any = Axes::new(Up::Z, standard_unit(&arguments.source));
     let mut feed = Feed::new(source, Gate::new(axes.unwrap_or(any), Limits::default()));
     signal::watch();

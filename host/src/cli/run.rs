@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use link::identity::HostIdentity;
@@ -162,14 +162,19 @@ struct Remote {
 
 fn remote(arguments: &Arguments, scenario: &Scenario) -> Result<Remote, Failure> {
     let host = keygen::host(arguments.key.as_deref())?;
-    let all = match &arguments.roster {
-        Some(path) => Roster::read(path).map_err(bad)?,
-        None => Roster::numbered(scenario.structure.len()),
-    };
+    let all = fleet(arguments.roster.as_deref(), scenario)?;
     let roster = all.seats(&scenario.structure).map_err(bad)?;
     let poses = arguments.pose.open(scenario, &all, &roster)?;
     let radio = UdpRadio::bind(arguments.listen.as_str()).map_err(bad)?;
     Ok(Remote { radio, host, roster, poses })
+}
+
+/// The roster in a file, or modules 1, 2, … where there is none.
+pub(super) fn fleet(path: Option<&Path>, scenario: &Scenario) -> Result<Roster, Failure> {
+    match path {
+        Some(path) => Roster::read(path).map_err(bad),
+        None => Ok(Roster::numbered(scenario.structure.len())),
+    }
 }
 
 /// Runs `scenario` on the chosen radio.

@@ -18,7 +18,7 @@ use pose::qtm::server::QtmServer;
 use pose::server::Server;
 use pose::time::HostInstant;
 use pose::vrpn::server::VrpnServer;
-use protocol::time::{Duration, FleetInstant};
+use protocol::time::FleetInstant;
 use record::PoseSample;
 use runlog::flotilla::{BoatState, Contact};
 use runlog::ros::{Header, JointState, Time};
@@ -27,14 +27,13 @@ use sim::TailState;
 use sim::lab::{CameraParameters, Cameras, Fault, LabError};
 use sim::mocap::MocapParameters;
 use sim::module::{Boat, SimModule, TICK};
-use sim::node::Setup;
 use sim::tank::Tank;
 
-use super::keygen::module_credentials;
-use super::module::{CLOCK, any_port, resolve, seed};
+use super::module::{MODBOAT_REPORTS, radio, resolve, setup};
 use super::poses::LabArguments;
+use super::run::fleet;
 use super::{Failure, bad, could, signal, tell};
-use crate::run::roster::Roster;
+use crate::run::experiment::water;
 use crate::run::scenario::{PoseParameters, Scenario, UpAxis};
 
 mod rovs;
@@ -313,37 +312,19 @@ fn cannot(path: &Path, error: &std::io::Error) -> Failure {
 
 fn boats(arguments: &Arguments, scenario: &Scenario) -> Result<Boats, Failure> {
     let host = resolve(&arguments.host)?;
-    let roster = match &arguments.roster {
-        Some(path) => Roster::read(path).and_then(|roster| roster.seats(&scenario.structure)),
-        None => Roster::numbered(scenario.structure.len()).seats(&scenario.structure),
-    };
-    let ids: Vec<u16> = roster.map_err(bad)?.into_iter().map(|id| id.0).collect();
-    let seed_of = |id: u16| seed().wrapping_mul(1_000_003).wrapping_add(u64::from(id));
+    let roster = fleet(arguments.roster.as_deref(), scenario)?;
+    let seats = roster.seats(&scenario.structure).map_err(bad)?;
+    let ids: Vec<u16> = seats.into_iter().map(|id| id.0).collect();
+    let seed = arguments.seed.unwrap_or(scenario.seed);
     let module = |&id: &u16| {
-        let credentials = module_credentials(arguments.key.as_deref(), id)?;
-        let radio = UdpRadio::bind(any_port(host)).map_err(bad)?.patient();
-        let setup = Setup {
-            id: credentials.id,
-            fleet: credentials.fleet,
-            key: credentials.key,
-            report_every: Duration(10_000),
-            clock: &CLOCK,
-            seed: seed_of(id),
-        };
-        let motors = arguments.seed.unwrap_or(scenario.seed).wrapping_add(u64::from(id));
+        let setup = setup(arguments.key.as_deref(), id, MODBOAT_REPORTS)?;
+        let motors = seed.wrapping_add(u64::from(id));
         let boat =
             Boat::new(&scenario.modboat, &scenario.motor, scenario.start.tail_rad, motors).map_err(bad)?;
-        SimModule::new(&setup, boat, radio, host).map_err(bad)
+        SimModule::new(&setup, boat, radio(None, host)?, host).map_err(bad)
     };
     let modules = ids.iter().map(module).collect::<Result<Vec<_>, Failure>>()?;
-    let start = PoseSample {
-        position_m: scenario.start.position_m,
-        heading_rad: scenario.start_heading_rad(),
-        ..PoseSample::default()
-    };
-    let seed = arguments.seed.unwrap_or(scenario.seed) ^ 0x7A4B;
-    let water =
-        Tank::new(&scenario.structure, &scenario.modboat, &scenario.tank, &start, seed).map_err(bad)?;
+    let water = water(scenario, seed).map_err(bad)?;
     let positions_m = scenario.structure.positions_m(scenario.modboat.pitch_m);
     Ok(Boats { tails: vec![TailState::default(); ids.len()], ids, modules, water, positions_m })
 }

@@ -306,7 +306,7 @@ where
             let idle_s = self.idle_s(now);
             reporter.report(now, idle_s, &self.host, progress);
             // Poses are waited for until the run's time is over, but not before it has begun.
-            let waits = self.host.controller.is_blind() && self.host.controller.origin().is_some();
+            let waits = self.host.controller.lacks_pose() && self.host.controller.origin().is_some();
             if idle_s > self.host.controller.patience().join_s && !waits {
                 break (now, Some(self.silence(now)?));
             }
@@ -387,7 +387,7 @@ where
     /// Why the run ends for modules that do not answer. What was measured before a module fell silent is kept.
     fn silence(&self, now: FleetInstant) -> Result<String, RunError> {
         let (controller, links) = (&self.host.controller, self.host.dispatcher());
-        if controller.is_blind() {
+        if controller.lacks_pose() {
             let waited = || format!("none came within {} s", controller.patience().join_s);
             return Err(RunError::Pose(self.poses.trouble().map_or_else(waited, str::to_owned)));
         }

@@ -76,7 +76,7 @@ pub trait Controller {
     }
 
     /// Whether it holds because no pose is new enough.
-    fn is_blind(&self) -> bool {
+    fn lacks_pose(&self) -> bool {
         false
     }
 

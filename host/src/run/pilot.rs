@@ -74,7 +74,7 @@ pub struct Pilot {
     /// The newest pose.
     fix: Option<Fix>,
     /// Whether the last decision was not made for want of a pose.
-    is_blind: bool,
+    lacks_pose: bool,
     planner: Planner,
     distance: Arc<DistanceToCollision>,
     /// The planner without the missing modules.
@@ -128,7 +128,7 @@ impl Pilot {
                 .as_ref()
                 .map(|bounds| Governor::new(bounds, structure, modboat, &scenario.control)),
             fix: None,
-            is_blind: false,
+            lacks_pose: false,
             planner,
             distance,
             partial: None,
@@ -181,7 +181,7 @@ impl Pilot {
 
     /// Whether the newest pose is too old at `now` for a decision: at the start of its cycle it would be older than `hold_after_s`, where
     /// the lead leaves room for that.
-    fn is_blind_at(&self, now: FleetInstant) -> bool {
+    fn lacks_pose_at(&self, now: FleetInstant) -> bool {
         let hold_after_s = self.scenario.pose.hold_after_s;
         let most_s = hold_after_s - self.scenario.timing.lead_s.min(0.5 * hold_after_s);
         self.fix.is_some_and(|fix| now.as_secs_f64() - fix.t_s > most_s)
@@ -270,8 +270,8 @@ impl Pilot {
         let poses = links.modules().iter().enumerate();
         self.known.clear();
         self.known.extend(poses.map(|(index, link)| pose_of(phase, last, index, link)));
-        self.is_blind = self.fix.is_none() || self.is_blind_at(now);
-        if self.is_blind {
+        self.lacks_pose = self.fix.is_none() || self.lacks_pose_at(now);
+        if self.lacks_pose {
             self.handle_phase(PhaseEvent::Blind);
             return None;
         }
@@ -421,7 +421,7 @@ impl Pilot {
         if now < decision.start || now.after(lead) < start {
             return None;
         }
-        let blind = self.is_blind_at(now);
+        let blind = self.lacks_pose_at(now);
         let decision = self.decisions.last_mut()?;
         if !blind && all_have(links, decision, decision.number) {
             let second = dispatch(decision, decision.last_number(), start, cycles(decision));
@@ -431,7 +431,7 @@ impl Pilot {
         // A report of it may still come.
         if blind || now.after(self.lead) >= start {
             give_up_second(decision);
-            self.is_blind = blind;
+            self.lacks_pose = blind;
             self.handle_phase(if blind { PhaseEvent::Blind } else { PhaseEvent::FirstMissed });
         }
         None

@@ -28,7 +28,7 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
 use rov::cluster::{Cluster, ClusterError};
-use rov::configuration::{adjacency, clusters, holds};
+use rov::configuration::{groups, holds};
 use rov::configuration_matrix::{ConfigurationMatrix, ThrusterError};
 use rov::dynamics::{Dynamics, DynamicsError, State};
 use thiserror::Error;
@@ -214,15 +214,8 @@ impl Basin {
 
     /// Forms the clusters again after an undocking or a docking.
     fn regroup(&mut self) -> Result<(), BasinError> {
-        let docked: Vec<usize> = (0..self.bodies.len()).filter(|&body| self.bodies[body].docked).collect();
-        let placed: Vec<(Pose, &Vehicle)> =
-            docked.iter().map(|&body| (self.bodies[body].berth, &self.bodies[body].vehicle)).collect();
-        let mut groups: Vec<Vec<usize>> = clusters(&adjacency(&placed))
-            .into_iter()
-            .map(|group| group.into_iter().map(|index| docked[index]).collect())
-            .collect();
-        groups
-            .extend((0..self.bodies.len()).filter(|&body| !self.bodies[body].docked).map(|body| vec![body]));
+        let berths = self.bodies.iter().map(|body| body.docked.then_some((body.berth, &body.vehicle)));
+        let groups = groups(&berths.collect::<Vec<_>>());
         let rafts = groups.into_iter().map(|members| self.raft(members)).collect::<Result<_, _>>()?;
         self.rafts = rafts;
         Ok(())

@@ -9,26 +9,25 @@ use link::udp::UdpRadio;
 use pose::axes::Pose;
 use pose::frame::Label;
 use protocol::ModuleState;
-use protocol::time::{Duration, FleetInstant};
+use protocol::time::FleetInstant;
 use reconfiguration::pose::Pose as Level;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
-use rov::dynamics::State;
 use rov::power::PowerLaw;
 use sim::mocap::MocapParameters;
 use sim::module::TICK;
-use sim::node::Setup;
-use sim::rov::basin::Basin;
 use sim::rov::{RovActuation, SimRov, Thrusters};
 
-use super::super::module::{CLOCK, any_port, resolve, seed};
+use super::super::module::{ROV_REPORTS, radio, resolve, setup};
 use super::super::poses::body_labels;
-use super::super::{Failure, bad, could, keygen::module_credentials, tell};
+use super::super::{Failure, bad, could, tell};
 use super::{Arguments, axes, cameras, live, serve};
-use crate::run::reconfigure::conductor::{DOCK_M, DOCK_RAD, HAND_OVER_S};
+use crate::run::RunError;
+use crate::run::closed_loop::World;
+use crate::run::reconfigure::conductor::{Coupling, HAND_OVER_S};
 use crate::run::reconfigure::poses::in_the_world;
 use crate::run::reconfigure::scenario::{BUILT_IN, ReconfigureScenario};
-use crate::run::reconfigure::water::STEP_S;
+use crate::run::reconfigure::water::{STEP_S, Water, is_step};
 
 /// What [`Execution`](crate::run::reconfigure::controller::Execution) waits before its plan begins, s.
 const HANDS_S: f64 = 2.0 * HAND_OVER_S;
@@ -107,8 +106,7 @@ struct Robots {
     ids: Vec<u16>,
     rovs: Vec<SimRov<UdpRadio>>,
     actuation: Vec<RovActuation>,
-    basin: Basin,
-    states: Vec<State>,
+    water: Water,
     docked: Vec<bool>,
     /// Where robots may take hold.
     slots: Vec<Level>,
@@ -131,26 +129,17 @@ impl Robots {
         for (robot, number) in problem.robots.iter().zip(1_u16..) {
             let vehicle = vehicle(robot.vehicle)?;
             bodies.push((robot.start, vehicle));
-            let credentials = module_credentials(arguments.key.as_deref(), number)?;
-            let radio = UdpRadio::bind(any_port(host)).map_err(bad)?.patient();
-            let setup = Setup {
-                id: credentials.id,
-                fleet: credentials.fleet,
-                key: credentials.key,
-                report_every: Duration(20_000),
-                clock: &CLOCK,
-                seed: seed().wrapping_mul(1_000_003).wrapping_add(u64::from(number)),
-            };
+            let setup = setup(arguments.key.as_deref(), number, ROV_REPORTS)?;
             let reversed: Vec<bool> = vehicle.thrusters.iter().map(|thruster| thruster.reversed).collect();
             let thrusters = Thrusters::new(&reversed, problem.rules.battery_v).map_err(bad)?;
-            rovs.push(SimRov::new(&setup, thrusters, radio, host).map_err(bad)?);
+            rovs.push(SimRov::new(&setup, thrusters, radio(None, host)?, host).map_err(bad)?);
         }
         for tool in &problem.tools {
             bodies.push((tool.pose, vehicle(tool.vehicle)?));
         }
-        let mut basin = Basin::new(&bodies).map_err(bad)?;
+        let mut water = Water::new(&bodies).map_err(bad)?;
         if let Some(Current([x, y])) = arguments.current {
-            basin.set_current([x, y, 0.0]);
+            water.set_current([x, y, 0.0]);
         }
         let ids: Vec<u16> = problem.robots.iter().map(|robot| robot.id).collect();
         let dead = arguments.fail_thruster.map(|Dead { robot, thruster, at_s }| {
@@ -163,7 +152,6 @@ impl Robots {
         });
         Ok(Self {
             actuation: vec![RovActuation::default(); rovs.len()],
-            states: (0..bodies.len()).map(|body| basin.state(body)).collect(),
             docked: vec![true; rovs.len()],
             slots: problem.slots.iter().map(|slot| slot.pose).collect(),
             dead: dead.transpose()?,
@@ -174,7 +162,7 @@ impl Robots {
             stepped: 0,
             ids,
             rovs,
-            basin,
+            water,
         })
     }
 
@@ -185,14 +173,15 @@ impl Robots {
             rov.actuate(actuation);
         }
         self.stepped += 1;
-        let ticks = (STEP_S / f64::from(TICK.as_secs_f32())).round() as u64;
-        if self.stepped.is_multiple_of(ticks) {
+        let ticked = FleetInstant(self.stepped * u64::from(TICK.0));
+        if is_step(ticked) {
             self.let_go(now, tick_s);
             if let Some(released_s) = self.released_s {
+                self.water.step(ticked, true, &self.actuation);
                 self.flow(now, tick_s - released_s).map_err(could)?;
             }
         }
-        Ok(in_the_world(&self.states))
+        Ok(in_the_world(self.water.states()))
     }
 
     /// Hands that hold everything let go when all robots follow thrusts.
@@ -210,8 +199,8 @@ impl Robots {
         }
     }
 
-    /// A step of the water, `t_s` after it has let go.
-    fn flow(&mut self, now: FleetInstant, t_s: f64) -> Result<(), sim::rov::basin::BasinError> {
+    /// What has come of a step of the water, which ends `t_s` after it has let go.
+    fn flow(&mut self, now: FleetInstant, t_s: f64) -> Result<(), RunError> {
         if let Some((robot, thruster, at_s)) = self.dead
             && t_s >= at_s
         {
@@ -219,23 +208,22 @@ impl Robots {
             self.dead = None;
             tell(&format!("{t_s:.1} s: thruster {} of robot {} fails", thruster + 1, self.ids[robot]));
         }
-        self.basin.step(STEP_S, &self.actuation);
         let thrusts = self.actuation.iter().flat_map(|actuation| &actuation.thrusts_n);
         self.energy_j += STEP_S * thrusts.map(|&thrust_n| self.law.power_w(thrust_n)).sum::<f64>();
         for robot in 0..self.rovs.len() {
             let open = self.rovs[robot].is_open(now);
             if self.docked[robot] && open {
-                self.basin.undock(robot)?;
+                self.water.couple(Coupling::Undock(robot))?;
                 self.docked[robot] = false;
                 tell(&format!("{t_s:.1} s: robot {} lets go", self.ids[robot]));
             } else if !self.docked[robot] && !open {
-                let free = self.slots.iter().copied().find_map(|slot| {
-                    let misfit = self.basin.misfit(robot, slot);
-                    (misfit.position_m <= DOCK_M && misfit.angle_rad <= DOCK_RAD).then_some((slot, misfit))
-                });
-                let Some((slot, misfit)) = free else { continue };
-                self.basin.dock(robot, slot)?;
-                self.docked[robot] = true;
+                for &slot in &self.slots {
+                    if self.water.couple(Coupling::Dock(robot, slot))?.is_some() {
+                        self.docked[robot] = true;
+                        break;
+                    }
+                }
+                let Some(misfit) = self.water.drawn_in().filter(|_| self.docked[robot]) else { continue };
                 tell(&format!(
                     "{t_s:.1} s: robot {} takes hold, {:.1} mm and {:.2}° off; {:.1} J drawn so far",
                     self.ids[robot],
@@ -244,9 +232,6 @@ impl Robots {
                     self.energy_j
                 ));
             }
-        }
-        for (body, state) in self.states.iter_mut().enumerate() {
-            *state = self.basin.state(body);
         }
         Ok(())
     }

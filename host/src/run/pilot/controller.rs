@@ -109,8 +109,8 @@ impl Controller for Pilot {
         self.phase.is_under_way()
     }
 
-    fn is_blind(&self) -> bool {
-        !self.is_under_way() && self.is_blind
+    fn lacks_pose(&self) -> bool {
+        !self.is_under_way() && self.lacks_pose
     }
 
     /// A fleet that rests because no wrench is asked for does what it is to do.
@@ -123,7 +123,7 @@ impl Controller for Pilot {
         if self.phase == Phase::Halted {
             return "the fleet is halted by an operator".to_owned();
         }
-        if Controller::is_blind(self) {
+        if Controller::lacks_pose(self) {
             return "the fleet holds: there is no new pose".to_owned();
         }
         if !self.is_under_way() {

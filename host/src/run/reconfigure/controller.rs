@@ -376,7 +376,7 @@ impl Controller for Execution<'_> {
     }
 
     /// Before the plan begins: bodies are not seen, or are not where the plan has them.
-    fn is_blind(&self) -> bool {
+    fn lacks_pose(&self) -> bool {
         self.estimated.as_ref().is_some_and(|own| {
             own.blind.is_some() || (self.joined.is_none() && own.estimator.missing().is_some())
         })

@@ -19,7 +19,7 @@ use protocol::time::FleetInstant;
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
 use rov::cluster::Cluster;
-use rov::configuration::{adjacency, clusters};
+use rov::configuration::groups;
 use rov::configuration_matrix::ConfigurationMatrix;
 use rov::dynamics::{Dynamics, State};
 use rov::guidance::observer::Observer;
@@ -347,15 +347,8 @@ impl Estimator {
     }
 
     fn regroup(&mut self) -> Result<(), BasinError> {
-        let docked: Vec<usize> = (0..self.bodies.len()).filter(|&body| self.bodies[body].docked).collect();
-        let placed: Vec<(Pose, &Vehicle)> =
-            docked.iter().map(|&body| (self.bodies[body].berth, &self.bodies[body].vehicle)).collect();
-        let mut groups: Vec<Vec<usize>> = clusters(&adjacency(&placed))
-            .into_iter()
-            .map(|group| group.into_iter().map(|index| docked[index]).collect())
-            .collect();
-        groups
-            .extend((0..self.bodies.len()).filter(|&body| !self.bodies[body].docked).map(|body| vec![body]));
+        let berths = self.bodies.iter().map(|body| body.docked.then_some((body.berth, &body.vehicle)));
+        let groups = groups(&berths.collect::<Vec<_>>());
         self.groups = groups.into_iter().map(|members| self.group(members)).collect::<Result<_, _>>()?;
         self.suspect = None;
         if let Some(trial) = &mut self.trial {

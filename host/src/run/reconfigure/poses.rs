@@ -6,10 +6,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use pose::axes::{Axes, Pose, swap_world_and_ned};
-use pose::feed::{Event, Feed};
+use pose::feed::Event;
 use pose::frame::Arrival;
-use pose::gate::{self, Gate};
-use pose::ledger::FrameFault;
+use pose::gate::{Fix, Gate, Limits};
 use pose::roster::Roster;
 use pose::source::Source;
 use pose::time::HostInstant;
@@ -17,73 +16,52 @@ use protocol::time::FleetInstant;
 use sim::lab::Cameras;
 
 use super::super::RunError;
-use super::super::lab::{SAID_AFTER, SILENT, account, silence, worded};
 use super::super::pose_source::{PoseAccount, PoseSource};
+use super::super::stream::{Doubt, Stream};
 use super::estimator::{Seen, Sighting};
 use super::water::Water;
 
-/// What becomes of frames.
+/// What is made of frames.
 struct Sightings {
     roster: Roster,
     /// The numbers of bodies in the roster, in the order of the problem: robots, then tools.
     bodies: Vec<u16>,
     seen: Seen,
-    unused: u32,
-    trouble: Option<String>,
 }
 
 impl Sightings {
     fn new(roster: Roster, bodies: Vec<u16>) -> Self {
-        Self { roster, bodies, seen: Seen::Fix(Sighting::default()), unused: 0, trouble: None }
+        Self { roster, bodies, seen: Seen::Fix(Sighting::default()) }
     }
 
-    /// Takes a frame; whether it shows anything.
-    fn take(&mut self, event: Event) -> bool {
-        let trouble = match event {
-            Event::Fix(fix) => {
-                let mut bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>> =
-                    vec![None; self.bodies.len()];
-                for (label, said) in &fix.bodies {
-                    let Some(entry) = self.roster.of(label) else { continue };
-                    let Some(body) = self.bodies.iter().position(|number| *number == entry.module) else {
-                        continue;
-                    };
-                    let Pose { position, attitude } = entry.vehicle(&swap_world_and_ned(said));
-                    bodies[body] = Some((position, attitude));
-                }
-                if bodies.iter().any(Option::is_some) {
-                    (self.unused, self.trouble) = (0, None);
-                    self.seen = Seen::Fix(Sighting { at_s: fix.captured_s, bodies });
-                    return true;
-                }
-                "no body of the roster is tracked"
-            }
-            Event::Dropped(FrameFault::Doubled | FrameFault::OutOfOrder) => return false,
-            Event::Dropped(fault) => worded(fault),
-        };
-        self.unused += 1;
-        if self.unused >= SAID_AFTER {
-            self.trouble = Some(trouble.to_owned());
+    /// Takes in a frame.
+    fn take(&mut self, fix: &Fix) -> Result<(), String> {
+        let mut bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>> = vec![None; self.bodies.len()];
+        for (label, said) in &fix.bodies {
+            let Some(entry) = self.roster.of(label) else { continue };
+            let Some(body) = self.bodies.iter().position(|number| *number == entry.module) else { continue };
+            let Pose { position, attitude } = entry.vehicle(&swap_world_and_ned(said));
+            bodies[body] = Some((position, attitude));
         }
-        false
+        if bodies.iter().all(Option::is_none) {
+            return Err("no body of the roster is tracked".to_owned());
+        }
+        self.seen = Seen::Fix(Sighting { at_s: fix.captured_s, bodies });
+        Ok(())
     }
 }
 
 /// Of a motion capture.
 pub struct LabBodies {
-    name: String,
-    feed: Feed,
+    stream: Stream,
     sightings: Sightings,
-    /// When the last frame came.
-    came: Option<FleetInstant>,
 }
 
 impl LabBodies {
     /// Of the bodies with these numbers of `roster`, robots then tools, in a laboratory with these axes.
     #[must_use]
     pub fn new(name: String, source: Box<dyn Source>, axes: Axes, roster: Roster, bodies: Vec<u16>) -> Self {
-        let feed = Feed::new(source, Gate::new(axes, gate::Limits::default()));
-        Self { name, feed, sightings: Sightings::new(roster, bodies), came: None }
+        Self { stream: Stream::new(name, source, axes), sightings: Sightings::new(roster, bodies) }
     }
 }
 
@@ -91,24 +69,17 @@ impl<W> PoseSource<W> for LabBodies {
     type Pose = Seen;
 
     fn poll<'a>(&'a mut self, now: FleetInstant, _: Option<&'a W>) -> Result<Option<&'a Seen>, RunError> {
-        let at = HostInstant(std::time::Duration::from_micros(now.0));
-        let mut is_new = false;
-        while let Some(event) = self.feed.poll(at).map_err(|error| RunError::Pose(error.to_string()))? {
-            self.came = Some(now);
-            is_new |= self.sightings.take(event);
-        }
-        if self.came.is_none_or(|came| now.since(came) > SILENT) {
-            self.sightings.trouble = Some(silence(&self.name, self.feed.status()));
-        }
-        Ok(is_new.then_some(&self.sightings.seen))
+        let Self { stream, sightings } = self;
+        let is_new = stream.poll(now, |_, fix| sightings.take(fix))?;
+        Ok(is_new.then_some(&sightings.seen))
     }
 
     fn trouble(&self) -> Option<&str> {
-        self.sightings.trouble.as_deref()
+        self.stream.trouble()
     }
 
     fn account(&self) -> Option<PoseAccount> {
-        Some(account(&self.name, &self.feed))
+        Some(self.stream.account())
     }
 }
 
@@ -116,6 +87,7 @@ impl<W> PoseSource<W> for LabBodies {
 pub struct SimulatedBodies {
     cameras: Cameras,
     gate: Gate,
+    doubt: Doubt,
     sightings: Sightings,
 }
 
@@ -123,8 +95,8 @@ impl SimulatedBodies {
     /// Of the bodies with these numbers of `roster`, by `cameras` in a laboratory with these axes.
     #[must_use]
     pub fn new(cameras: Cameras, axes: Axes, roster: Roster, bodies: Vec<u16>) -> Self {
-        let gate = Gate::new(axes, gate::Limits::default());
-        Self { cameras, gate, sightings: Sightings::new(roster, bodies) }
+        let gate = Gate::new(axes, Limits::default());
+        Self { cameras, gate, doubt: Doubt::default(), sightings: Sightings::new(roster, bodies) }
     }
 }
 
@@ -148,13 +120,13 @@ impl PoseSource<Water> for SimulatedBodies {
         let arrived = HostInstant(std::time::Duration::from_micros(now.0));
         let mut is_new = false;
         while let Some(frame) = self.cameras.poll(now.as_secs_f64()) {
-            let judged = self.gate.take(&Arrival { frame, arrived });
-            is_new |= self.sightings.take(judged.map_or_else(Event::Dropped, Event::Fix));
+            let event = self.gate.take(&Arrival { frame, arrived }).map_or_else(Event::Dropped, Event::Fix);
+            is_new |= self.doubt.judge(event, |fix| self.sightings.take(fix));
         }
         Ok(is_new.then_some(&self.sightings.seen))
     }
 
     fn trouble(&self) -> Option<&str> {
-        self.sightings.trouble.as_deref()
+        self.doubt.trouble()
     }
 }
