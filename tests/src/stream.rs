@@ -9,7 +9,7 @@ use modboat::distance::DistanceToCollision;
 use modboat::envelope::Envelope;
 use modboat::motion::{Swing, Wrench};
 use modboat::parameters::Parameters;
-use modboat::plan::{Outcome, Plan};
+use modboat::plan::{Outcome, Plan, Previous};
 use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
 use modboat::planner_kind::PlannerKind;
@@ -88,6 +88,8 @@ pub struct Asked {
     pub tails: Vec<f64>,
     /// The cycle before.
     pub previous: Vec<Swing>,
+    /// The plan before, all of which may still be under way; `None` where nothing is.
+    pub before: Option<Plan>,
 }
 
 impl Asked {
@@ -112,18 +114,20 @@ pub fn follow(
     times: usize,
     mut look: impl FnMut(&Asked, &Plan, Duration),
 ) {
-    let mut before: Option<(Vec<f64>, Vec<Swing>)> = None;
+    let mut next: Option<(Vec<f64>, Vec<Swing>, Option<Plan>)> = None;
     for demand in demands {
-        let Some((tails, previous)) = before.take() else {
+        let Some((tails, previous, before)) = next.take() else {
             let plan = planner.plan(demand, None, None);
             let starts = plan.cycle.iter().map(|swing| swing.start_rad()).collect();
-            before = Some((starts, plan.cycle));
+            next = Some((starts, plan.cycle.clone(), Some(plan)));
             continue;
         };
-        let asked = Asked { demand, tails, previous };
+        let asked = Asked { demand, tails, previous, before };
+        let over = Previous { is_over: true, ..Previous::cycle(&asked.previous) };
+        let previous = asked.before.as_ref().map_or(over, Plan::as_previous);
         let mut ask = || {
-            let began = Instant::now();
-            let plan = planner.plan(demand, Some(&asked.tails), Some(&asked.previous));
+            let (began, mut plan) = (Instant::now(), Plan::default());
+            planner.plan_into(demand, Some(&asked.tails), Some(previous), &mut plan);
             (plan, began.elapsed())
         };
         let (plan, mut took) = ask();
@@ -136,8 +140,9 @@ pub fn follow(
             None => asked.tails,
         };
         // After a rest, the cycle before it may be done again.
-        let previous = if plan.outcome == Outcome::Held { asked.previous } else { plan.cycle };
-        before = Some((tails, previous));
+        let held = plan.outcome == Outcome::Held;
+        let previous = if held { asked.previous } else { plan.cycle.clone() };
+        next = Some((tails, previous, (!held).then_some(plan)));
     }
 }
 

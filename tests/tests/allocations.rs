@@ -33,7 +33,7 @@ fn walk(planner: &mut Planner, demands: impl IntoIterator<Item = Wrench>) -> Vec
     for demand in demands {
         let is_first = counts.is_empty();
         let known = (!is_first).then_some(&tails[..]);
-        let previous = (!is_first).then_some(&before.cycle[..]);
+        let previous = (!is_first).then(|| before.as_previous());
         counts.push(measure(|| planner.plan_into(demand, known, previous, &mut plan)).count_total);
         if let Some(turns) = &plan.transition {
             tails.clear();

@@ -268,6 +268,13 @@ impl<A: Copy> ModuleLink<A> {
         }
     }
 
+    /// Whether it reports that it was still executing `cycle` at `since`, fleet time, or later.
+    pub fn was_executing(&self, cycle: u32, since: FleetInstant) -> bool {
+        let executes = self.state() == Some(ModuleState::Executing);
+        executes
+            && self.reported().is_some_and(|(running, at)| running == cycle && at >= since.after(CLOCK_GUARD))
+    }
+
     /// Whether its last report is from when what it was sent last could not begin any more, unless it does not run that.
     pub fn is_up_to_date(&self) -> bool {
         // The planner of that one had a report from after the start of all before it.

@@ -8,6 +8,42 @@
 
 use super::motion::{StepTime, Swing, Turn, Wrench};
 use super::reason::Reason;
+use super::way::Steps;
+
+/// The decision before a plan: modules may still be carrying it out, and one that lost its power stands anywhere in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Previous<'a> {
+    /// Each module's swim cycle.
+    pub cycle: &'a [Swing],
+    /// Each module's rotation before it; one that is certainly through turns from where it turns to. `None` if no module may have
+    /// stopped in one.
+    pub transition: Option<&'a [Turn]>,
+    /// Where the tails are between the two steps of a transition that has two, rad by module.
+    pub via_rad: Option<&'a [f64]>,
+    /// Whether every module has said since where it rests: none has stopped anywhere else.
+    pub is_over: bool,
+}
+
+impl<'a> Previous<'a> {
+    /// A cycle that no turn came before.
+    #[must_use]
+    pub const fn cycle(cycle: &'a [Swing]) -> Self {
+        Self { cycle, transition: None, via_rad: None, is_over: false }
+    }
+
+    /// Whether it is of so many modules.
+    pub(crate) fn is_of(&self, modules: usize) -> bool {
+        let other = |length: Option<usize>| length.is_some_and(|length| length != modules);
+        self.cycle.len() == modules
+            && !other(self.transition.map(<[Turn]>::len))
+            && !other(self.via_rad.map(<[f64]>::len))
+    }
+
+    /// The steps of its transition.
+    pub(crate) fn steps(&self) -> Steps<'a> {
+        self.transition.map_or(Steps::default(), |turns| Steps { turns, via_rad: self.via_rad })
+    }
+}
 
 /// Outcome of planning: a new cycle, the previous one again, or hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +104,19 @@ pub struct Plan {
     pub power_tolerant: bool,
     /// Why nothing moves, where the planner holds.
     pub reason: Option<Reason>,
+}
+
+impl Plan {
+    /// The same as the decision before another one.
+    #[must_use]
+    pub fn as_previous(&self) -> Previous<'_> {
+        Previous {
+            cycle: &self.cycle,
+            transition: self.transition.as_deref(),
+            via_rad: self.via_rad.as_deref(),
+            is_over: false,
+        }
+    }
 }
 
 impl Default for Plan {

@@ -7,7 +7,7 @@ use super::distance_table::DistanceTable;
 use super::exact::ExactPlanner;
 use super::motion::{Swing, Wrench};
 use super::parameters::Parameters;
-use super::plan::Plan;
+use super::plan::{Plan, Previous};
 use super::planner_config::PlannerConfig;
 use super::planner_kind::PlannerKind;
 use super::potential_field::planner::FieldPlanner;
@@ -120,31 +120,34 @@ impl Planner {
         }
     }
 
-    /// The decision for `demand`. `tails` are the present angles (rad, may be unwrapped), `previous` the cycle before.
-    /// Either counts as unknown if its length is not the number of modules.
+    /// The decision for `demand`. `tails` are the present angles (rad, may be unwrapped), `previous` the cycle before, that no turn
+    /// came before. Either counts as unknown if its length is not the number of modules.
     ///
     /// With unknown angles there is no transition, and a cycle that is held is at the end of the previous one, or at
     /// zero.
     pub fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
         let mut plan = Plan::default();
-        self.plan_into(demand, tails, previous, &mut plan);
+        self.plan_into(demand, tails, previous.map(Previous::cycle), &mut plan);
         plan
     }
 
-    /// The same, written into `plan`: what that held before is used again. Once a planner is warm, and is given back what it gave,
+    /// The same after any decision, written into `plan`: what that held before is used again. Once a planner is warm, and is given back what it gave,
     /// a decision allocates nothing.
     pub fn plan_into(
         &mut self,
         demand: Wrench,
         tails: Option<&[f64]>,
-        previous: Option<&[Swing]>,
+        previous: Option<Previous<'_>>,
         plan: &mut Plan,
     ) {
         let tails = tails.filter(|t| t.len() == self.modules);
-        let previous = previous.filter(|p| p.len() == self.modules);
+        let previous = previous.filter(|p| p.is_of(self.modules));
         match &mut self.which {
             Which::Exact(exact) => exact.plan_into(demand, tails, previous, plan),
             Which::PotentialField(field) => field.plan_into(demand, tails, previous, plan),
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

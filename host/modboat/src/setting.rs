@@ -33,7 +33,7 @@ use clearance::Clearance;
 
 pub use crate::way::Approach;
 pub use reach::Reach;
-pub use tolerance::Participation;
+pub use tolerance::{Participation, Span};
 
 mod clearance;
 mod held;
@@ -79,9 +79,9 @@ pub struct Case<'a> {
     pub setting: &'a Setting,
     /// Loss tolerance asked of the plan.
     pub tolerance: LossTolerance,
-    /// The cycle that still runs: a module may stop anywhere in it, and its neighbours begin the plan before the host knows. `None`
-    /// where that does not constrain the plan.
-    pub before: Option<&'a [Swing]>,
+    /// Where each module can have stopped in the decision that still runs, by module: its neighbours begin the plan before the host
+    /// knows. `None` where that does not constrain the plan.
+    pub before: Option<&'a [Span]>,
 }
 
 impl Deref for Case<'_> {

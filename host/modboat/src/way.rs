@@ -57,7 +57,7 @@ impl Approach {
 /// The steps of a transition; none by default.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Steps<'a> {
-    turns: &'a [Turn],
+    pub(crate) turns: &'a [Turn],
     /// Where the tails are between its two steps, if it has two.
     pub(crate) via_rad: Option<&'a [f64]>,
 }

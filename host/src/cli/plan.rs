@@ -89,11 +89,13 @@ struct Stream {
     previous: Option<Last>,
 }
 
-/// What the last plan leaves: for which structure, the cycle, and where the tails end.
+/// What the last plan leaves: for which structure, the plan, and where the tails end.
 struct Last {
     cells: Vec<[i32; 2]>,
-    cycle: Vec<Swing>,
+    plan: Plan,
     ends_rad: Vec<f64>,
+    /// Nothing has moved since.
+    is_over: bool,
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
@@ -125,7 +127,7 @@ impl Stream {
             Tails::Angles(angles) => {
                 check(&angles, modules)?;
                 let same = self.previous.as_ref().filter(|last| last.cells == request.cells);
-                (Some(angles), same.map(|last| last.cycle.clone()))
+                (Some(angles), same)
             }
             Tails::Word(Previous::Previous) => {
                 let last =
@@ -135,12 +137,15 @@ impl Stream {
                         "tail_rad is \"previous\", but the plan before was for other cells".to_owned()
                     );
                 }
-                (Some(last.ends_rad.clone()), Some(last.cycle.clone()))
+                (Some(last.ends_rad.clone()), Some(last))
             }
         };
         let planner = self.planners.get_mut(&request.cells).ok_or("no planner")?;
         let began = Instant::now();
-        let plan = planner.plan(request.demand, tails.as_deref(), previous.as_deref());
+        let previous =
+            previous.map(|last| modboat::plan::Previous { is_over: last.is_over, ..last.plan.as_previous() });
+        let mut plan = Plan::default();
+        planner.plan_into(request.demand, tails.as_deref(), previous, &mut plan);
         let solve_us = began.elapsed().as_micros() as u64;
         if plan.outside_envelope {
             let share = 100.0 * (1.0 - plan.error);
@@ -171,8 +176,8 @@ impl Stream {
         };
         // A held fleet swims nothing that could be repeated.
         match &mut self.previous {
-            Some(last) if plan.outcome == Outcome::Held => last.ends_rad = ends_rad,
-            previous => *previous = Some(Last { cells: request.cells, cycle: plan.cycle, ends_rad }),
+            Some(last) if plan.outcome == Outcome::Held => (last.ends_rad, last.is_over) = (ends_rad, true),
+            previous => *previous = Some(Last { cells: request.cells, plan, ends_rad, is_over: false }),
         }
         Ok(answer)
     }

@@ -10,8 +10,9 @@
 //! A decision falls `lead_s` before the running cycle ends. A plan that not every module may miss goes to all or none, and that takes as long
 //! as fleet, losses and round trips want ([`link::lead`]): it starts no sooner, and while such plans follow each other decisions fall by so much
 //! earlier, at most one period. A decision needs to know where every tail will be then: at the
-//! end pose of the running cycle if the module reports that it runs it, where it reports to rest if not. For a report that
-//! is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, the modules finish their cycle and hold, and the
+//! end pose of the running cycle if the module reports that it runs it, where it reports to rest if not. A module that has lost its
+//! power since its last report stands somewhere in the running decision: in its swing, or in its turn, if no report is from after that
+//! ([`Remaining`]). For a report that is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, the modules finish their cycle and hold, and the
 //! loop starts again as soon as all are ready. Where fewer are required, one that is silent for long is missing: its tail may be
 //! anywhere, no other module comes within its reach, and the others swim. When it is back, and rests where it says, the next decision
 //! counts on it again.
@@ -50,7 +51,9 @@ use super::host::Dispatch;
 use super::scenario::{Demand, Leg, Scenario, Timing};
 
 pub use decision::{Decision, SentCycle, Via};
-use decision::{all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps};
+use decision::{
+    Remaining, all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps,
+};
 use phase::{Phase, PhaseEvent};
 use settling::Settling;
 
@@ -97,6 +100,8 @@ pub struct Pilot {
     /// The same with any angle where it is not: nothing is sent to that module.
     poses: Vec<f64>,
     participation: Vec<Participation>,
+    /// The same: in which turns they can still have stopped.
+    remaining: Remaining,
     /// The planner writes into it what it can use again.
     plan: Plan,
 }
@@ -145,6 +150,7 @@ impl Pilot {
             known: Vec::new(),
             poses: Vec::new(),
             participation: Vec::new(),
+            remaining: Remaining::default(),
             plan: Plan::default(),
         })
     }
@@ -315,7 +321,7 @@ impl Pilot {
             (target, bounded) = (governed.target, governed.is_limited);
         }
         let began = (self.stopwatch)();
-        let Self { scenario, distance, known, poses, participation, .. } = self;
+        let Self { scenario, distance, known, poses, participation, remaining, .. } = self;
         Planner::participation(&scenario.structure, distance, known, participation);
         poses.clear();
         poses.extend(known.iter().map(|pose| pose.unwrap_or(0.0)));
@@ -334,7 +340,7 @@ impl Pilot {
         } else {
             let demand = self.control.demand(&target, &observed, interval_s, horizon_s);
             planner.settle(self.settling.is_settled(leg, demand, &scenario.planner.weights));
-            let previous = last.map(|decision| decision.plan.cycle.as_slice());
+            let previous = last.map(|decision| remaining.of(decision, links, !phase.is_under_way()));
             planner.plan_into(demand, Some(poses), previous, &mut self.plan);
             demand
         };

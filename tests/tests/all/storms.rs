@@ -53,6 +53,18 @@ fn fleets_survive_storms() {
     }
 }
 
+/// What storms have found, mended since.
+const FOUND: [(u64, &str); 1] =
+    [(5397, "a tail that lost its power in a turn without a swing, in the way of the plan after it")];
+
+#[test]
+fn what_storms_have_found_does_not_come_back() {
+    for (seed, what) in FOUND {
+        let violations = Storm::new(modules(seed), seed).run().violations;
+        assert!(violations.is_empty(), "seed {seed}, {what}: {violations:#?}");
+    }
+}
+
 fn kinds(all: &[(Storm, Outcome)]) -> KindCount {
     all.iter().fold(KindCount::default(), |sum, (_, outcome)| sum + outcome.kinds)
 }

@@ -50,9 +50,9 @@ pub mod turning;
 use crate::buffers::Buffers;
 use crate::envelope::{Envelope, ON_BORDER};
 use crate::motion::{Swing, Turn, Wrench};
-use crate::plan::{Outcome, Plan};
+use crate::plan::{Outcome, Plan, Previous};
 use crate::planner_config::LossTolerance;
-use crate::setting::{Approach, Case, Participation, Setting};
+use crate::setting::{Approach, Case, Participation, Setting, Span};
 use choice::SMALL;
 use leaving::Leaving;
 use search::{CycleCandidate, Search, Staying};
@@ -77,7 +77,7 @@ struct Request<'a> {
     near: Option<&'a [Swing]>,
     tolerance: LossTolerance,
     /// See [`Case::before`].
-    before: Option<&'a [Swing]>,
+    before: Option<&'a [Span]>,
 }
 
 impl<'a> Request<'a> {
@@ -99,6 +99,8 @@ pub struct ExactPlanner {
     settled: bool,
     /// The swim for which tails left their neighbours' reach; none once it has begun.
     aimed: Vec<Swing>,
+    /// Where each module can have stopped in the decision before.
+    stopped: Vec<Span>,
 }
 
 impl ExactPlanner {
@@ -115,6 +117,7 @@ impl ExactPlanner {
             all_free: search.all_free(),
             settled: false,
             aimed: Vec::new(),
+            stopped: Vec::with_capacity(setting.cells.len()),
             setting,
             envelope,
             search,
@@ -127,20 +130,24 @@ impl ExactPlanner {
         &mut self,
         demand: Wrench,
         tails: Option<&[f64]>,
-        previous: Option<&[Swing]>,
+        previous: Option<Previous<'_>>,
         plan: &mut Plan,
     ) {
         self.discard(std::mem::take(plan));
         let tolerance = self.setting.config.loss_tolerant;
+        let mut stopped = std::mem::take(&mut self.stopped);
+        let before = self.setting.stopped(previous, &mut stopped).then_some(stopped.as_slice());
+        let previous = previous.map(|previous| previous.cycle);
         let aimed = std::mem::take(&mut self.aimed);
         let begins = previous.is_some_and(|cycle| cycle.len() == aimed.len() && !moves(cycle));
         let near = if begins { Some(aimed.as_slice()) } else { previous };
-        let request = Request { demand, tails, previous, near, tolerance, before: previous };
+        let request = Request { demand, tails, previous, near, tolerance, before };
         *plan = self.plan_as_asked(request);
         let power = tolerance == LossTolerance::Power;
         if power && !(is_tolerant(plan) && (is_good(plan) || is_leaving(plan))) {
             self.make_power_tolerant(plan, request);
         }
+        self.stopped = stopped;
     }
 
     /// See [`Planner::leave_into`](crate::planner::Planner::leave_into).
@@ -192,7 +199,7 @@ impl ExactPlanner {
             let better = !is_tolerant(plan) || part.error < plan.error;
             self.discard(if better { std::mem::replace(plan, part) } else { part });
         }
-        let moved = request.previous.is_some_and(moves);
+        let moved = request.before.is_some_and(|spans| spans.iter().any(|[least, most]| least < most));
         if moved && (!is_tolerant(plan) || plan.error > GOOD_ERROR) {
             let free = self.plan_as_asked(Request { before: None, ..request });
             let pauses = !is_tolerant(plan) || is_tolerant(&free) && free.error < 0.5 * plan.error;

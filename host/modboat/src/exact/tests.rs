@@ -30,7 +30,7 @@ fn setting(word: &str, parameters: &Parameters, config: &PlannerConfig) -> Setti
 impl ExactPlanner {
     fn plan(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Plan {
         let mut plan = Plan::default();
-        self.plan_into(demand, tails, previous, &mut plan);
+        self.plan_into(demand, tails, previous.map(Previous::cycle), &mut plan);
         plan
     }
 }

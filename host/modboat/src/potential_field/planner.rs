@@ -14,8 +14,8 @@ use crate::buffers::Buffers;
 use crate::distance_table::{DistanceTable, LOOK_UP_RAD};
 use crate::motion::{Swing, Wrench, ends};
 use crate::pairs::Pair;
-use crate::plan::{Outcome, Plan};
-use crate::setting::{Approach, Setting, swim_ends};
+use crate::plan::{Outcome, Plan, Previous};
+use crate::setting::{Approach, Case, Setting, Span, swim_ends};
 use crate::transition::solver::Solver;
 use crate::transition::{self, Transition};
 
@@ -30,6 +30,8 @@ pub struct FieldPlanner {
     buffers: Buffers,
     /// Cycles that meet the goal and can be reached, the least travel first.
     within: Vec<Reached>,
+    /// Where each module can have stopped in the decision before.
+    stopped: Vec<Span>,
 }
 
 /// A candidate's cycle, and the way into it; none from unknown angles.
@@ -48,7 +50,8 @@ impl FieldPlanner {
         let field = PotentialField::new(cells, positions_m, pairs, parameters, config);
         let (solver, buffers) = (Solver::with_room(pairs), Buffers::new(cells.len()));
         let within = Vec::with_capacity(config.candidates);
-        Self { setting, table: None, field, solver, buffers, within }
+        let stopped = Vec::with_capacity(setting.cells.len());
+        Self { setting, table: None, field, solver, buffers, within, stopped }
     }
 
     /// The same planner, searching by the table of these very parameters.
@@ -63,21 +66,32 @@ impl FieldPlanner {
         &mut self,
         demand: Wrench,
         tails: Option<&[f64]>,
-        previous: Option<&[Swing]>,
+        previous: Option<Previous<'_>>,
         plan: &mut Plan,
     ) {
         self.buffers.keep_plan(std::mem::take(plan));
-        let found = self.search(demand, tails, previous);
+        let mut stopped = std::mem::take(&mut self.stopped);
+        let before = self.setting.stopped(previous, &mut stopped).then_some(stopped.as_slice());
+        let previous = previous.map(|previous| previous.cycle);
+        let found = self.search(demand, tails, previous, before);
         let Self { setting, buffers, .. } = self;
-        let case = setting.as_configured();
+        let case = Case { before, ..setting.as_configured() };
         *plan = found
             .or_else(|| case.repeat(demand, tails?, previous?, buffers))
             .unwrap_or_else(|| case.hold(demand, tails, previous, buffers));
+        self.stopped = stopped;
     }
 
-    fn search(&mut self, demand: Wrench, tails: Option<&[f64]>, previous: Option<&[Swing]>) -> Option<Plan> {
-        let Self { setting, table, field, solver, buffers, within } = self;
-        let (setting, case) = (&*setting, setting.as_configured());
+    fn search(
+        &mut self,
+        demand: Wrench,
+        tails: Option<&[f64]>,
+        previous: Option<&[Swing]>,
+        before: Option<&[Span]>,
+    ) -> Option<Plan> {
+        let Self { setting, table, field, solver, buffers, within, .. } = self;
+        let case = Case { before, ..setting.as_configured() };
+        let setting = &*setting;
         let goal_n = field.goal_n(demand);
         let candidates = solve(setting, table.as_deref(), field, demand, previous);
         // What was looked up is made sure of.

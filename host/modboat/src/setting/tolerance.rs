@@ -16,22 +16,25 @@
 //! turn, and by [`stop_past_swing_rad`](crate::parameters::Parameters::stop_past_swing_rad) beyond both ends of a swing; that it stops anywhere short of there is in it.
 //! Of a pair of which one rests, the other one, so continued, is held against the resting tail by the exact geometry.
 //!
+//! Of the decision before, the whole counts, its transition, both steps of it, as well as its swing ([`Previous`]): a module that lost
+//! its power in the turn stands somewhere on the turn.
+//!
 //! Assumptions and limits: sufficient, not necessary (the region in which two tails collide is smaller than the square about it).
-//! Of the cycle before, the swing is taken into account, the transition is not. At constant speed, of which nothing is known, a
-//! tail that turns may stop anywhere.
+//! At constant speed, of which nothing is known, a tail that turns may stop anywhere.
 
 use std::f64::consts::TAU;
 
 use super::{Case, Setting, swim_ends, turn_ends};
 use crate::motion::Swing;
 use crate::pairs::Pair;
+use crate::plan::Previous;
 use crate::planner_config::{LawOfTime, LossTolerance};
 use crate::transition::STILL_RAD;
 use crate::tube::Tube;
 use crate::way::Steps;
 
 /// The least and the greatest angle that a tail passes or comes to rest at, rad, unwrapped; equal to the bit where it stays.
-type Span = [f64; 2];
+pub type Span = [f64; 2];
 
 /// Participation of a module in a plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -104,6 +107,30 @@ impl Setting {
         [from_rad.min(end_rad), from_rad.max(end_rad)]
     }
 
+    /// Where a tail can be in all of a plan, and where it can stop, unwrapped: the swim goes on from where the transition ends.
+    fn passed(&self, steps: Steps<'_>, cycle: &[Swing], module: usize) -> Span {
+        let [mut least_rad, mut most_rad] = self.swung(cycle[module]);
+        let mut end_rad = cycle[module].start_rad();
+        for turn in steps.iter().rev().map(|step| step.turn(module)) {
+            let from_rad = end_rad - turn.rotation_rad();
+            let [low_rad, high_rad] = self.turned(from_rad, end_rad);
+            (least_rad, most_rad) = (least_rad.min(low_rad), most_rad.max(high_rad));
+            end_rad = from_rad;
+        }
+        [least_rad, most_rad]
+    }
+
+    /// Writes where each module can have stopped in the decision before. False, and nothing written, where none can have: there was
+    /// none, or it is over.
+    pub(crate) fn stopped(&self, previous: Option<Previous<'_>>, spans: &mut Vec<Span>) -> bool {
+        spans.clear();
+        let Some(previous) = previous.filter(|previous| !previous.is_over) else { return false };
+        spans.extend(
+            (0..self.cells.len()).map(|module| self.passed(previous.steps(), previous.cycle, module)),
+        );
+        true
+    }
+
     /// Whether of a pair that passes `spans` either may stop anywhere: one keeps out of the other's reach; of two of which one
     /// rests, the other passes it clear.
     fn one_keeps_out(&self, pair: &Pair, spans: [Span; 2]) -> bool {
@@ -146,34 +173,20 @@ impl Case<'_> {
             || self.stops_clear(pair, swings.map(|swing| self.swung(swing)))
     }
 
-    /// Whether of a pair that passes `spans` one may stop anywhere while the other goes on: in this motion, or in the cycle before
+    /// Whether of a pair that passes `spans` one may stop anywhere while the other goes on: in this motion, or in the decision before
     /// while the other one is in this motion already.
     fn stops_clear(&self, pair: &Pair, spans: [Span; 2]) -> bool {
-        let before = self
-            .before
-            .and_then(|cycle| Some((self.swung(*cycle.get(pair.i)?), self.swung(*cycle.get(pair.j)?))));
         self.one_keeps_out(pair, spans)
-            && before.is_none_or(|(i, j)| {
-                self.one_keeps_out(pair, [spans[0], j]) && self.one_keeps_out(pair, [i, spans[1]])
+            && self.before.is_none_or(|before| {
+                self.one_keeps_out(pair, [spans[0], before[pair.j]])
+                    && self.one_keeps_out(pair, [before[pair.i], spans[1]])
             })
     }
 
     /// Whether in all of a plan any module may stop anywhere: one that stops in the transition stands there in the swim.
     pub(super) fn all_stop_clear(&self, steps: Steps<'_>, cycle: &[Swing]) -> bool {
-        // Everything a tail passes, unwrapped: the swim goes on from where the transition ends.
-        let passed = |module: usize| {
-            let [mut least_rad, mut most_rad] = self.swung(cycle[module]);
-            let mut end_rad = cycle[module].start_rad();
-            for turn in steps.iter().rev().map(|step| step.turn(module)) {
-                let from_rad = end_rad - turn.rotation_rad();
-                let [low_rad, high_rad] = self.turned(from_rad, end_rad);
-                (least_rad, most_rad) = (least_rad.min(low_rad), most_rad.max(high_rad));
-                end_rad = from_rad;
-            }
-            [least_rad, most_rad]
-        };
         self.pairs.all().iter().all(|pair| {
-            let spans = [pair.i, pair.j].map(passed);
+            let spans = [pair.i, pair.j].map(|module| self.passed(steps, cycle, module));
             if self.is_unknown(pair) {
                 let [least_rad, most_rad] = [0, 1].map(|bound: usize| spans.map(|span| span[bound]));
                 return self.keeps_out(pair, least_rad, most_rad);

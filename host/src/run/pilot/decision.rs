@@ -3,7 +3,7 @@
 use link::dispatcher::{Dispatcher, ModuleLink};
 use modboat::motion::StepTime;
 use modboat::motion::{Swing, Turn, Wrench};
-use modboat::plan::{Outcome, Plan};
+use modboat::plan::{Outcome, Plan, Previous};
 use protocol::configuration::TailLimits;
 use protocol::time::{Duration, FleetInstant};
 use protocol::units::Radians;
@@ -207,6 +207,39 @@ pub(super) fn pose_of<A: Copy>(
         // It rests where it says, if it says so after the start of all that it may have taken.
         _ => (matches!(report.state, ModuleState::Ready | ModuleState::Holding) && link.is_up_to_date())
             .then(|| f64::from(report.tail.0)),
+    }
+}
+
+/// Turns of a decision in which modules can still have stopped when the next one is planned.
+#[derive(Debug, Default)]
+pub(super) struct Remaining {
+    turns: Vec<Turn>,
+}
+
+impl Remaining {
+    /// What `last` leaves to the decision after it, by what the modules report. All that are not missing have reported that they run its
+    /// last cycle, or `is_over`: they rest, and have said where. So a first step is behind them; and behind one that executes its swim
+    /// is the turn.
+    pub(super) fn of<'a, A: Copy>(
+        &'a mut self,
+        last: &'a Decision,
+        links: &Dispatcher<A>,
+        is_over: bool,
+    ) -> Previous<'a> {
+        self.turns.clear();
+        let turns = links.modules().iter().zip(&last.turns).enumerate().map(|(index, (link, turn))| {
+            let is_through = link.was_executing(last.last_number(), last.swim_start());
+            let via_rad = last.via.as_ref().map_or(turn.from_rad, |via| via.rad[index]);
+            Turn { from_rad: if is_through { turn.to_rad } else { via_rad }, to_rad: turn.to_rad }
+        });
+        self.turns.extend(turns);
+        let turn = self.turns.iter().any(|turn| turn.rotation_rad() != 0.0);
+        Previous {
+            cycle: &last.plan.cycle,
+            transition: turn.then_some(self.turns.as_slice()),
+            via_rad: None,
+            is_over,
+        }
     }
 }
 

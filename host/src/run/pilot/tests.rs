@@ -205,3 +205,35 @@ fn a_module_that_has_stopped_is_not_planned_for() {
     bench.tails_at(decision.end().after(Duration(500_000)));
     assert_eq!(bench.missing(), [0; 0]);
 }
+
+/// A module that loses its power in the turn stands on it, and reports nothing more: what it ran before tells that the turn is behind the other.
+#[test]
+fn a_turn_counts_for_the_next_plan_until_its_module_reports_that_it_is_through() {
+    let mut bench = Bench::ready();
+    let decision = bench.send(None, true);
+    let mut remaining = Remaining::default();
+    bench.tails_at(decision.start.after(Duration(200_000)));
+    let before = remaining.of(&decision, bench.host.dispatcher(), false);
+    assert_eq!(before.transition, Some(decision.turns.as_slice()));
+    assert_eq!((before.cycle, before.via_rad, before.is_over), (decision.plan.cycle.as_slice(), None, false));
+    bench.fleet.modules_mut()[1].reboot(bench.now, Duration(60_000_000));
+    bench.tails_at(decision.swim_start().after(Duration(200_000)));
+    let links = bench.host.dispatcher();
+    assert!(links.modules()[1].has(decision.number), "it counts as one that runs the cycle");
+    let through = Turn { from_rad: TO_RAD[0], to_rad: TO_RAD[0] };
+    let before = remaining.of(&decision, links, false);
+    assert_eq!(before.transition, Some([through, decision.turns[1]].as_slice()));
+}
+
+#[test]
+fn of_two_steps_the_first_is_behind_all_that_run_the_second_and_nothing_is_left_of_a_turn_in_the_swim() {
+    let mut bench = Bench::ready();
+    let decision = bench.by_way();
+    let mut remaining = Remaining::default();
+    bench.tails_at(decision.last_start().after(Duration(100_000)));
+    let second = [0, 1].map(|module| Turn { from_rad: VIA_RAD[module], to_rad: TO_RAD[module] });
+    let before = remaining.of(&decision, bench.host.dispatcher(), false);
+    assert_eq!((before.transition, before.via_rad), (Some(second.as_slice()), None));
+    bench.tails_at(decision.swim_start().after(Duration(200_000)));
+    assert_eq!(remaining.of(&decision, bench.host.dispatcher(), false).transition, None);
+}

@@ -120,9 +120,14 @@ fn table_g_a_module_that_loses_its_power_meets_no_other_tail() {
             tolerant += 1;
             for &(i, j, apart_m) in &pairs {
                 let (now_i, now_j) = (STOPPING.poses(plan, i), STOPPING.poses(plan, j));
-                let before = |module: usize| STOPPING.swung(asked.previous[module]).collect::<Vec<f64>>();
+                let before = |module: usize| {
+                    asked
+                        .before
+                        .as_ref()
+                        .map_or(vec![asked.tails[module]], |plan| STOPPING.poses(plan, module))
+                };
                 let (before_i, before_j) = (before(i), before(j));
-                // Wherever one stopped, in this plan or the cycle before, and whatever the other does now.
+                // Wherever one stopped, in this plan or the one before, turns and all, and whatever the other does now.
                 for (what, poses_i, poses_j, counts) in [
                     ("now", &now_i, &now_j, moves(&now_i) || moves(&now_j)),
                     ("i before", &before_i, &now_j, moves(&before_i) && moves(&now_j)),
