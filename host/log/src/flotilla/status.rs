@@ -70,6 +70,8 @@ messages! {
         by: String,
         /// What.
         what: String,
+        /// Whether it is a target, or the end of one.
+        steers: bool,
         /// Whether it was followed.
         followed: bool,
         /// What came of it, in words.
