@@ -132,6 +132,13 @@ impl Client {
         }
     }
 
+    /// The snapshot that waits goes before what is queued next.
+    pub fn flush_snapshot(&mut self) {
+        if let Some(text) = self.snapshot.take() {
+            self.push(Message::Text(text));
+        }
+    }
+
     /// Queues a message; false if there is no room for it.
     pub fn push(&mut self, message: Message) -> bool {
         let length = message.len();
@@ -241,7 +248,9 @@ impl Client {
     /// Ends it at `now` if it has been given enough time.
     pub fn expire(&mut self, now: Instant) {
         let over = match &self.state {
-            State::Request(..) | State::Reply(..) => now.saturating_duration_since(self.since) > REQUEST_WITHIN,
+            State::Request(..) | State::Reply(..) => {
+                now.saturating_duration_since(self.since) > REQUEST_WITHIN
+            }
             State::Socket(..) => {
                 self.stalled.is_some_and(|stalled| now.saturating_duration_since(stalled) > DEAD_AFTER)
             }

@@ -54,7 +54,6 @@ enum Do {
 }
 
 /// Reads a frame: the number that the page gave, if it did, and the command, or why it is none.
-#[must_use]
 pub fn read(text: &str) -> (Option<u32>, Result<Command, String>) {
     let mut object: Map<String, Value> = match serde_json::from_str(text) {
         Ok(object) => object,

@@ -109,7 +109,7 @@ impl Counter {
 
 impl Desk {
     /// The next ask at `now` that changes anything. A velocity that is only asked for again is answered here.
-    pub fn next(&mut self, now: Instant) -> Option<Ask> {
+    pub fn ask(&mut self, now: Instant) -> Option<Ask> {
         while self.handed < AT_ONCE {
             self.handed += 1;
             match self.asks.try_recv() {
@@ -196,14 +196,14 @@ mod tests {
         let at = |ms| began + Duration::from_millis(ms);
         for ms in [0, 100, 200] {
             assert!(counter.ask(ask(1, velocity())));
-            let came = desk.next(at(ms));
+            let came = desk.ask(at(ms));
             assert_eq!(came.is_some(), ms == 0, "at {ms} ms");
         }
         assert_eq!(counter.answer().map(|answer| answer.outcome), Some(Ok("goes on".to_owned())));
-        assert_eq!(desk.next(at(499)), None);
-        let lapsed = desk.next(at(501)).expect("it was not refreshed");
+        assert_eq!(desk.ask(at(499)), None);
+        let lapsed = desk.ask(at(501)).expect("it was not refreshed");
         assert_eq!(lapsed.wanted, Wanted::LetGo("not refreshed"));
-        assert_eq!(desk.next(at(2000)), None);
+        assert_eq!(desk.ask(at(2000)), None);
     }
 
     #[test]
@@ -211,10 +211,10 @@ mod tests {
         let (counter, mut desk) = desk();
         let now = Instant::now();
         assert!(counter.ask(ask(1, velocity())) && counter.ask(ask(2, Wanted::LetGo("the page is gone"))));
-        assert_eq!(desk.next(now).map(|ask| ask.wanted), Some(velocity()));
-        assert_eq!(desk.next(now), None);
+        assert_eq!(desk.ask(now).map(|ask| ask.wanted), Some(velocity()));
+        assert_eq!(desk.ask(now), None);
         assert!(counter.ask(ask(1, Wanted::LetGo("the page is gone"))));
-        assert_eq!(desk.next(now).map(|ask| ask.wanted), Some(Wanted::LetGo("the page is gone")));
+        assert_eq!(desk.ask(now).map(|ask| ask.wanted), Some(Wanted::LetGo("the page is gone")));
     }
 
     #[test]
@@ -222,10 +222,10 @@ mod tests {
         let (counter, mut desk) = desk();
         let now = Instant::now();
         assert!(counter.ask(ask(1, velocity())));
-        assert!(desk.next(now).is_some());
+        assert!(desk.ask(now).is_some());
         drop(counter);
-        assert_eq!(desk.next(now).map(|ask| ask.wanted), Some(Wanted::LetGo("the console is gone")));
-        assert_eq!(desk.next(now), None);
+        assert_eq!(desk.ask(now).map(|ask| ask.wanted), Some(Wanted::LetGo("the console is gone")));
+        assert_eq!(desk.ask(now), None);
     }
 
     #[test]
@@ -233,9 +233,9 @@ mod tests {
         let (counter, mut desk) = desk();
         let now = Instant::now();
         assert!(counter.ask(ask(1, velocity())));
-        let first = desk.next(now).expect("it is new");
+        let first = desk.ask(now).expect("it is new");
         desk.tell(&first, Err("stopped".to_owned()));
-        assert_eq!(desk.next(now + Duration::from_secs(1)), None);
+        assert_eq!(desk.ask(now + Duration::from_secs(1)), None);
     }
 
     #[test]
@@ -244,8 +244,7 @@ mod tests {
         let full = (0..QUEUE + 5).filter(|_| !counter.ask(ask(1, Wanted::Heading(0.0)))).count();
         assert_eq!(full, 5);
         let now = Instant::now();
-        let looks: Vec<usize> =
-            (0..9).map(|_| std::iter::from_fn(|| desk.next(now)).count()).collect();
+        let looks: Vec<usize> = (0..9).map(|_| std::iter::from_fn(|| desk.ask(now)).count()).collect();
         assert_eq!(looks.iter().sum::<usize>(), QUEUE);
         assert!(looks.iter().all(|&asks| asks <= AT_ONCE as usize), "{looks:?}");
     }

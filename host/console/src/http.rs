@@ -14,7 +14,8 @@ pub const CONSOLE: &str = "flotilla.console.v1";
 pub const STREAM: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
 /// Scripts and styles are files of this server alone, and nobody else shows the page in a frame.
-const POLICY: &str = "default-src 'self'; connect-src 'self' ws:; img-src 'self' data:; frame-ancestors 'none'";
+const POLICY: &str =
+    "default-src 'self'; connect-src 'self' ws:; img-src 'self' data:; frame-ancestors 'none'";
 
 /// What a socket speaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +70,9 @@ pub fn judge(head: &[u8], access: &Access) -> Verdict {
     let (Some(method), Some(target)) = (request.method, request.path) else {
         return refuse(400, "no HTTP request");
     };
-    let Some(fields) = of_interest(request.headers) else { return refuse(400, "a field is doubled or no text") };
+    let Some(fields) = of_interest(request.headers) else {
+        return refuse(400, "a field is doubled or no text");
+    };
     let Some(host) = fields.host.filter(|host| access.is_here(host)) else {
         return refuse(403, "this server has another name: see its address");
     };
@@ -120,7 +123,9 @@ fn upgrade(fields: &Fields<'_>, host: &str, query: &str, access: &Access, length
     };
     let spoken = fields.protocols.iter().find_map(|&protocol| {
         let stream = STREAM.into_iter().find(|known| *known == protocol);
-        stream.map(|name| (Speaks::Stream, name)).or((protocol == CONSOLE).then_some((Speaks::Console, CONSOLE)))
+        stream
+            .map(|name| (Speaks::Stream, name))
+            .or((protocol == CONSOLE).then_some((Speaks::Console, CONSOLE)))
     });
     let Some((speaks, protocol)) = spoken else {
         return refuse(400, "speaks flotilla.console.v1, foxglove.sdk.v1 and foxglove.websocket.v1");
@@ -217,7 +222,10 @@ mod tests {
             (format!("GET /{} HTTP/1.1\r\n", "a".repeat(HEAD_MAX)), 431),
             (get("/socket", SOCKET), 400),
             (get("/socket", &format!("{SOCKET}Sec-WebSocket-Protocol: x, {CONSOLE}\r\n")), 101),
-            (get("/socket", &format!("{SOCKET}Sec-WebSocket-Protocol: {CONSOLE}\r\n").replace("13", "8")), 400),
+            (
+                get("/socket", &format!("{SOCKET}Sec-WebSocket-Protocol: {CONSOLE}\r\n").replace("13", "8")),
+                400,
+            ),
         ] {
             assert_eq!(code(&judge(request.as_bytes(), &access)), expected, "{request}");
         }

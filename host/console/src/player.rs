@@ -103,7 +103,11 @@ impl Player {
     pub fn at_ns(&self, now: Instant) -> u64 {
         let [begin_ns, end_ns] = self.bounds_ns();
         let (since, from_ns) = self.anchor;
-        let passed_ns = if self.playing { now.saturating_duration_since(since).as_nanos() as f64 * self.speed } else { 0.0 };
+        let passed_ns = if self.playing {
+            now.saturating_duration_since(since).as_nanos() as f64 * self.speed
+        } else {
+            0.0
+        };
         (from_ns as f64 + passed_ns).clamp(begin_ns as f64, end_ns as f64) as u64
     }
 
@@ -211,7 +215,10 @@ mod tests {
         let began = Instant::now();
         let at = |ms| began + Duration::from_millis(ms);
         let mut player = player(began);
-        assert_eq!((due(&mut player, at(0)), due(&mut player, at(900)), due(&mut player, at(2100))), (2, 0, 2));
+        assert_eq!(
+            (due(&mut player, at(0)), due(&mut player, at(900)), due(&mut player, at(2100))),
+            (2, 0, 2)
+        );
         assert_eq!(player.ask(Playing::Pause, at(2200)), Ok(false));
         assert_eq!(due(&mut player, at(60_000)), 0);
         assert_eq!(player.ask(Playing::Speed(2.0), at(60_000)), Ok(false));

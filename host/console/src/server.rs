@@ -123,7 +123,10 @@ fn serve(listener: &TcpListener, hub: &mut Hub, stop: &AtomicBool) {
         let began = Instant::now();
         hub.look(began);
         if stop.load(Ordering::Relaxed) {
-            let ends = *ends.get_or_insert(began + LEFT_WITHIN);
+            let ends = *ends.get_or_insert_with(|| {
+                hub.finish(began);
+                began + LEFT_WITHIN
+            });
             if began >= ends || !hub.has_left() {
                 return;
             }

@@ -87,14 +87,17 @@ impl Subscriber {
                 let mut new = Vec::new();
                 for one in list("subscriptions") {
                     let numbers = number(one, "id").zip(number(one, "channelId"));
-                    let Some((Ok(id), Ok(channel))) = numbers.map(|(id, channel)| (id.try_into(), channel.try_into()))
+                    let Some((Ok(id), Ok(channel))) =
+                        numbers.map(|(id, channel)| (id.try_into(), channel.try_into()))
                     else {
                         return Asked::Refused("subscribe: wants id and channelId".to_owned());
                     };
                     if self.subscriptions.len() >= SUBSCRIPTIONS
                         || self.subscriptions.iter().any(|(known, _)| *known == id)
                     {
-                        return Asked::Refused(format!("subscribe: {id} is there already, or there are too many"));
+                        return Asked::Refused(format!(
+                            "subscribe: {id} is there already, or there are too many"
+                        ));
                     }
                     self.subscriptions.push((id, channel));
                     new.push(channel);
@@ -192,9 +195,7 @@ pub fn hello(name: &str, session: &str, orders: bool) -> Vec<Message> {
         "sessionId": session,
     });
     let response = "bool success\nstring message\n";
-    let side = |name: &str, schema: &str| {
-        json!({ "encoding": "cdr", "schemaName": name, "schemaEncoding": "ros2msg", "schema": schema })
-    };
+    let side = |name: &str, schema: &str| json!({ "encoding": "cdr", "schemaName": name, "schemaEncoding": "ros2msg", "schema": schema });
     let services = SERVICES.iter().zip(1..).map(|((name, _), id)| {
         json!({
             "id": id,
@@ -288,7 +289,9 @@ pub fn response(call: &Call, outcome: &Result<String, String>) -> Message {
 /// That a call is not taken.
 #[must_use]
 pub fn failure(call: &Call, why: &str) -> Message {
-    text(&json!({ "op": "serviceCallFailure", "serviceId": call.service, "callId": call.call, "message": why }))
+    text(
+        &json!({ "op": "serviceCallFailure", "serviceId": call.service, "callId": call.call, "message": why }),
+    )
 }
 
 /// Something to be told a person; level 1: a warning, 2: an error.
@@ -326,7 +329,8 @@ mod tests {
         let Asked::Call(Wanted::Stop, call) = subscriber.binary(&request) else { panic!("a call of stop") };
         let Message::Binary(bytes) = response(&call, &Ok("done".to_owned())) else { panic!("bytes") };
         let expected =
-            [&[3, 1, 0, 0, 0, 9, 0, 0, 0, 4, 0, 0, 0][..], br#"json{"message":"done","success":true}"#].concat();
+            [&[3, 1, 0, 0, 0, 9, 0, 0, 0, 4, 0, 0, 0][..], br#"json{"message":"done","success":true}"#]
+                .concat();
         assert_eq!(bytes.as_ref(), expected);
         for length in 0..request.len() - 2 {
             assert!(matches!(subscriber.binary(&request[..length]), Asked::Refused(_)), "of {length} bytes");
@@ -342,7 +346,11 @@ mod tests {
         for (name, value, wanted) in [
             ("target/station_m", "[1,2.5]", Some(Wanted::Station([1.0, 2.5], None))),
             ("/target/heading_rad", "1.5", Some(Wanted::Heading(1.5))),
-            ("target/waypoints_m", "[[0,1],[2,3]]", Some(Wanted::Waypoints(vec![[0.0, 1.0], [2.0, 3.0]], None))),
+            (
+                "target/waypoints_m",
+                "[[0,1],[2,3]]",
+                Some(Wanted::Waypoints(vec![[0.0, 1.0], [2.0, 3.0]], None)),
+            ),
             ("target/velocity_m_s", "[0.04,0]", Some(Wanted::Velocity([0.04, 0.0], None))),
             ("target/station_m", "[1]", None),
             ("target/speed", "1", None),

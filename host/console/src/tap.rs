@@ -1,7 +1,7 @@
 //! From the closed loop to the server: every message of the log, copied into a queue that never makes the loop wait.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Messages that may wait for the server: 25 modules make about 200 a second. *Assumed.*
@@ -73,11 +73,8 @@ impl runlog::writer::Tap for Tap {
 
 impl Live {
     /// The next message, if one has come.
-    pub fn next(&mut self) -> Option<Message> {
-        match self.receiver.try_recv() {
-            Ok(message) => Some(message),
-            Err(TryRecvError::Empty | TryRecvError::Disconnected) => None,
-        }
+    pub fn message(&mut self) -> Option<Message> {
+        self.receiver.try_recv().ok()
     }
 
     /// Topics that are new since the last call. A topic is known before its first message comes.
@@ -109,7 +106,7 @@ mod tests {
             tap.message(1, at_ns, &[0, 1, 0, 0]);
         }
         assert_eq!((live.new_channels().len(), live.new_channels().len(), live.lost()), (1, 0, 7));
-        let came: Vec<u64> = std::iter::from_fn(|| live.next()).map(|message| message.at_ns).collect();
+        let came: Vec<u64> = std::iter::from_fn(|| live.message()).map(|message| message.at_ns).collect();
         assert_eq!(came.len(), QUEUE);
         assert!(came.is_sorted());
         drop(live);

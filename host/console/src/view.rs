@@ -101,8 +101,17 @@ impl View {
     pub fn is_lasting(topic: &str) -> bool {
         !matches!(
             topic,
-            "/tails" | "/tf" | "/tf_static" | "/odom" | "/truth/odom" | "/markers" | "/diagnostics" | "/fix"
-                | "/bodies" | "/acknowledgement" | "/target"
+            "/tails"
+                | "/tf"
+                | "/tf_static"
+                | "/odom"
+                | "/truth/odom"
+                | "/markers"
+                | "/diagnostics"
+                | "/fix"
+                | "/bodies"
+                | "/acknowledgement"
+                | "/target"
         ) && !topic.ends_with("/battery")
     }
 

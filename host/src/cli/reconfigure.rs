@@ -171,7 +171,9 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     };
     let mut bound = arguments.serve.bind(false)?;
     if bound.is_some() && (arguments.criterion.is_none() || arguments.plan_only || arguments.json) {
-        return Err(Failure::Bad("--serve shows the execution of one plan: say which, by --criterion".to_owned()));
+        return Err(Failure::Bad(
+            "--serve shows the execution of one plan: say which, by --criterion".to_owned(),
+        ));
     }
     let (mut columns, mut failures) = (Vec::new(), Vec::new());
     let mut bar = Bar::new(&scenario.problem.name);

@@ -53,8 +53,8 @@ use super::host::Dispatch;
 use super::scenario::{Demand, Scenario, Timing};
 
 pub use decision::{Decision, SentCycle, Via};
-pub use helm::{Asked, Helm, speed_max_m_s};
 use decision::{all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps};
+pub use helm::{Asked, Helm, speed_max_m_s};
 use phase::{Phase, PhaseEvent};
 use settling::Settling;
 
@@ -276,7 +276,9 @@ impl Pilot {
             {
                 self.decide(now, end, links)
             }
-            (Phase::Waiting, _) if self.helm.lacks_target().is_none() => self.decide(now, now.after(self.lead), links),
+            (Phase::Waiting, _) if self.helm.lacks_target().is_none() => {
+                self.decide(now, now.after(self.lead), links)
+            }
             _ => None,
         }
     }

@@ -287,7 +287,8 @@ impl Scenario {
     /// Length of all legs, s; 0 where there are none, and the run waits for targets.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
-        self.legs.iter().map(|leg| leg.duration_s).sum()
+        // The sum of nothing is −0.
+        self.legs.iter().map(|leg| leg.duration_s).sum::<f64>() + 0.0
     }
 
     /// When it is over, s; never where it waits for targets.

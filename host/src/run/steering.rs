@@ -25,8 +25,12 @@ impl Steering {
             heading_rad.map_or_else(String::new, |heading_rad| format!(", heading {heading_rad:.3} rad"))
         };
         match self {
-            Self::Velocity([x, y], heading_rad) => format!("velocity [{x:.4}, {y:.4}] m/s{}", turned(heading_rad)),
-            Self::Station([x, y], heading_rad) => format!("station [{x:.3}, {y:.3}] m{}", turned(heading_rad)),
+            Self::Velocity([x, y], heading_rad) => {
+                format!("velocity [{x:.4}, {y:.4}] m/s{}", turned(heading_rad))
+            }
+            Self::Station([x, y], heading_rad) => {
+                format!("station [{x:.3}, {y:.3}] m{}", turned(heading_rad))
+            }
             Self::Heading(heading_rad) => format!("heading {heading_rad:.3} rad"),
             Self::Waypoints(all, heading_rad) => {
                 let places: Vec<String> = all.iter().map(|[x, y]| format!("[{x:.3}, {y:.3}]")).collect();

@@ -167,11 +167,21 @@ impl Hub {
         self.write(now);
     }
 
+    /// The source has ended: clients are told all of it, and that it was the last.
+    pub(super) fn finish(&mut self, now: Instant) {
+        self.due = now;
+        self.look(now);
+        for session in &mut self.audience.sessions {
+            session.bid_farewell();
+        }
+        self.write(now);
+    }
+
     fn feed(&mut self, now: Instant) {
         let Self { source, audience, channels, .. } = self;
         match source {
             Source::Run { live, .. } => {
-                while let Some(message) = live.next() {
+                while let Some(message) = live.message() {
                     if !channels.contains_key(&message.channel) {
                         let new = live.new_channels();
                         audience.announce(&new);
@@ -196,7 +206,8 @@ impl Hub {
     fn answer(&mut self) {
         let Self { source: Source::Run { counter, .. }, audience, .. } = self else { return };
         while let Some(answer) = counter.answer() {
-            let whose = audience.sessions.iter_mut().find(|session| session.client.id == answer.ticket.client);
+            let whose =
+                audience.sessions.iter_mut().find(|session| session.client.id == answer.ticket.client);
             whose.into_iter().for_each(|session| session.answer(&answer));
         }
     }
@@ -243,7 +254,8 @@ impl Hub {
             Came::Text(text) => match self.speaks(index) {
                 Some(Speaks::Console) => self.command(index, &text, now),
                 Some(Speaks::Stream) => {
-                    let asked = self.audience.sessions.get_mut(index).map(|session| session.subscriber.text(&text));
+                    let asked =
+                        self.audience.sessions.get_mut(index).map(|session| session.subscriber.text(&text));
                     asked.into_iter().for_each(|asked| self.asked(index, asked));
                 }
                 None => {}
@@ -344,7 +356,12 @@ impl Hub {
         }
     }
 
-    fn put_by_call(&mut self, index: usize, wanted: Wanted, call: Option<stream::Call>) -> Result<(), String> {
+    fn put_by_call(
+        &mut self,
+        index: usize,
+        wanted: Wanted,
+        call: Option<stream::Call>,
+    ) -> Result<(), String> {
         let session = self.audience.sessions.get_mut(index);
         let ask = session.and_then(|session| session.ask_by_call(wanted, call));
         ask.map_or_else(|| Err("too many at once".to_owned()), |ask| self.put(ask))

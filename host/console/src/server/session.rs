@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use tungstenite::protocol::CloseFrame;
+use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::{Message, Utf8Bytes};
 
 use super::super::client::Client;
@@ -118,9 +120,19 @@ impl Session {
         {
             let dropped = self.client.dropped;
             self.told_dropped = dropped;
-            self.push(stream::status(1, &format!("{dropped} messages were dropped so far: this client is too slow")));
+            self.push(stream::status(
+                1,
+                &format!("{dropped} messages were dropped so far: this client is too slow"),
+            ));
         }
         self.client.expire(now);
+    }
+
+    /// The last message: that the server goes.
+    pub(super) fn bid_farewell(&mut self) {
+        self.client.flush_snapshot();
+        let (code, reason) = (CloseCode::Away, Utf8Bytes::from_static("the run is over"));
+        self.push(Message::Close(Some(CloseFrame { code, reason })));
     }
 
     pub(super) fn push(&mut self, message: Message) {

@@ -1,6 +1,6 @@
 //! A structure of Modboats: where it is, where it is to go, what its tails give.
 
-use runlog::flotilla::{Bodies, BoatState, Course, Cycle, Decision, Fix, Poses, Status, Wrench};
+use runlog::flotilla::{BoatState, Bodies, Course, Cycle, Decision, Fix, Poses, Status, Wrench};
 use runlog::message::Message as _;
 use serde_json::{Map, Value, json};
 
@@ -23,7 +23,8 @@ pub type Point = [f64; 3];
 impl Boats {
     /// Takes in a message; where the structure is, if that is new.
     pub fn take(&mut self, topic: &str, data: &[u8]) -> Option<Point> {
-        let point = |position_m: [f64; 2], heading_rad: f64| Some([position_m[0], position_m[1], heading_rad]);
+        let point =
+            |position_m: [f64; 2], heading_rad: f64| Some([position_m[0], position_m[1], heading_rad]);
         match topic {
             "/truth/state" => {
                 self.truth = BoatState::read(data).ok();
@@ -52,7 +53,8 @@ impl Boats {
 
     /// Puts it into `object`; nulls unless it `is` of boats.
     pub fn show(&self, is: bool, status: Option<&Status>, now_ns: u64, object: &mut Map<String, Value>) {
-        let mut put = |key: &str, value: Value| object.insert(key.to_owned(), if is { value } else { Value::Null });
+        let mut put =
+            |key: &str, value: Value| object.insert(key.to_owned(), if is { value } else { Value::Null });
         put("truth", self.truth.as_ref().map_or(Value::Null, state));
         // Before the first cycle there is no estimate in a log.
         let fixed = self.fix.as_ref().map(|fix| BoatState {
@@ -61,28 +63,37 @@ impl Boats {
             ..BoatState::default()
         });
         put("estimate", self.estimate.as_ref().or(fixed.as_ref()).map_or(Value::Null, state));
-        put("fix", self.fix.as_ref().map_or(Value::Null, |fix| {
-            json!({
-                "age_s": now_ns as f64 * 1e-9 - fix.captured_s,
-                "position_m": fix.position_m,
-                "heading_rad": fix.heading_rad,
-            })
-        }));
-        put("current", status.map_or(Value::Null, |status| {
-            match (status.unknown_m_s2.as_slice(), status.unknown_rad_s2.first()) {
-                ([x, y], Some(turn)) => json!({ "force_m_s2": [x, y], "turn_rad_s2": turn }),
-                _ => Value::Null,
-            }
-        }));
+        put(
+            "fix",
+            self.fix.as_ref().map_or(Value::Null, |fix| {
+                json!({
+                    "age_s": now_ns as f64 * 1e-9 - fix.captured_s,
+                    "position_m": fix.position_m,
+                    "heading_rad": fix.heading_rad,
+                })
+            }),
+        );
+        put(
+            "current",
+            status.map_or(Value::Null, |status| {
+                match (status.unknown_m_s2.as_slice(), status.unknown_rad_s2.first()) {
+                    ([x, y], Some(turn)) => json!({ "force_m_s2": [x, y], "turn_rad_s2": turn }),
+                    _ => Value::Null,
+                }
+            }),
+        );
         put("poses", self.shown_poses(status));
         put("target", self.course.as_ref().map_or(Value::Null, target));
-        put("wrench", self.decision.as_ref().map_or(Value::Null, |decision| {
-            json!({
-                "demanded": components(&decision.demand),
-                "commanded": components(&decision.commanded),
-                "achieved": self.cycle.as_ref().map(|cycle| components(&cycle.achieved)),
-            })
-        }));
+        put(
+            "wrench",
+            self.decision.as_ref().map_or(Value::Null, |decision| {
+                json!({
+                    "demanded": components(&decision.demand),
+                    "commanded": components(&decision.commanded),
+                    "achieved": self.cycle.as_ref().map(|cycle| components(&cycle.achieved)),
+                })
+            }),
+        );
     }
 
     fn shown_poses(&self, status: Option<&Status>) -> Value {

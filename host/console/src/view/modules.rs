@@ -85,6 +85,9 @@ mod tests {
             }
         }
         assert_eq!(modules.show(None)[0]["delivered"].as_f64(), Some(0.8));
-        assert_eq!((&modules.show(None)[0]["state"], modules.show(None)[0]["stale"].as_bool()), (&Value::Null, Some(true)));
+        assert_eq!(
+            (&modules.show(None)[0]["state"], modules.show(None)[0]["stale"].as_bool()),
+            (&Value::Null, Some(true))
+        );
     }
 }

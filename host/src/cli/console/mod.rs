@@ -93,7 +93,7 @@ impl Operator for Attended {
         }
         let console = self.console.as_mut()?;
         let now = Instant::now();
-        while let Some(ask) = console.next(now) {
+        while let Some(ask) = console.ask(now) {
             match order(&ask.wanted, status) {
                 Ok(order) => {
                     self.ask = Some(ask);
@@ -132,7 +132,9 @@ fn order(wanted: &Wanted, status: &dyn Fn() -> RunStatus) -> Result<Order, Strin
             Order::Steer(Steering::Velocity(*velocity_m_s, *heading_rad))
         }
         Wanted::LetGo(why) => Order::Steer(Steering::LetGo(why)),
-        Wanted::Station(position_m, heading_rad) => Order::Steer(Steering::Station(*position_m, *heading_rad)),
+        Wanted::Station(position_m, heading_rad) => {
+            Order::Steer(Steering::Station(*position_m, *heading_rad))
+        }
         Wanted::Heading(heading_rad) => Order::Steer(Steering::Heading(*heading_rad)),
         Wanted::Waypoints(all, heading_rad) => Order::Steer(Steering::Waypoints(all.clone(), *heading_rad)),
         Wanted::Legs => Order::Steer(Steering::Legs),

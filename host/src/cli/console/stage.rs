@@ -16,7 +16,8 @@ pub(in crate::cli) fn stage(head: &flotilla::Scenario) -> Result<Value, String> 
             Ok(boats(&scenario))
         }
         "rovs" => {
-            let document: Document = serde_json::from_str(&head.document).map_err(|error| error.to_string())?;
+            let document: Document =
+                serde_json::from_str(&head.document).map_err(|error| error.to_string())?;
             Ok(rovs(&document))
         }
         fleet => Err(format!("a fleet of {fleet:?}")),
@@ -42,7 +43,8 @@ fn boats(scenario: &Scenario) -> Value {
         })
     });
     let legs: Vec<Value> = legs.collect();
-    let edge = bounds.as_ref().map(|bounds| json!({ "corners_m": bounds.edge_m, "margin_m": bounds.margin_m }));
+    let edge =
+        bounds.as_ref().map(|bounds| json!({ "corners_m": bounds.edge_m, "margin_m": bounds.margin_m }));
     json!({
         "duration_s": scenario.duration_s(),
         "interactive": scenario.legs.is_empty(),
@@ -61,12 +63,17 @@ fn boats(scenario: &Scenario) -> Value {
 
 fn rovs(Document { problem, plan, .. }: &Document) -> Value {
     let place = |pose: &Pose| <[f64; 4]>::from(*pose);
+    // Forward and reverse.
+    let most = rov::power::limits_n(problem.rules.battery_v)
+        .ok()
+        .map(|(reverse_n, forward_n)| [forward_n, -reverse_n]);
     let robots = problem.robots.iter().map(|robot| {
         let vehicle = problem.vehicles.get(robot.vehicle);
         json!({
             "id": robot.id,
             "box_m": vehicle.map(|vehicle| vehicle.box_m),
             "thrusters": vehicle.map(|vehicle| &vehicle.thrusters),
+            "thrust_max_n": most,
         })
     });
     let tools = problem.tools.iter().map(|tool| {

@@ -73,7 +73,11 @@ impl Helm {
             Course::Waypoints(all) => (scenario.legs.len() + self.given, Demand::Station(*all.front()?)),
         };
         let heading_rad = self.heading_rad.or(leg.map(|leg| leg.heading_rad));
-        Some(Asked { target, demand, heading_rad: heading_rad.unwrap_or_else(|| scenario.start_heading_rad()) })
+        Some(Asked {
+            target,
+            demand,
+            heading_rad: heading_rad.unwrap_or_else(|| scenario.start_heading_rad()),
+        })
     }
 
     /// Whether the target is an operator's.
@@ -131,7 +135,8 @@ impl Helm {
         if let Some(heading_rad) = heading_rad.filter(|rad| !(-1e3..=1e3).contains(rad)) {
             return Err(format!("heading {heading_rad} rad: must lie between −1000 and 1000"));
         }
-        let here = || place.map(|place| place.position_m).ok_or("there is no pose yet: where it is is not known");
+        let here =
+            || place.map(|place| place.position_m).ok_or("there is no pose yet: where it is is not known");
         let course = match steering {
             Steering::Velocity(velocity_m_s, _) => {
                 slow_enough(*velocity_m_s, &scenario.modboat)?;
@@ -170,7 +175,9 @@ fn inside(position_m: [f64; 2], scenario: &Scenario) -> Result<(), String> {
         return Err(format!("[{x}, {y}] m: must lie between −1000000 and 1000000"));
     }
     match &scenario.bounds {
-        Some(bounds) if !bounds.contains(position_m) => Err(format!("[{x:.3}, {y:.3}] m: lies outside of the bounds")),
+        Some(bounds) if !bounds.contains(position_m) => {
+            Err(format!("[{x:.3}, {y:.3}] m: lies outside of the bounds"))
+        }
         _ => Ok(()),
     }
 }
@@ -218,7 +225,9 @@ mod tests {
         assert_eq!((leg.demand, helm.is_given()), (Demand::Velocity([0.04, 0.0]), false));
         helm.steer(&Steering::Station([1.0, 0.5], None), &scenario, place(), 0.0).expect("followed");
         let given = helm.asked(&scenario, 0.0).expect("a target");
-        assert!(given.demand == STATION && given.target != leg.target && (given.heading_rad - 1.5).abs() < 1e-12);
+        assert!(
+            given.demand == STATION && given.target != leg.target && (given.heading_rad - 1.5).abs() < 1e-12
+        );
         helm.steer(&Steering::Heading(1.6), &scenario, place(), 0.0).expect("followed");
         let turned = helm.asked(&scenario, 0.0).expect("a target");
         assert!(turned.demand == STATION && (turned.heading_rad - 1.6).abs() < 1e-12);
@@ -241,7 +250,10 @@ mod tests {
             met.push(helm.asked(&scenario, 0.0).map(|asked| asked.demand));
         }
         let station = |x, y| Some(Demand::Station([x, y]));
-        assert_eq!(met, [station(0.5, 0.0), station(1.0, 0.0), station(1.0, 1.0), station(1.0, 1.0), station(1.0, 1.0)]);
+        assert_eq!(
+            met,
+            [station(0.5, 0.0), station(1.0, 0.0), station(1.0, 1.0), station(1.0, 1.0), station(1.0, 1.0)]
+        );
         helm.steer(&Steering::Waypoints(Vec::new(), None), &scenario, place(), 0.0).expect("followed");
         assert_eq!(helm.asked(&scenario, 0.0).map(|asked| asked.demand), station(0.25, 0.0));
     }
