@@ -10,8 +10,10 @@ use super::ros::Time;
 pub const FORMAT: u32 = 1;
 
 pub use poses::{Poses, Trouble};
+pub use status::{Bodies, Body, Course, ModuleStatus, Order, Status};
 
 mod poses;
+mod status;
 
 messages! {
     /// The first message of a log: what was run, by what.

@@ -21,6 +21,15 @@ pub const CHUNK_NS: u64 = 1_000_000_000;
 /// Size of a chunk, bytes.
 pub const CHUNK_BYTES: usize = 1 << 20;
 
+/// What gets each message that is written, as it is written: a console, a stream.
+pub trait Tap: Send {
+    /// A topic is new: its number, its name, and the name and definition of its type.
+    fn topic(&mut self, channel: u16, name: &str, schema: &'static str, definition: String);
+
+    /// A message of a topic, in CDR.
+    fn message(&mut self, channel: u16, at_ns: u64, data: &[u8]);
+}
+
 /// A topic of a log, for messages of the type `M`.
 #[derive(Debug)]
 pub struct Topic<M> {
@@ -75,6 +84,7 @@ pub struct Writer<W: Write> {
     chunks: Vec<ChunkIndex>,
     /// What goes to the sink next.
     out: Vec<u8>,
+    tap: Option<Box<dyn Tap>>,
 }
 
 /// Into a file.
@@ -106,6 +116,7 @@ impl<W: Write> Writer<W> {
             bounds_ns: None,
             chunks: Vec::new(),
             out: Vec::new(),
+            tap: None,
         };
         writer.out.extend_from_slice(MAGIC);
         mcap::record(&mut writer.out, op::HEADER, |out| {
@@ -114,6 +125,13 @@ impl<W: Write> Writer<W> {
         });
         writer.send()?;
         Ok(writer)
+    }
+
+    /// With `tap`, before the first topic.
+    #[must_use]
+    pub fn tapped(mut self, tap: Box<dyn Tap>) -> Self {
+        self.tap = Some(tap);
+        self
     }
 
     /// Adds a topic.
@@ -148,6 +166,9 @@ impl<W: Write> Writer<W> {
         });
         self.chunk.extend_from_slice(&record);
         self.channels.push(Channel { record, ..Channel::default() });
+        if let Some(tap) = &mut self.tap {
+            tap.topic(id, name, M::NAME, M::schema());
+        }
         Ok(Topic { index: self.channels.len() - 1, message: PhantomData })
     }
 
@@ -170,6 +191,9 @@ impl<W: Write> Writer<W> {
         channel.index.extend_from_slice(&at_ns.to_le_bytes());
         channel.index.extend_from_slice(&offset.to_le_bytes());
         let data = self.encoder.bytes();
+        if let Some(tap) = &mut self.tap {
+            tap.message(id, at_ns, data);
+        }
         self.chunk.push(op::MESSAGE);
         self.chunk.extend_from_slice(&(mcap::MESSAGE_HEAD as u64 + data.len() as u64).to_le_bytes());
         self.chunk.extend_from_slice(&id.to_le_bytes());

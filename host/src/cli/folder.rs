@@ -4,6 +4,8 @@ use std::fmt::Display;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use runlog::writer::Tap;
+
 use super::Failure;
 use crate::run::log::Log;
 
@@ -60,10 +62,10 @@ impl Folder {
         Files::default()
     }
 
-    /// The log of a run, begun in it. The folder is there: it was probed.
-    pub(super) fn log(&self, name: &str) -> Result<(Log, PathBuf), Failure> {
+    /// The log of a run, begun in it; `tap` gets what is written, too. The folder is there: it was probed.
+    pub(super) fn log(&self, name: &str, tap: Option<Box<dyn Tap>>) -> Result<(Log, PathBuf), Failure> {
         let path = self.path.join(name);
-        Ok((Log::create(&path).map_err(Failure::Could)?, path))
+        Ok((Log::create_tapped(&path, tap).map_err(Failure::Could)?, path))
     }
 
     /// A run that was not to be leaves no log and no empty folder.

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 mod compare;
+mod console;
 mod envelope;
 mod export;
 mod filter;
@@ -29,6 +30,7 @@ mod replay;
 mod report;
 mod request;
 mod run;
+mod serve;
 mod signal;
 mod simulate;
 mod tank;
@@ -58,6 +60,8 @@ enum Command {
     Path(path::Arguments),
     /// Plan how ROVs change their configuration at least energy, and execute it in simulation
     Reconfigure(reconfigure::Arguments),
+    /// A page that shows a log, and a stream of its topics: play, pause, scrub
+    Serve(serve::Arguments),
     /// Figures and pictures of a run again, from its log
     Replay(replay::Arguments),
     /// The topics of a log as tables
@@ -112,6 +116,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::main(&arguments),
         Command::Path(arguments) => path::main(&arguments),
         Command::Reconfigure(arguments) => reconfigure::main(&arguments),
+        Command::Serve(arguments) => serve::main(&arguments),
         Command::Replay(arguments) => replay::main(&arguments),
         Command::Export(arguments) => export::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),

@@ -15,6 +15,7 @@ use record::reconfigure::Record;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::PowerLaw;
 
+use super::console::{Attended, Console, ServeArguments, console};
 use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
 use super::poses::PoseArguments;
@@ -41,6 +42,7 @@ const DEFAULT: &str = "t-to-i-far";
 #[command(after_help = "Examples:\n  flotilla reconfigure\n  \
                         flotilla reconfigure i-to-l --criterion energy --json > plan.json\n  \
                         flotilla reconfigure i-to-l --verify plan.json\n  \
+                        flotilla reconfigure i-to-l --criterion energy --serve\n  \
                         flotilla reconfigure i-to-l --criterion energy --radio udp --listen 127.0.0.1:4870\n  \
                         flotilla reconfigure i-to-l --criterion energy --radio udp --pose qtm:192.168.1.10 --up z")]
 pub(super) struct Arguments {
@@ -85,6 +87,8 @@ pub(super) struct Arguments {
     /// Without a fix for this time all thrusters go to neutral, s, instead of the scenario's
     #[arg(long, value_name = "SECONDS", requires = "pose")]
     hold_after: Option<f64>,
+    #[command(flatten)]
+    serve: ServeArguments,
     /// Folder for logs, plans, summary.json and the pictures [default: runs/NAME, a new one each time]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -165,6 +169,12 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             Some((radio.map_err(bad)?, host, arguments.poses.open_rovs(&scenario)?))
         }
     };
+    let mut bound = arguments.serve.bind(false)?;
+    if bound.is_some() && (arguments.criterion.is_none() || arguments.plan_only || arguments.json) {
+        return Err(Failure::Bad(
+            "--serve shows the execution of one plan: say which, by --criterion".to_owned(),
+        ));
+    }
     let (mut columns, mut failures) = (Vec::new(), Vec::new());
     let mut bar = Bar::new(&scenario.problem.name);
     let wanted = wanted(arguments);
@@ -208,10 +218,11 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         for (index, column) in columns.iter_mut().enumerate() {
             bar.note(&format!("executing: {}", column.title));
             let name = if several { format!("log-{}.mcap", column.title) } else { "log.mcap".to_owned() };
-            let (log, path) = folder.log(&name)?;
+            let (console, tap) = console(bound.take());
+            let (log, path) = folder.log(&name, tap)?;
             logs.push(path);
             let log = (log, index);
-            let executed = execute(arguments, &scenario, column, log, radio.take(), &mut bar);
+            let executed = execute(arguments, &scenario, column, log, (radio.take(), console), &mut bar);
             column.executed = Some(executed.inspect_err(|_| folder.discard(&logs))?);
         }
     }
@@ -247,7 +258,7 @@ fn execute(
     scenario: &ReconfigureScenario,
     column: &Column,
     (log, index): (Log, usize),
-    radio: Option<(UdpRadio, HostIdentity, Option<LabBodies>)>,
+    (radio, console): (Option<(UdpRadio, HostIdentity, Option<LabBodies>)>, Option<Console>),
     bar: &mut Bar,
 ) -> Result<Executed, Failure> {
     let (problem, plan) = (&scenario.problem, &column.planned.plan);
@@ -258,8 +269,11 @@ fn execute(
     let options = Options { seed, radio: faults, law };
     let Some((radio, host, poses)) = radio else {
         let mut fleet = InProcess::rovs(problem, faults, seed).map_err(could)?;
-        let mut desk = Desk::signals();
-        let drive = Drive { pace: Pace::Simulated, operator: &mut desk, hook: &mut |_, _, _| {} };
+        let watched = console.is_some();
+        let desk = if watched { super::run::desk(&problem.name, bar) } else { Desk::signals() };
+        let mut desk = Attended::new(desk, console, false)?;
+        let pace = if watched { Pace::Watched } else { Pace::Simulated };
+        let drive = Drive { pace, operator: &mut desk, hook: &mut |_, _, _| {} };
         return run_into(log, problem, plan, &options, &mut fleet, drive, bar).map_err(could);
     };
     let address = radio.local_address().map_err(could)?;
@@ -268,7 +282,7 @@ fn execute(
         problem.robots.len()
     ));
     let mut fleet = OverUdp::rovs(problem, radio, host, faults, seed);
-    let mut desk = super::run::desk(&problem.name, bar);
+    let mut desk = Attended::new(super::run::desk(&problem.name, bar), console, false)?;
     let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
     let Some(poses) = poses else {
         return run_into(log, problem, plan, &options, &mut fleet, drive, bar).map_err(could);

@@ -10,6 +10,7 @@ use link::strangers::Silence;
 use link::udp::UdpRadio;
 use protocol::ModuleId;
 
+use super::console::{Attended, Console, ServeArguments, console};
 use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
 use super::planner::PlannerArguments;
@@ -30,6 +31,8 @@ pub(super) const DEFAULT: &str = "holonomic-1";
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  flotilla run\n  flotilla run holonomic-4 --seed 7 --loss 0.3\n  \
+                        flotilla run --serve                         and a page that shows it, and takes orders\n  \
+                        flotilla run nine --interactive --serve 127.0.0.1:8080\n  \
                         flotilla run my-boats.toml --radio udp --listen 0.0.0.0:4870\n  \
                         flotilla run my-boats.toml --radio udp --listen 0.0.0.0:4870 --pose natnet:192.168.1.10 --up y")]
 pub(super) struct Arguments {
@@ -65,6 +68,11 @@ pub(super) struct Arguments {
     /// Follow the wall clock (always so with --radio udp)
     #[arg(long)]
     realtime: bool,
+    #[command(flatten)]
+    serve: ServeArguments,
+    /// Swim to no legs, but to targets that are given on the page (--serve)
+    #[arg(long)]
+    interactive: bool,
     /// Folder for log.mcap, summary.json and the pictures [default: runs/NAME, a new one each time]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -101,6 +109,11 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
         )));
     }
     arguments.pose.apply(&mut scenario.pose);
+    if arguments.interactive {
+        scenario = scenario.without_legs();
+    } else if scenario.legs.is_empty() {
+        return Err(Failure::Bad(format!("{} has no legs: --interactive", scenario.name)));
+    }
     let seed = arguments.seed.unwrap_or(scenario.seed);
     // Port and folder come first: a run that no module can join, or whose results have nowhere to go, is not begun.
     let radio = match arguments.radio {
@@ -112,10 +125,12 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
         RadioKind::Loopback => None,
         RadioKind::Udp => Some(remote(&arguments, &scenario)?),
     };
+    let bound = arguments.serve.bind(arguments.interactive)?;
     let folder = Folder::of(arguments.out.as_deref(), &scenario.name)?;
     signal::watch();
-    let (log, path) = folder.log("log.mcap")?;
-    let result = swim(&arguments, &scenario, seed, radio, log);
+    let (console, tap) = console(bound);
+    let (log, path) = folder.log("log.mcap", tap)?;
+    let result = swim(&arguments, &scenario, seed, radio, log, console);
     let result = result.inspect_err(|_| folder.discard(std::slice::from_ref(&path)))?;
     let mut complaints = result.summary.complaints();
     // What was measured is told before anything is written, and written whether or not it could be told.
@@ -184,12 +199,15 @@ fn swim(
     seed: u64,
     remote: Option<Remote>,
     log: Log,
+    console: Option<Console>,
 ) -> Result<RunResult, Failure> {
     let mut bar = Bar::new(&scenario.name);
     let Some(Remote { radio, host, roster, poses }) = remote else {
-        let pace = if arguments.realtime { Pace::Watched } else { Pace::Simulated };
+        let watched = arguments.realtime || console.is_some();
+        let pace = if watched { Pace::Watched } else { Pace::Simulated };
         let mut fleet = InProcess::boats(scenario, seed).map_err(|error| failure(error, ""))?;
-        let mut desk = if arguments.realtime { desk(&scenario.name, &mut bar) } else { Desk::signals() };
+        let desk = if watched { desk(&scenario.name, &mut bar) } else { Desk::signals() };
+        let mut desk = Attended::new(desk, console, true)?;
         let drive = Drive { pace, operator: &mut desk, hook: &mut |_, _, _| {} };
         let result = run_into(log, scenario, seed, &mut fleet, drive, &mut bar);
         return result.map_err(|error| failure(error, ""));
@@ -203,7 +221,7 @@ fn swim(
         bar.note(&listening);
     }
     let mut fleet = OverUdp::boats(scenario, radio, host, roster, seed);
-    let mut desk = desk(&scenario.name, &mut bar);
+    let mut desk = Attended::new(desk(&scenario.name, &mut bar), console, true)?;
     let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
     let result = match poses {
         Some(Poses::Lab(poses)) => {

@@ -24,7 +24,7 @@ use super::RunError;
 use super::clock::{Clock, Pace, Tick, WallClock};
 use super::fleet::{Address, Fleet};
 use super::host::{Controller, Host, Step};
-use super::orders::{ModuleStatus, Operator, Order, RunStatus};
+use super::orders::{ModuleStatus, Operator, Order, Ordered, RunStatus};
 use super::pose_source::PoseSource;
 use super::progress::Progress;
 use super::reporter::{Reporter, stopped};
@@ -101,6 +101,8 @@ pub struct Run<'a, C, F: Fleet, W, P> {
     pub actuation: Vec<F::Actuation>,
     /// Spans in which the host did not run, or did not know yet what the modules had done meanwhile. No figure uses them.
     pub gaps: Vec<Gap>,
+    /// What was ordered, and what came of it.
+    pub ordered: Vec<Ordered>,
     /// The last gap is not over for figures: since when the host runs again.
     blind: Option<FleetInstant>,
     /// Since when the fleet has not been under way, though it might be.
@@ -119,6 +121,15 @@ impl<C, F: Fleet, W, P> Run<'_, C, F, W, P> {
     /// Whether it is not known what the modules do: the last gap is not over for figures.
     pub fn is_blind(&self) -> bool {
         self.blind.is_some()
+    }
+
+    /// `stop` or `hold`, while one is in force.
+    pub fn order(&self) -> Option<&'static str> {
+        match self.halted {
+            Some(Order::Stop) => Some("stop"),
+            Some(Order::Hold) => Some("hold"),
+            _ => None,
+        }
     }
 }
 
@@ -139,6 +150,7 @@ where
             poses,
             actuation: Vec::new(),
             gaps: Vec::new(),
+            ordered: Vec::new(),
             blind: None,
             idle_since: FleetInstant(0),
             halted: None,
@@ -202,7 +214,8 @@ where
         }
         let step = self.act(now)?;
         self.transmit(clock)?;
-        if self.host.controller.is_under_way() || self.halted.is_some() {
+        let rests = self.halted.is_some() || self.host.controller.lacks_target().is_some();
+        if self.host.controller.is_under_way() || rests {
             self.idle_since = now;
         }
         Ok(step)
@@ -272,7 +285,13 @@ where
             }
             hook(now, &self.host.controller, self.fleet);
             while let Some(order) = operator.poll(&|| self.status(now)) {
-                self.obey(now, order, progress);
+                let (what, steers) = (order.words(), matches!(order, Order::Steer(_)));
+                let outcome = self.obey(now, order);
+                operator.answer(&outcome);
+                progress.note(match &outcome {
+                    Ok(text) | Err(text) => text,
+                });
+                self.ordered.push(Ordered { at: now, by: operator.by(), what, steers, outcome });
             }
             let step = match self.step(now, || clock.now()) {
                 // What was measured until then is kept.
@@ -315,14 +334,14 @@ where
     }
 
     /// Does what an operator orders at `now`.
-    fn obey(&mut self, now: FleetInstant, order: Order, progress: &mut dyn Progress) {
+    fn obey(&mut self, now: FleetInstant, order: Order) -> Result<String, String> {
         if order == Order::Hold && self.halted == Some(Order::Stop) {
-            return progress.note("the fleet is stopped: a hold changes nothing");
+            return Err("the fleet is stopped: a hold changes nothing".to_owned());
         }
-        match order {
+        match &order {
             Order::Stop | Order::Hold => {
-                self.host.controller.halt(order);
-                self.halted = Some(order);
+                self.host.controller.halt(order.clone());
+                self.halted = Some(order.clone());
             }
             Order::Release(None) => {
                 self.host.controller.resume();
@@ -330,29 +349,37 @@ where
             }
             Order::Release(Some(_)) => {}
             Order::End => self.host.controller.finish(),
+            Order::Steer(steering) => {
+                let outcome = self.host.controller.steer(now, steering);
+                if outcome.is_ok() && self.host.controller.lacks_target().is_some() {
+                    self.host.dispatcher_mut().hold();
+                }
+                return outcome;
+            }
         }
         let dispatcher = self.host.dispatcher_mut();
         match order {
             Order::Stop => dispatcher.emergency_stop(now),
-            Order::Hold | Order::End => dispatcher.hold(),
+            Order::Hold | Order::End | Order::Steer(_) => dispatcher.hold(),
             Order::Release(None) => dispatcher.release(now),
             Order::Release(Some(id)) => {
                 if !dispatcher.release_one(now, id) {
-                    return progress.note(&format!("there is no module {id} to release"));
+                    return Err(format!("there is no module {id} to release"));
                 }
             }
         }
-        progress.note(match order {
+        let text = match order {
             Order::Stop => "emergency stop: every drive is off until a release",
             Order::Hold => "hold: the fleet finishes its cycle and holds until a release",
             Order::Release(None) => "released: the run goes on",
             Order::Release(Some(_)) => "one module is released",
-            Order::End => "interrupted: the fleet finishes its cycle and holds",
-        });
+            Order::End | Order::Steer(_) => "interrupted: the fleet finishes its cycle and holds",
+        };
         // A stop while the run ends has its own time.
         if order == Order::End || order == Order::Stop && self.ends_by.is_some() {
             self.ends_by = Some(now.after(REST_WITHIN));
         }
+        Ok(text.to_owned())
     }
 
     /// Whether every module that has joined has finished its cycle, or has stopped where a stop is in force.
@@ -368,16 +395,11 @@ where
     fn status(&self, now: FleetInstant) -> RunStatus {
         let (controller, links) = (&self.host.controller, self.host.dispatcher());
         let modules = links.modules().iter().enumerate();
-        let order = match self.halted {
-            Some(Order::Stop) => Some("stop"),
-            Some(Order::Hold) => Some("hold"),
-            _ => None,
-        };
         RunStatus {
             t_s: controller.origin().map_or(-1.0, |origin| now.as_secs_f64() - origin.as_secs_f64()),
             duration_s: controller.duration_s(),
             fleet: controller.status(links),
-            order: order.map(str::to_owned),
+            order: self.order().map(str::to_owned),
             modules: modules
                 .map(|(index, link)| ModuleStatus::of(now, controller.id(index, links), link))
                 .collect(),

@@ -15,6 +15,7 @@ use protocol::{Delivery, ModuleId, ModuleKind, Motion, Refusal};
 use super::RunError;
 use super::clock::Gap;
 use super::orders::Order;
+use super::steering::Steering;
 
 /// What steers a fleet: the pilot of Modboats, the execution of a plan of ROVs.
 pub trait Controller {
@@ -60,6 +61,19 @@ pub trait Controller {
 
     /// The stop or hold is over: it goes on from where the fleet is.
     fn resume(&mut self);
+
+    /// An operator gives another target, or none, at `now`. What comes of it, in words.
+    ///
+    /// # Errors
+    /// Why it is not followed.
+    fn steer(&mut self, _now: FleetInstant, _steering: &Steering) -> Result<String, String> {
+        Err("this fleet follows its plan".to_owned())
+    }
+
+    /// Why the fleet holds for want of a target, if it does: empty before the first.
+    fn lacks_target(&self) -> Option<&'static str> {
+        None
+    }
 
     /// Time zero of the run, fleet time; `None` before it is known.
     fn origin(&self) -> Option<FleetInstant>;

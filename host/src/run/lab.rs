@@ -8,7 +8,8 @@
 //! there is none is told in words.
 
 use modboat::observer::Fix;
-use pose::axes::{Axes, Unit};
+use nalgebra::Vector3;
+use pose::axes::{Axes, Pose, Unit};
 use pose::feed::Feed;
 use pose::frame::Label;
 use pose::gate;
@@ -16,6 +17,7 @@ use pose::roster::Roster;
 use pose::source::Source;
 use pose::structure::{Found, Outcome, PlanarPose, Structure};
 use protocol::time::FleetInstant;
+use runlog::flotilla::Body;
 
 use super::RunError;
 use super::pose_source::{PoseAccount, PoseSource};
@@ -46,6 +48,11 @@ struct View {
     awaited: Option<Roster>,
     fix: Fix,
     last: Option<(f64, PlanarPose)>,
+    /// Which body sits on which module.
+    fleet: Roster,
+    /// The bodies of the newest frame, and the modules that the pose was made of.
+    seen: Vec<(Label, Pose)>,
+    used: Vec<u16>,
 }
 
 impl LabPoses {
@@ -58,7 +65,15 @@ impl LabPoses {
         structure: Structure,
         bodies: Roster,
     ) -> Self {
-        let view = View { structure, awaited: Some(bodies), fix: Fix::default(), last: None };
+        let view = View {
+            structure,
+            awaited: Some(bodies.clone()),
+            fix: Fix::default(),
+            last: None,
+            fleet: bodies,
+            seen: Vec::new(),
+            used: Vec::new(),
+        };
         Self { stream: Stream::new(name, source, axes), view }
     }
 }
@@ -91,12 +106,17 @@ impl View {
                 let modules: Vec<String> = modules.iter().map(u16::to_string).collect();
                 Err(format!("the bodies of modules {} contradict each other", modules.join(", ")))
             }
-            Outcome::Found(found) => misfit(&found).map_or(Ok(found.pose), Err),
+            Outcome::Found(found) => {
+                self.used.clone_from(&found.used);
+                misfit(&found).map_or(Ok(found.pose), Err)
+            }
         }
     }
 
     /// Takes in a frame.
     fn take(&mut self, feed: &Feed, seen: &gate::Fix) -> Result<(), String> {
+        self.seen.clone_from(&seen.bodies);
+        self.used.clear();
         let pose = self.locate(feed, seen)?;
         self.last = Some((seen.captured_s, pose));
         self.fix =
@@ -128,6 +148,22 @@ impl<W> PoseSource<W> for LabPoses {
 
     fn trouble(&self) -> Option<&str> {
         self.stream.trouble()
+    }
+
+    fn bodies(&self) -> Option<Vec<Body>> {
+        let View { fleet, seen, used, .. } = &self.view;
+        let one = |(label, pose): &(Label, Pose)| {
+            let module = fleet.of(label).map_or(0, |entry| entry.module);
+            let axis = pose.attitude * Vector3::x();
+            Body {
+                name: label.to_string(),
+                module,
+                position_m: [pose.position.x, pose.position.y],
+                heading_rad: axis.y.atan2(axis.x),
+                used: used.contains(&module),
+            }
+        };
+        Some(seen.iter().map(one).collect())
     }
 
     fn account(&self) -> Option<PoseAccount> {

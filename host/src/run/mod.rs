@@ -11,6 +11,7 @@
 //! | [`pilot`] | the controller of Modboats |
 //! | [`experiment`], [`boats`] | a run of Modboats, and what its loop is made of |
 //! | [`pose_source`], `stream`, [`lab`], [`logged`] | where poses come from: the seam, frames of a motion capture, a structure in them, a log |
+//! | [`orders`], [`steering`] | what an operator orders meanwhile, and targets among it |
 //! | [`log`], [`summary`] | what is written meanwhile, and read again; its figures |
 //! | [`watch`], [`shortfall`] | how much of the time modules took no part and the fleet held; what a run was to do and did not |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
@@ -45,6 +46,7 @@ mod reporter;
 pub mod roster;
 pub mod scenario;
 pub mod shortfall;
+pub mod steering;
 mod stream;
 pub mod summary;
 pub mod vehicles;

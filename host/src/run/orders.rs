@@ -7,8 +7,10 @@ use protocol::ModuleId;
 use protocol::time::FleetInstant;
 use serde::{Deserialize, Serialize};
 
+use super::steering::Steering;
+
 /// An order to a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Order {
     /// Emergency stop: every module takes the drive off at once, brakes, and stays so until a release.
     Stop,
@@ -19,12 +21,52 @@ pub enum Order {
     Release(Option<ModuleId>),
     /// Ends the run: modules finish their cycle and hold, and what was measured is kept.
     End,
+    /// Another target, or none.
+    Steer(Steering),
+}
+
+impl Order {
+    /// In a few words, for the log.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self {
+            Self::Stop => "stop".to_owned(),
+            Self::Hold => "hold".to_owned(),
+            Self::Release(None) => "release".to_owned(),
+            Self::Release(Some(id)) => format!("release of {id}"),
+            Self::End => "end".to_owned(),
+            Self::Steer(steering) => steering.words(),
+        }
+    }
+}
+
+/// An order that was followed, or refused.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ordered {
+    /// When.
+    pub at: FleetInstant,
+    /// Who gave it.
+    pub by: String,
+    /// What, in a few words.
+    pub what: String,
+    /// Whether it is a target, or the end of one.
+    pub steers: bool,
+    /// What came of it.
+    pub outcome: Result<String, String>,
 }
 
 /// Where orders come from: signals of the operating system, a socket, a console.
 pub trait Operator {
     /// The next order by now, if there is one. Whether or not, it may ask for `status` and show it.
     fn poll(&mut self, status: &dyn Fn() -> RunStatus) -> Option<Order>;
+
+    /// Who gave the last order.
+    fn by(&self) -> String {
+        "an operator".to_owned()
+    }
+
+    /// What came of the last order.
+    fn answer(&mut self, _outcome: &Result<String, String>) {}
 }
 
 /// An operator that orders nothing.

@@ -28,6 +28,9 @@
 //! How far a decision has come is the pilot's [`Phase`]; [`phase`] has the table of what leads from one to another.
 
 use firmware::link::session::SURE_WITHIN;
+use firmware::modboat::cycle::SwimCycle;
+use firmware::modboat::waveform::Waveform;
+use protocol::Motion;
 use protocol::configuration::TailLimits;
 use protocol::time::{Duration, FleetInstant};
 use std::f64::consts::PI;
@@ -48,17 +51,19 @@ use modboat::setting::Participation;
 use quantity::ParameterError;
 
 use super::host::Dispatch;
-use super::scenario::{Demand, Leg, Scenario, Timing};
+use super::scenario::{Demand, Scenario, Timing};
 
 pub use decision::{Decision, SentCycle, Via};
 use decision::{
     Remaining, all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps,
 };
+pub use helm::{Asked, Helm, speed_max_m_s};
 use phase::{Phase, PhaseEvent};
 use settling::Settling;
 
 mod controller;
 mod decision;
+mod helm;
 pub mod phase;
 mod settling;
 
@@ -74,6 +79,9 @@ pub struct Pilot {
     observer: Observer,
     control: Control,
     governor: Option<Governor>,
+    helm: Helm,
+    /// An operator has ordered a stop or a hold.
+    halted: bool,
     /// The newest pose.
     fix: Option<Fix>,
     /// Whether the last decision was not made for want of a pose.
@@ -132,6 +140,8 @@ impl Pilot {
                 .bounds
                 .as_ref()
                 .map(|bounds| Governor::new(bounds, structure, modboat, &scenario.control)),
+            helm: Helm::new(scenario),
+            halted: false,
             fix: None,
             lacks_pose: false,
             planner,
@@ -178,6 +188,28 @@ impl Pilot {
     /// How often a cycle that no module may miss was given up because a module might have missed it.
     pub fn dropped(&self) -> u32 {
         self.dropped
+    }
+
+    /// What is asked for `t_s` after time zero, if anything is.
+    pub fn asked(&self, t_s: f64) -> Option<Asked> {
+        self.helm.asked(&self.scenario, t_s)
+    }
+
+    /// What it is steered by.
+    pub fn helm(&self) -> &Helm {
+        &self.helm
+    }
+
+    /// Where the cycle `number` has the tail of a module (by index) at `at`, modulo 2π, rad; `None` where it is not known any more.
+    pub fn tail_rad(&self, index: usize, number: u32, at: FleetInstant) -> Option<f64> {
+        let recent = self.decisions.iter().rev().take(3);
+        let mut sent = recent.flat_map(Decision::sent_cycles).filter(|sent| sent.number == number);
+        let sent = sent.next()?;
+        let Motion::Modboat(cycle) = sent.motions.get(index)? else { return None };
+        let waveform = Waveform::new(cycle.centerline, cycle.amplitude, cycle.period);
+        let turning = (cycle.transition, cycle.law);
+        let cycle = SwimCycle::new(number, sent.start, cycle.rotation, turning, waveform);
+        Some(f64::from(cycle.reference(at).angle_rad))
     }
 
     /// The newest pose.
@@ -250,7 +282,9 @@ impl Pilot {
             {
                 self.decide(now, end, links)
             }
-            (Phase::Waiting, _) => self.decide(now, now.after(self.lead), links),
+            (Phase::Waiting, _) if self.helm.lacks_target().is_none() => {
+                self.decide(now, now.after(self.lead), links)
+            }
             _ => None,
         }
     }
@@ -297,8 +331,8 @@ impl Pilot {
         // A cycle that straddles two legs belongs to the one that has more of it.
         let start_s = self.origin.map_or(0.0, |origin| start.as_secs_f64() - origin.as_secs_f64());
         let leg_time_s = start_s + 0.5 * interval_s;
-        let leg = self.scenario.leg_at(leg_time_s);
-        let &Leg { demand, heading_rad, .. } = &self.scenario.legs[leg];
+        self.helm.arrive(estimate.position_m, &self.scenario.modboat);
+        let Asked { target: asked, demand, heading_rad } = self.helm.asked(&self.scenario, leg_time_s)?;
         let observed = Observation {
             velocity_m_s: estimate.velocity_m_s,
             heading_rad: estimate.heading_rad,
@@ -339,7 +373,7 @@ impl Pilot {
             Wrench::default()
         } else {
             let demand = self.control.demand(&target, &observed, interval_s, horizon_s);
-            planner.settle(self.settling.is_settled(leg, demand, &scenario.planner.weights));
+            planner.settle(self.settling.is_settled(asked, demand, &scenario.planner.weights));
             let previous = last.map(|decision| remaining.of(decision, links, !phase.is_under_way()));
             planner.plan_into(demand, Some(poses), previous, &mut self.plan);
             demand

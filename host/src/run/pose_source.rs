@@ -2,6 +2,7 @@
 
 use pose::ledger::Ledger;
 use protocol::time::FleetInstant;
+use runlog::flotilla::Body;
 
 use super::RunError;
 
@@ -22,6 +23,11 @@ pub trait PoseSource<W> {
 
     /// Why there are no poses, if there are none.
     fn trouble(&self) -> Option<&str> {
+        None
+    }
+
+    /// Bodies as a motion capture sees them, where there is one, in the world.
+    fn bodies(&self) -> Option<Vec<Body>> {
         None
     }
 

@@ -1,5 +1,7 @@
 //! Scenarios: what is run, from a TOML file. A mistake in one is reported with its file, line, value and unit.
 
+use std::f64::consts::FRAC_PI_2;
+
 use link::faults::FaultParameters;
 use modboat::bounds::{Bounds, Place, centres_m};
 use modboat::control::ControlConfig;
@@ -112,7 +114,7 @@ struct Tables {
     seed: u64,
     structure: Shape,
     #[serde(rename = "leg", default)]
-    legs: Vec<LegTable>,
+    legs: Option<Vec<LegTable>>,
     #[serde(default)]
     start: Start,
     #[serde(default)]
@@ -246,11 +248,12 @@ impl Scenario {
                 return Err(number("start", ParameterError { key, value, unit, reason: "is out of range" }));
             }
         }
-        if parsed.legs.is_empty() {
+        // An empty list, `leg = []`, says that there are to be none.
+        let Some(tables) = &parsed.legs else {
             return Err(document.mistake(&["leg"], "a scenario needs at least one [[leg]]"));
-        }
-        let mut legs = Vec::with_capacity(parsed.legs.len());
-        for (index, leg) in parsed.legs.iter().enumerate() {
+        };
+        let mut legs = Vec::with_capacity(tables.len());
+        for (index, leg) in tables.iter().enumerate() {
             let leg = leg
                 .check()
                 .map_err(|(key, message)| document.mistake_in(&["leg", &index.to_string()], key, message))?;
@@ -281,10 +284,25 @@ impl Scenario {
         })
     }
 
-    /// Length of all legs, s.
+    /// Length of all legs, s; 0 where there are none, and the run waits for targets.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
-        self.legs.iter().map(|leg| leg.duration_s).sum()
+        // The sum of nothing is −0.
+        self.legs.iter().map(|leg| leg.duration_s).sum::<f64>() + 0.0
+    }
+
+    /// When it is over, s; never where it waits for targets.
+    #[must_use]
+    pub fn ends_s(&self) -> f64 {
+        if self.legs.is_empty() { f64::INFINITY } else { self.duration_s() }
+    }
+
+    /// The same without legs: what is to be done is told while it goes on.
+    #[must_use]
+    pub fn without_legs(mut self) -> Self {
+        self.start.heading_rad = Some(self.start_heading_rad());
+        self.legs.clear();
+        self
     }
 
     /// Index of the leg that runs at `t_s` after the start; the last one from its end on.
@@ -295,13 +313,14 @@ impl Scenario {
             end_s += leg.duration_s;
             t_s < end_s
         });
-        running.unwrap_or(self.legs.len() - 1)
+        running.unwrap_or(self.legs.len().saturating_sub(1))
     }
 
-    /// Heading at the start, rad.
+    /// Heading at the start, rad: north where nothing says another.
     #[must_use]
     pub fn start_heading_rad(&self) -> f64 {
-        self.start.heading_rad.unwrap_or(self.legs[0].heading_rad)
+        let first = self.legs.first().map_or(FRAC_PI_2, |leg| leg.heading_rad);
+        self.start.heading_rad.unwrap_or(first)
     }
 }
 
@@ -319,7 +338,8 @@ fn within(
     let reason = "must lie between 0 and 1000000";
     check_within(&[("margin_m", bounds.margin_m, "m", 0.0..=1e6, reason)])
         .map_err(|error| document.mistake_in(&["bounds"], error.key, &error))?;
-    let heading_rad = start.heading_rad.unwrap_or(legs[0].heading_rad);
+    let first = legs.first().map_or(FRAC_PI_2, |leg| leg.heading_rad);
+    let heading_rad = start.heading_rad.unwrap_or(first);
     let place = Place { position_m: start.position_m, heading_rad };
     for (module, [x, y]) in centres_m(positions_m, place).enumerate() {
         if !bounds.contains([x, y]) {

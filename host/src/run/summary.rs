@@ -307,6 +307,9 @@ impl Summary {
         } else if !complete {
             let why = cut_short.map_or(String::new(), |why| format!(": {why}"));
             Some(format!("ended early, after {duration_s:.1} of {planned_s:.1} s{why}"))
+        } else if cycles == 0 && planned_s <= 0.0 {
+            // It waited for targets, and none came.
+            None
         } else if cycles == 0 {
             Some("no cycle was found in which no tails meet; every module held".to_owned())
         } else if taken <= turned {

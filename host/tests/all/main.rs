@@ -8,6 +8,7 @@ mod blind;
 mod bounds;
 mod common;
 mod compare;
+mod console;
 mod distance_table;
 mod documentation;
 mod envelope;

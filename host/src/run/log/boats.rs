@@ -7,6 +7,8 @@
 //! | `/tails` | 50 Hz, the same |
 //! | `/markers` | tails 5 Hz, bodies 1 Hz |
 //! | `/fix`, `/acknowledgement`, `/event`, `/gap`, `/decision`, `/cycle` | as they come |
+//! | `/status`, `/bodies` | 5 Hz, the first at once when something changes |
+//! | `/course`, `/order` | when they change, as they come |
 //! | counts, `/contact`, `/diagnostics`, batteries, `/target` | 1 Hz, and at the end |
 
 use std::cell::RefCell;
@@ -14,6 +16,7 @@ use std::cell::RefCell;
 use link::dispatcher::DispatcherEvent;
 use modboat::motion::Wrench;
 use protocol::time::{Duration, FleetInstant};
+use quantity::wrap_rad;
 use record::PoseSample;
 use runlog::{flotilla, ros};
 use sim::TailState;
@@ -31,10 +34,11 @@ use super::super::scenario::Scenario;
 use super::super::watch::{Watch, worded};
 use super::shown::boats::Scene;
 use super::shown::modules;
+use super::standing::Standing;
 use super::topics::{Shown, Told};
 use super::{Log, counts, stamp};
 
-use messages::{message, state, wrench};
+use messages::{course, message, state, wrench};
 
 pub use messages::head;
 pub use reading::{Outcome, Reading};
@@ -115,6 +119,9 @@ pub struct BoatLog<'a> {
     troubles: Vec<flotilla::Trouble>,
     clock_error_us: Option<u64>,
     counted: Option<FleetInstant>,
+    standing: Standing,
+    /// Of the course that was told last: its leg or target, and how often there was another.
+    steered: Option<(Option<usize>, (usize, usize))>,
 }
 
 impl<'a> BoatLog<'a> {
@@ -158,6 +165,8 @@ impl<'a> BoatLog<'a> {
             troubles: Vec::new(),
             clock_error_us: None,
             counted: None,
+            standing: Standing::default(),
+            steered: None,
             log,
         }
     }
@@ -223,6 +232,43 @@ impl<'a> BoatLog<'a> {
             };
             let event = flotilla::Event { stamp: stamp(at), module: id(module), text: text.to_owned() };
             self.log.show(now, Shown::Event(&event));
+        }
+    }
+
+    /// How the run stands, and what it is steered by.
+    fn stand<F: Fleet, P: PoseSource<Tank>>(&mut self, now: FleetInstant, run: &BoatRun<'_, F, P>) {
+        while let Some(order) = self.standing.order(&run.ordered) {
+            self.tell(now, Told::Order(&order));
+        }
+        if !self.log.is_kept() {
+            return;
+        }
+        let (pilot, links) = (&run.host.controller, run.host.dispatcher());
+        let t_s = self.origin.map_or(0.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
+        let asked = pilot.asked(t_s);
+        let steered = (asked.map(|asked| asked.target), pilot.helm().changes());
+        if self.steered != Some(steered) {
+            self.steered = Some(steered);
+            self.log.show(now, Shown::Course(&course(now, asked.as_ref(), pilot.helm())));
+        }
+        let status = self.standing.status(now, run, &self.ids, |status| {
+            if let Some(seen) = pilot.estimate() {
+                status.unknown_m_s2 = seen.unknown_m_s2.to_vec();
+                status.unknown_rad_s2 = vec![seen.unknown_rad_s2];
+            }
+            status.poses = run.poses.trouble().unwrap_or_default().to_owned();
+            for (index, (module, link)) in status.modules.iter_mut().zip(links.modules()).enumerate() {
+                let Some(report) = link.telemetry() else { continue };
+                let tail_rad = f64::from(report.tail.0);
+                let planned_rad = pilot.tail_rad(index, report.cycle, report.at);
+                module.tail_rad = Some(tail_rad);
+                module.tail_error_rad = planned_rad.map(|planned_rad| wrap_rad(tail_rad - planned_rad));
+            }
+        });
+        let Some(status) = status else { return };
+        self.log.show(now, Shown::Status(status));
+        if let Some(bodies) = run.poses.bodies() {
+            self.log.show(now, Shown::Bodies(&flotilla::Bodies { stamp: stamp(now), bodies }));
         }
     }
 
@@ -412,8 +458,10 @@ impl<'a> BoatLog<'a> {
                 self.log.battery(now, place, id, &modules::battery(now, id, link));
             }
             let t_s = self.origin.map_or(0.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
-            let target = self.scene.target(now, t_s, pilot.estimate().map(|estimate| estimate.position_m));
-            self.log.show(now, Shown::Target(&target));
+            if let Some(asked) = pilot.asked(t_s) {
+                let from_m = pilot.estimate().map(|estimate| estimate.position_m);
+                self.log.show(now, Shown::Target(&self.scene.target(now, &asked, from_m)));
+            }
         }
     }
 }
@@ -430,6 +478,7 @@ impl<F: Fleet<Actuation = TailState>, P: PoseSource<Tank>> Observer<BoatRun<'_, 
                 self.tell(now, Told::Begin(&begin));
             }
         }
+        self.stand(now, run);
         self.decisions(now, pilot.decisions());
         // A gap whose end is not known yet is told of later.
         self.tell_gaps(now, run, run.gaps.len() - usize::from(run.is_blind()));

@@ -14,6 +14,7 @@
 //! | [`boats`], [`rovs`] | what is told of a run of each fleet, and what becomes of it |
 //! | [`counts`] | links, ledgers and watch as messages, and back |
 //! | `shown` | what others' tools look at |
+//! | `standing` | how the run stands, for a console |
 //! | [`replay`] | a log, read again |
 
 use std::path::{Path, PathBuf};
@@ -21,7 +22,7 @@ use std::path::{Path, PathBuf};
 use protocol::time::FleetInstant;
 use runlog::message::Message;
 use runlog::ros::{BatteryState, Odometry, Time};
-use runlog::writer::{FileWriter, Topic};
+use runlog::writer::{FileWriter, Tap, Topic};
 
 pub use topics::{Shown, Told};
 
@@ -30,6 +31,7 @@ pub mod counts;
 pub mod replay;
 pub mod rovs;
 mod shown;
+mod standing;
 pub mod topics;
 
 /// Where a run's log goes: to a file, or nowhere.
@@ -56,7 +58,18 @@ impl Log {
     /// # Errors
     /// That it cannot be written, with its path.
     pub fn create(path: &Path) -> Result<Self, String> {
-        let writer = FileWriter::create(path).map_err(|error| cannot(path, &error))?;
+        Self::create_tapped(path, None)
+    }
+
+    /// The same; `tap` gets every message as well.
+    ///
+    /// # Errors
+    /// As for [`create`](Self::create).
+    pub fn create_tapped(path: &Path, tap: Option<Box<dyn Tap>>) -> Result<Self, String> {
+        let mut writer = FileWriter::create(path).map_err(|error| cannot(path, &error))?;
+        if let Some(tap) = tap {
+            writer = writer.tapped(tap);
+        }
         let (told, shown) = (topics::ToldTopics::default(), topics::ShownTopics::default());
         let file = Some(Opened { writer, told, shown, batteries: Vec::new(), odometry: Vec::new() });
         Ok(Self { file, path: path.to_owned(), failure: None })

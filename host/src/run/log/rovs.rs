@@ -6,6 +6,8 @@
 //! | `/robots`, `/tf` | 20 Hz of the plan's time |
 //! | odometry of each, for others' tools | 10 Hz |
 //! | `/markers` | 5 Hz |
+//! | `/status` | 5 Hz, and at once when something changes |
+//! | `/order` | as they come |
 //! | counts, `/moves`, `/pauses`, `/diagnostics`, batteries | 1 Hz, and at the end |
 
 use std::cell::RefCell;
@@ -31,6 +33,7 @@ use super::super::reconfigure::water::{ExactPoses, STEP, STEP_S, Water, is_step}
 use super::super::watch::Watch;
 use super::shown::modules;
 use super::shown::rovs::Scene;
+use super::standing::Standing;
 use super::topics::{Shown, Told};
 use super::{Log, counts, stamp};
 
@@ -102,6 +105,7 @@ pub struct RovLog<'a> {
     /// The move that was under way when the step began, with its robot.
     moving: Option<(usize, usize)>,
     counted: Option<FleetInstant>,
+    standing: Standing,
 }
 
 impl<'a> RovLog<'a> {
@@ -140,6 +144,7 @@ impl<'a> RovLog<'a> {
             samples: 0,
             moving: None,
             counted: None,
+            standing: Standing::default(),
         })
     }
 
@@ -174,6 +179,18 @@ impl<'a> RovLog<'a> {
     fn events(&mut self, now: FleetInstant) {
         for text in self.notes.take() {
             self.log.show(now, Shown::Event(&flotilla::Event { stamp: stamp(now), module: 0, text }));
+        }
+    }
+
+    /// How the run stands.
+    fn stand<F: Fleet, P>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) {
+        while let Some(order) = self.standing.order(&run.ordered) {
+            self.tell(now, Told::Order(&order));
+        }
+        if self.log.is_kept()
+            && let Some(status) = self.standing.status(now, run, &self.ids, |_| {})
+        {
+            self.log.show(now, Shown::Status(status));
         }
     }
 
@@ -301,6 +318,7 @@ fn place(pose: &Pose) -> flotilla::Place {
 impl<F: Fleet<Actuation = RovActuation>, P> Observer<RovRun<'_, '_, F, P>> for RovLog<'_> {
     fn observe(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) -> Result<(), RunError> {
         self.events(now);
+        self.stand(now, run);
         self.step(now, run);
         self.watch.observe(now, run)?;
         let is_due = self.counted.is_none_or(|counted| now.since(counted) >= COUNTS_EVERY);

@@ -94,6 +94,8 @@ topics! {
         Pauses, pauses: flotilla::Pauses = "/pauses";
         /// Thrusters that give nothing, so far; nothing where there is none.
         DeadThrusters, dead_thrusters: flotilla::DeadThrusters = "/dead_thrusters";
+        /// What was ordered.
+        Order, order: flotilla::Order = "/order";
         /// The end.
         End, end: flotilla::End = "/end";
     }
@@ -126,6 +128,12 @@ topics! {
         Fix, fix: flotilla::Fix = "/fix";
         /// Answers of modules.
         Acknowledgement, acknowledgement: flotilla::Acknowledgement = "/acknowledgement";
+        /// How the run stands.
+        Status, status: flotilla::Status = "/status";
+        /// What the fleet is steered by.
+        Course, course: flotilla::Course = "/course";
+        /// Bodies as a motion capture sees them.
+        Bodies, bodies: flotilla::Bodies = "/bodies";
         /// What happened, in words.
         Event, event: flotilla::Event = "/event";
     }

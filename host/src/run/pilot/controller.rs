@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 
 use link::dispatcher::{Dispatcher, DispatcherEvent, ModuleLink};
+use modboat::bounds::Place;
 use modboat::control::Controller as Control;
 use modboat::motion::Wrench;
 use modboat::observer::{Fix, Observer};
@@ -14,6 +15,7 @@ use super::super::clock::Gap;
 use super::super::host::{Controller, Patience, Step};
 use super::super::orders::Order;
 use super::super::scenario::{Scenario, Timing};
+use super::super::steering::Steering;
 use super::Pilot;
 use super::decision::pose_of;
 use super::phase::{Phase, PhaseEvent};
@@ -63,8 +65,8 @@ impl Controller for Pilot {
         if self.phase == Phase::Finished {
             return Ok(Step::Wait);
         }
-        let duration_s = self.scenario.duration_s();
-        if self.origin.is_some_and(|origin| now.as_secs_f64() - origin.as_secs_f64() >= duration_s) {
+        let ends_s = self.scenario.ends_s();
+        if self.origin.is_some_and(|origin| now.as_secs_f64() - origin.as_secs_f64() >= ends_s) {
             self.finish();
             return Ok(Step::End(None));
         }
@@ -88,12 +90,44 @@ impl Controller for Pilot {
     }
 
     fn halt(&mut self, _: Order) {
+        self.halted = true;
         self.give_up_if_turning();
         self.handle_phase(PhaseEvent::Halted);
     }
 
     fn resume(&mut self) {
+        self.halted = false;
+        if self.helm.lacks_target().is_none() {
+            self.handle_phase(PhaseEvent::Released);
+        }
+    }
+
+    fn steer(&mut self, now: FleetInstant, steering: &Steering) -> Result<String, String> {
+        if self.phase == Phase::Finished {
+            return Err("the run is over".to_owned());
+        }
+        if self.halted && matches!(steering, Steering::Velocity(..)) {
+            return Err("the fleet is stopped or held: a velocity is for now".to_owned());
+        }
+        let t_s = self.origin.map_or(0.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
+        let fixed = self.fix.map(|fix| Place { position_m: fix.position_m, heading_rad: fix.heading_rad });
+        let observed = self.observer.estimate();
+        let place = observed.map(|seen| Place { position_m: seen.position_m, heading_rad: seen.heading_rad });
+        self.helm.steer(steering, &self.scenario, place.or(fixed), t_s)?;
+        if self.helm.lacks_target().is_some() {
+            self.give_up_if_turning();
+            self.handle_phase(PhaseEvent::Halted);
+            return Ok("the fleet finishes its cycle and holds until the next target".to_owned());
+        }
+        if self.halted {
+            return Ok("followed when the stop or hold is over".to_owned());
+        }
         self.handle_phase(PhaseEvent::Released);
+        Ok("followed from the next cycle on".to_owned())
+    }
+
+    fn lacks_target(&self) -> Option<&'static str> {
+        self.helm.lacks_target()
     }
 
     /// Start of the first cycle.
@@ -120,8 +154,11 @@ impl Controller for Pilot {
     }
 
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {
-        if self.phase == Phase::Halted {
-            return "the fleet is halted by an operator".to_owned();
+        match self.helm.lacks_target() {
+            _ if self.halted => return "the fleet is halted by an operator".to_owned(),
+            Some("") => return "the fleet waits for its first target".to_owned(),
+            Some(why) => return format!("the fleet holds until the next target: {why}"),
+            None => {}
         }
         if Controller::lacks_pose(self) {
             return "the fleet holds: there is no new pose".to_owned();

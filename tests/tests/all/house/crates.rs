@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crates of the product, each with those that it depends on.
-const CRATES: [(&str, &[&str]); 18] = [
+const CRATES: [(&str, &[&str]); 19] = [
     ("protocol", &[]),
     ("firmware", &["protocol"]),
     ("plant", &[]),
@@ -16,6 +16,7 @@ const CRATES: [(&str, &[&str]); 18] = [
     ("grid", &[]),
     ("pose", &[]),
     ("runlog", &[]),
+    ("console", &["runlog"]),
     ("modboat", &["quantity"]),
     ("reconfiguration", &["quantity", "reader"]),
     ("rov", &["grid", "quantity", "reconfiguration"]),
@@ -31,6 +32,7 @@ const CRATES: [(&str, &[&str]); 18] = [
     (
         "host",
         &[
+            "console",
             "firmware",
             "grid",
             "images",
@@ -73,7 +75,7 @@ const IMPURE: [&str; 14] = [
     "dbg!",
 ];
 /// Crates that open sockets.
-const SOCKETS: [&str; 3] = ["host", "link", "pose"];
+const SOCKETS: [&str; 4] = ["console", "host", "link", "pose"];
 
 /// Crates of the product.
 pub fn names() -> impl Iterator<Item = &'static str> {
@@ -139,7 +141,7 @@ fn planners_have_no_clock_socket_thread_or_console() {
 }
 
 #[test]
-fn sockets_are_opened_by_the_link_motion_capture_and_the_program_alone() {
+fn sockets_are_opened_by_the_link_motion_capture_the_console_and_the_program_alone() {
     let mut met = Vec::new();
     for (name, _) in CRATES {
         let named = super::crate_files(name).into_iter().find(|(_, text)| {

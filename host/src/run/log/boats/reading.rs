@@ -35,6 +35,8 @@ pub struct Reading {
     legs: flotilla::Legs,
     absences: flotilla::Absences,
     end: Option<flotilla::End>,
+    /// An operator gave targets: what the legs ask for is not what was to be done.
+    steered: bool,
     /// What makes no sense, first of all.
     flaw: Option<String>,
 }
@@ -71,6 +73,7 @@ impl Reading {
             legs: flotilla::Legs::default(),
             absences: flotilla::Absences::default(),
             end: None,
+            steered: false,
             flaw: None,
         }
     }
@@ -117,6 +120,7 @@ impl Reading {
             Told::Poses(poses) => self.poses = Some(poses.clone()),
             Told::Legs(legs) => self.legs.clone_from(legs),
             Told::Absences(absences) => self.absences.clone_from(absences),
+            Told::Order(order) => self.steered |= order.followed && order.steers,
             Told::End(end) => self.end = Some(end.clone()),
             // Of the first the reading is made; the others are told of ROVs.
             Told::Scenario(_)
@@ -184,6 +188,9 @@ impl Reading {
             wall_s: end.wall_s,
         };
         let mut summary = Summary::new(&self.scenario, self.seed, &record, counts);
+        if self.steered {
+            summary.shortfalls.clear();
+        }
         summary.judge(end.why, turned as u64);
         Ok(Outcome { summary, record, ended })
     }

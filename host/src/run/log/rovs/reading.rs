@@ -99,7 +99,8 @@ impl Reading {
             | Told::Cycle(_)
             | Told::Gap(_)
             | Told::Poses(_)
-            | Told::Contact(_) => {}
+            | Told::Contact(_)
+            | Told::Order(_) => {}
         }
     }
 

@@ -11,7 +11,8 @@ use runlog::ros::{
 };
 use sim::TailState;
 
-use super::super::super::scenario::{Demand, Leg, Scenario};
+use super::super::super::pilot::Asked;
+use super::super::super::scenario::{Demand, Scenario};
 use super::super::stamp;
 use super::{point, transform};
 
@@ -95,8 +96,8 @@ impl Scene {
     }
 
     /// Where to: the station, or where the demanded velocity leads within [`AHEAD_S`].
-    pub fn target(&self, now: FleetInstant, t_s: f64, from_m: Option<[f64; 2]>) -> PoseStamped {
-        let &Leg { demand, heading_rad, .. } = &self.scenario.legs[self.scenario.leg_at(t_s)];
+    pub fn target(&self, now: FleetInstant, asked: &Asked, from_m: Option<[f64; 2]>) -> PoseStamped {
+        let &Asked { demand, heading_rad, .. } = asked;
         let [x, y] = from_m.unwrap_or_default();
         let position_m = match demand {
             Demand::Station(position_m) => position_m,
