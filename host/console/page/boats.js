@@ -11,6 +11,13 @@ export const toWorld = ({ position_m: [x, y], heading_rad: heading }, [sway, sur
   y - sway * Math.cos(heading) + surge * Math.sin(heading),
 ];
 
+/** The structure and what is near it: what is shown first. */
+export function surroundings(state) {
+  const { position_m: place } = state.pose();
+  const reach = 3 * radius(state.scene.boats) + 0.2;
+  return [-1, 1].map((sign) => place.map((at) => at + sign * reach));
+}
+
 /** Everything worth showing at once. */
 export function extent(state) {
   const { boats } = state.scene;
@@ -33,8 +40,8 @@ export function draw(context, camera, state, colours, preview) {
   polyline(context, camera, state.trail.map(([, x, y]) => [x, y]));
   context.stroke();
   const pose = state.pose();
-  target(context, camera, state, colours);
   if (pose) structure(context, camera, state, pose, colours);
+  target(context, camera, state, colours);
   if (snapshot.truth && snapshot.estimate) {
     cross(context, camera.toScreen(snapshot.estimate.position_m), 5, colours.good);
   }
@@ -80,7 +87,7 @@ function structure(context, camera, state, pose, colours) {
       const [sway, surge] = [Math.cos(module.tail_rad), Math.sin(module.tail_rad)];
       const tip = camera.toScreen(toWorld(pose, [centre[0] + sway * boats.tail_m, centre[1] + surge * boats.tail_m]));
       context.strokeStyle = colours.tail;
-      context.globalAlpha = 0.8;
+      context.globalAlpha = 0.6;
       context.lineCap = "round";
       context.lineWidth = Math.max(2, boats.tail_width_m * camera.scale);
       context.beginPath();

@@ -88,8 +88,8 @@ export class Camera {
   }
 }
 
-/** Draws the grid of metres and the scale bar. */
-export function grid(context, camera, colours) {
+/** Draws a grid of metres; `up` says how the upward axis is written. */
+export function grid(context, camera, colours, up = (value) => value) {
   const { clientWidth: width, clientHeight: height } = camera.canvas;
   const rough = 70 / camera.scale;
   const power = 10 ** Math.floor(Math.log10(rough));
@@ -101,7 +101,7 @@ export function grid(context, camera, colours) {
   context.fillStyle = colours.quiet;
   context.font = "11px system-ui, sans-serif";
   context.beginPath();
-  const label = (value) => String(Number(value.toPrecision(12)));
+  const label = (value) => String(Number(value.toPrecision(12))).replace("-", "−");
   for (let k = Math.ceil(west / step); k * step <= east; k += 1) {
     const [x] = camera.toScreen([k * step, 0]);
     context.moveTo(x, 0);
@@ -112,7 +112,7 @@ export function grid(context, camera, colours) {
     const [, y] = camera.toScreen([0, k * step]);
     context.moveTo(0, y);
     context.lineTo(width, y);
-    if (y < height - 18) context.fillText(label(k * step), 3, y - 3);
+    if (y < height - 18) context.fillText(label(up(k * step)), 3, y - 3);
   }
   context.stroke();
   context.fillText("m", width - 14, height - 4);

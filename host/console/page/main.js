@@ -17,6 +17,7 @@ const state = new State();
 let dirty = false;
 let colours = palette();
 let eventsShown = null;
+draw.fitted = false;
 
 const redraw = () => {
   if (dirty) return;
@@ -26,7 +27,7 @@ const redraw = () => {
 
 const connection = new Connection(
   (message) => {
-    if (state.take(message) === "scene") fit();
+    if (state.take(message) === "scene") draw.fitted = false;
     redraw();
   },
   () => redraw(),
@@ -71,10 +72,10 @@ function draw() {
   showHead();
   const { scene, snapshot } = state;
   if (!scene || !snapshot) return;
-  // A scene that came before the first pose is fitted when the fleet is seen.
+  // A scene that came before the first pose waits until the fleet is seen.
   if (!draw.fitted && (state.pose() || snapshot.robots)) {
     draw.fitted = true;
-    fit();
+    if (!camera.chosen) camera.fit(scene.boats ? boats.surroundings(state) : rovs.extent(state, rovs.above));
   }
   orders.show(snapshot, scene.can);
   steer.show(scene.can.steer, Boolean(scene.boats?.legs.length));
@@ -124,7 +125,7 @@ function drawRovs() {
   const depths = rovs.extent(state, rovs.aside).map(([, up]) => up);
   side.centre = [camera.centre[0], (Math.min(...depths) + Math.max(...depths)) / 2];
   const below = canvasContext(side.canvas).context;
-  grid(below, side, colours);
+  grid(below, side, colours, (up) => -up);
   rovs.draw(below, side, state, colours, rovs.aside);
   const { moves } = state.snapshot;
   element("top-legend").textContent = moves ? `${number(moves.executed_j, 1)} J drawn, ${number(moves.planned_j, 1)} J planned` : "";

@@ -4,7 +4,9 @@ import { clock, degrees, element, make, number } from "./format.js";
 
 const STATES = { Executing: "good", Ready: "good", Holding: "warn", Arming: "warn", Unsynchronised: "warn", Boot: "warn", Unprovisioned: "bad", Stopped: "bad" };
 
-const head = (...titles) => make("thead", "", make("tr", "", ...titles.map((title) => make("th", "", title))));
+/** Columns of words, not of figures. */
+const TEXTS = new Set(["state", "thrusters", "docked off by"]);
+const head = (...titles) => make("thead", "", make("tr", "", ...titles.map((title) => make("th", TEXTS.has(title) ? "text" : "", title))));
 const cell = (text, className) => make("td", className, text);
 
 export class Modules {

@@ -88,7 +88,7 @@ function hull(context, camera, robot, made, colours, view) {
     const reach = (thrust / made.thrust_max_n[0]) * made.box_m[0] * 3;
     const from = place(thruster.position_m);
     const to = place(thruster.position_m.map((at, k) => at + thruster.direction[k] * reach));
-    arrow(context, from, [to[0] - from[0], to[1] - from[1]], colours.bad, 2);
+    arrow(context, from, [to[0] - from[0], to[1] - from[1]], colours.ink, 2);
   });
   label(context, robot.id, [centre[0], centre[1] + 4], colours.ink);
 }
