@@ -11,6 +11,7 @@
 
 pub mod plane;
 pub mod read;
+pub mod taut;
 pub mod theta;
 pub mod volume;
 
@@ -56,6 +57,42 @@ impl Bits {
 
     fn is_set(&self, index: usize) -> bool {
         self.0[index / 64] >> (index % 64) & 1 == 1
+    }
+
+    /// The first index from `index` on that is not set; there must be one.
+    fn next_clear(&self, index: usize) -> usize {
+        let mut word = index / 64;
+        let mut found = !self.0[word] >> (index % 64) << (index % 64);
+        while found == 0 {
+            word += 1;
+            found = !self.0[word];
+        }
+        word * 64 + found.trailing_zeros() as usize
+    }
+
+    /// The first index from `index` on that is set, or anything from `end` on if there is none before it.
+    fn next_set(&self, index: usize, end: usize) -> usize {
+        let mut word = index / 64;
+        let mut found = self.0[word] >> (index % 64) << (index % 64);
+        while found == 0 {
+            word += 1;
+            if word * 64 >= end {
+                return end;
+            }
+            found = self.0[word];
+        }
+        word * 64 + found.trailing_zeros() as usize
+    }
+
+    /// The last index up to `index` that is not set; there must be one.
+    fn last_clear(&self, index: usize) -> usize {
+        let mut word = index / 64;
+        let mut found = !self.0[word] << (63 - index % 64) >> (63 - index % 64);
+        while found == 0 {
+            word -= 1;
+            found = !self.0[word];
+        }
+        word * 64 + 63 - found.leading_zeros() as usize
     }
 
     /// The bits at `index`, `index + 1` and `index + 2`.

@@ -83,6 +83,16 @@ impl Plane {
             && self.free.is_set((y as usize + 1) * self.stride() + x as usize + 1)
     }
 
+    /// Bits of the free cells, and where in them the cell `[0, row]` is; cell `[x, row]` is x farther. The rows −1 and
+    /// `height` and the cells −1 and `width` of each are blocked.
+    pub(crate) fn row(&self, row: i32) -> usize {
+        (row + 1) as usize * self.stride() + 1
+    }
+
+    pub(crate) fn bits(&self) -> &Bits {
+        &self.free
+    }
+
     fn stride(&self) -> usize {
         self.width as usize + 2
     }

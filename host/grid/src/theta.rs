@@ -208,7 +208,7 @@ impl Search {
 
 /// Place in the open list: f first, then the greater g, then the lower vertex. Floats that are not negative sort like
 /// their bits.
-fn key(g: f64, h: f64, vertex: usize) -> Reverse<u128> {
+pub(crate) fn key(g: f64, h: f64, vertex: usize) -> Reverse<u128> {
     // Adding zero makes a negative zero positive.
     let f = (g + h + 0.0).to_bits();
     let nearer = !(g as f32 + 0.0).to_bits();
