@@ -14,6 +14,7 @@ use reconfiguration::problem::Problem;
 use record::reconfigure::Record;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::PowerLaw;
+use rov::pricing::price;
 
 use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
@@ -172,7 +173,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         bar.preparing(&format!("planning: {title}"), done as u64, wanted.len() as u64);
         let law = law(arguments.power, scenario.problem.rules.battery_v)?;
         let request = Request { criterion, manner, order, law };
-        let planned = match plan(&scenario.problem, &request) {
+        let mut planned = match plan(&scenario.problem, &request) {
             Ok(planned) => planned,
             // No such robot can be planned for, by any rule.
             Err(error @ (PlanError::Propulsion { .. } | PlanError::Power(_) | PlanError::TooMany { .. })) => {
@@ -183,6 +184,10 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
                 continue;
             }
         };
+        if let Err(error) = price(&scenario.problem, &mut planned.plan, &request.law) {
+            failures.push(format!("{title}: {error}"));
+            continue;
+        }
         // A plan that breaks a condition is not handed out, whichever planner made it.
         if let Some(violation) = judge::verify(&scenario.problem, &planned.plan).first() {
             return Err(Failure::Could(format!("{title}: the plan breaks a condition: {violation}")));

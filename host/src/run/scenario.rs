@@ -1,12 +1,13 @@
 //! Scenarios: what is run, from a TOML file. A mistake in one is reported with its file, line, value and unit.
 
 use link::faults::FaultParameters;
-use modboat::bounds::{Bounds, Place, centres_m};
+use modboat::bounds::{Place, centres_m};
 use modboat::control::ControlConfig;
 use modboat::observer::ObserverParameters;
 use modboat::parameters::Parameters;
 use modboat::planner_config::PlannerConfig;
 use modboat::structure::Structure;
+use quantity::bounds::Bounds;
 use quantity::{ParameterError, check_within};
 use reader::file::{self, Source};
 use reader::{Document, FileError, Mistake};
@@ -305,6 +306,16 @@ impl Scenario {
     }
 }
 
+/// Refuses bounds that are none.
+pub(super) fn sound(document: &Document<'_>, bounds: &Bounds) -> Result<(), Mistake> {
+    bounds
+        .validate()
+        .map_err(|error| document.mistake_in(&["bounds"], "edge_m", format!("edge_m: {error}")))?;
+    let reason = "must lie between 0 and 1000000";
+    check_within(&[("margin_m", bounds.margin_m, "m", 0.0..=1e6, reason)])
+        .map_err(|error| document.mistake_in(&["bounds"], error.key, &error))
+}
+
 /// Refuses bounds that are none, and a structure that starts, or a station that lies, outside of them.
 fn within(
     document: &Document<'_>,
@@ -313,12 +324,7 @@ fn within(
     legs: &[Leg],
     positions_m: &[[f64; 2]],
 ) -> Result<(), Mistake> {
-    bounds
-        .validate()
-        .map_err(|error| document.mistake_in(&["bounds"], "edge_m", format!("edge_m: {error}")))?;
-    let reason = "must lie between 0 and 1000000";
-    check_within(&[("margin_m", bounds.margin_m, "m", 0.0..=1e6, reason)])
-        .map_err(|error| document.mistake_in(&["bounds"], error.key, &error))?;
+    sound(document, bounds)?;
     let heading_rad = start.heading_rad.unwrap_or(legs[0].heading_rad);
     let place = Place { position_m: start.position_m, heading_rad };
     for (module, [x, y]) in centres_m(positions_m, place).enumerate() {

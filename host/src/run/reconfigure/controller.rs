@@ -80,6 +80,8 @@ pub struct Execution<'a> {
     estimated: Option<Estimated>,
     /// Which robots' connectors are to be open.
     open: Vec<bool>,
+    /// Whether a robot has drifted towards the edge of the water.
+    near_edge: bool,
     news: Vec<String>,
     drawn_in: Option<Misfit>,
 }
@@ -104,6 +106,7 @@ impl<'a> Execution<'a> {
             gaps: Vec::new(),
             estimated: None,
             open: vec![false; problem.robots.len()],
+            near_edge: false,
             news: Vec::new(),
             drawn_in: None,
         })
@@ -231,11 +234,7 @@ impl<'a> Execution<'a> {
             None if begun && !sees => {
                 *blind = Some(now);
                 let unseen = estimator.lost(now, *hold_after_s).unwrap_or_default();
-                let of = self
-                    .problem
-                    .robots
-                    .get(unseen)
-                    .map_or_else(|| "a tool".to_owned(), |robot| format!("robot {}", robot.id));
+                let of = called(self.problem, unseen);
                 self.news.push(format!("no fix of {of} for {hold_after_s} s: all thrusters go to neutral"));
                 self.conductor.hold(true);
             }
@@ -251,6 +250,27 @@ impl<'a> Execution<'a> {
         }
         Ok(None)
     }
+
+    /// Says that a robot has drifted towards the edge of the water, and that none has any more.
+    fn note_drift(&mut self) {
+        let drifted = self.conductor.drifted();
+        if drifted.is_some() == self.near_edge {
+            return;
+        }
+        self.near_edge = drifted.is_some();
+        self.news.push(match drifted {
+            Some((body, room_m)) => {
+                let of = called(self.problem, body);
+                format!("{of} has drifted to {room_m:.2} m from the edge of the water: the plan waits until it is back")
+            }
+            None => "no robot is too near to the edge of the water any more: the plan goes on".to_owned(),
+        });
+    }
+}
+
+/// How a person calls a body, robots first.
+fn called(problem: &Problem, body: usize) -> String {
+    problem.robots.get(body).map_or_else(|| "a tool".to_owned(), |robot| format!("robot {}", robot.id))
 }
 
 impl Controller for Execution<'_> {
@@ -311,7 +331,9 @@ impl Controller for Execution<'_> {
                 return Ok(Step::End(Some(why)));
             }
             if begun {
-                match self.conductor.advance(STEP_S, &self.states, &self.answering) {
+                let advanced = self.conductor.advance(STEP_S, &self.states, &self.answering);
+                self.note_drift();
+                match advanced {
                     Ok(None) => {}
                     Ok(Some(coupling)) => return Ok(Step::Couple(coupling)),
                     Err(ExecutionError::Failed(reason)) => return Ok(Step::End(Some(reason.to_string()))),

@@ -27,7 +27,9 @@ fn planned(name: &str) -> (Problem, Plan, PowerLaw) {
         order: OrderRule::Exact,
         law: law.clone(),
     };
-    let plan = rov::planner::plan(&problem, &request).expect("a plan").plan;
+    let mut plan = rov::planner::plan(&problem, &request).expect("a plan").plan;
+    rov::pricing::price(&problem, &mut plan, &law).expect("a price");
+    assert!(judge::verify(&problem, &plan).is_empty(), "{name}: {:?}", judge::verify(&problem, &plan));
     (problem, plan, law)
 }
 
