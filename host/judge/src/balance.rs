@@ -110,7 +110,8 @@ fn unbalanced(cluster: &[(&Body<'_>, &[f64])], current: Vector) -> Option<String
         }
         // The water that passes it.
         let flow = [cos * current[0] + sin * current[1], cos * current[1] - sin * current[0], current[2]];
-        let drag = [0, 1, 2].map(|k| (own.linear_damping[k] + own.quadratic_damping[k] * flow[k].abs()) * flow[k]);
+        let drag =
+            [0, 1, 2].map(|k| (own.linear_damping[k] + own.quadratic_damping[k] * flow[k].abs()) * flow[k]);
         let carried = [0, 1, 2].map(|k| own.added_mass[k] * flow[k]);
         let (drag, munk) = (turned(drag), turned(cross(carried, flow)));
         restoring = [plus(restoring[0], drag), plus(restoring[1], plus(cross(place([0.0; 3]), drag), munk))];

@@ -87,8 +87,7 @@ pub fn price(problem: &Problem, plan: &mut Plan, law: &PowerLaw) -> Result<(), P
             .map_err(|_| too_strong("the waiting cluster".to_owned()))?;
         (own.balance_w, own.energy_balance_j) = (balance.power_w, balance.power_w * own.duration_s);
         let holding = bodies.iter().zip(balance.thrusts_n);
-        own.balance =
-            holding.map(|(&(robot, ..), thrusts_n)| Holding { robot, thrusts_n }).collect();
+        own.balance = holding.map(|(&(robot, ..), thrusts_n)| Holding { robot, thrusts_n }).collect();
         let end = own.actions.last().map_or_else(Pose::default, |action| action.to);
         bodies.insert(place, (robot, end, vehicle));
     }

@@ -24,6 +24,7 @@ use super::super::RunError;
 use super::super::closed_loop::{Ending, Observer, Run};
 use super::super::fleet::Fleet;
 use super::super::host::Controller;
+use super::super::pose_source::PoseSource;
 use super::super::reconfigure::accounts::Accounts;
 use super::super::reconfigure::conductor::PERIOD;
 use super::super::reconfigure::controller::Execution;
@@ -102,6 +103,8 @@ pub struct RovLog<'a> {
     /// The move that was under way when the step began, with its robot.
     moving: Option<(usize, usize)>,
     counted: Option<FleetInstant>,
+    /// Why the plan waited for want of poses, and for how long.
+    troubles: Vec<flotilla::Trouble>,
 }
 
 impl<'a> RovLog<'a> {
@@ -140,6 +143,7 @@ impl<'a> RovLog<'a> {
             samples: 0,
             moving: None,
             counted: None,
+            troubles: Vec::new(),
         })
     }
 
@@ -152,7 +156,7 @@ impl<'a> RovLog<'a> {
     ///
     /// # Errors
     /// As for [`Reading::finish`].
-    pub fn finish<F: Fleet<Actuation = RovActuation>, P>(
+    pub fn finish<F: Fleet<Actuation = RovActuation>, P: PoseSource<Water>>(
         mut self,
         ending: &Ending,
         run: &RovRun<'_, '_, F, P>,
@@ -245,7 +249,7 @@ impl<'a> RovLog<'a> {
     }
 
     /// Everything that is counted, so far.
-    fn count<F: Fleet<Actuation = RovActuation>, P>(
+    fn count<F: Fleet<Actuation = RovActuation>, P: PoseSource<Water>>(
         &mut self,
         now: FleetInstant,
         run: &RovRun<'_, '_, F, P>,
@@ -260,9 +264,15 @@ impl<'a> RovLog<'a> {
             ..flotilla::Ledger::default()
         };
         self.tell(now, Told::Ledger(&ledger));
-        let (legs, absences) = counts::legs(stamp(now), self.watch.legs());
+        if let Some(account) = run.poses.account() {
+            self.tell(now, Told::Poses(&counts::poses(stamp(now), &account, &self.troubles)));
+        }
+        let (legs, absences, holds) = counts::legs(stamp(now), self.watch.legs());
         self.tell(now, Told::Legs(&legs));
         self.tell(now, Told::Absences(&absences));
+        if let Some(holds) = holds {
+            self.tell(now, Told::Holds(&holds));
+        }
         let moves =
             flotilla::Moves { stamp: stamp(now), moves: self.accounts.moves().map(reading::told).collect() };
         self.tell(now, Told::Moves(&moves));
@@ -298,11 +308,17 @@ fn place(pose: &Pose) -> flotilla::Place {
     flotilla::Place { x_m, y_m, z_m, yaw_rad }
 }
 
-impl<F: Fleet<Actuation = RovActuation>, P> Observer<RovRun<'_, '_, F, P>> for RovLog<'_> {
+impl<F: Fleet<Actuation = RovActuation>, P: PoseSource<Water>> Observer<RovRun<'_, '_, F, P>> for RovLog<'_> {
     fn observe(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) -> Result<(), RunError> {
         self.events(now);
         self.step(now, run);
         self.watch.observe(now, run)?;
+        let controller = &run.host.controller;
+        if let Some(text) =
+            run.poses.trouble().filter(|_| controller.origin().is_some() && !controller.gets_on())
+        {
+            counts::suffer(&mut self.troubles, text);
+        }
         let is_due = self.counted.is_none_or(|counted| now.since(counted) >= COUNTS_EVERY);
         if is_due && self.log.is_kept() {
             self.count(now, run);

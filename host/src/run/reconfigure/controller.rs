@@ -23,6 +23,7 @@ use sim::rov::basin::Misfit;
 
 use super::super::RunError;
 use super::super::clock::Gap;
+use super::super::hold::Hold;
 use super::super::host::{Controller, Dispatch, Patience, Step};
 use super::super::orders::Order;
 use super::ExecutionError;
@@ -229,13 +230,21 @@ impl<'a> Execution<'a> {
             let of = named(robot, thruster);
             self.news.push(format!("{of} seems to give nothing, at {t_s:.1} s: alone it cannot do without"));
         }
-        let sees = estimator.age_s(now) <= *hold_after_s && estimator.lost(now, *hold_after_s).is_none();
+        let lost = estimator.lost(now, *hold_after_s);
+        let sees = estimator.age_s(now) <= *hold_after_s && lost.is_none() && estimator.strayed().is_none();
         match *blind {
             None if begun && !sees => {
                 *blind = Some(now);
-                let unseen = estimator.lost(now, *hold_after_s).unwrap_or_default();
-                let of = called(self.problem, unseen);
-                self.news.push(format!("no fix of {of} for {hold_after_s} s: all thrusters go to neutral"));
+                self.news.push(match (lost, estimator.strayed()) {
+                    (None, Some(body)) => format!(
+                        "{} is not in its place: it has broken away, or its body was moved on it: all thrusters go to neutral",
+                        called(self.problem, body)
+                    ),
+                    (unseen, _) => {
+                        let of = called(self.problem, unseen.unwrap_or_default());
+                        format!("no fix of {of} for {hold_after_s} s: all thrusters go to neutral")
+                    }
+                });
                 self.conductor.hold(true);
             }
             Some(_) if sees => {
@@ -395,6 +404,18 @@ impl Controller for Execution<'_> {
 
     fn gets_on(&self) -> bool {
         !self.conductor.waits()
+    }
+
+    fn hold(&self) -> Hold {
+        let blind = self.estimated.as_ref().is_some_and(|own| own.blind.is_some());
+        let answers = |robot: usize| self.answering.get(robot) == Some(&true);
+        match self.conductor.mover() {
+            _ if self.halted.is_some() => Hold::Operator,
+            _ if blind => Hold::PosesLost,
+            _ if self.conductor.drifted().is_some() => Hold::Bounds,
+            Some(robot) if answers(robot) => Hold::Astray,
+            _ => Hold::Module,
+        }
     }
 
     /// Before the plan begins: bodies are not seen, or are not where the plan has them.

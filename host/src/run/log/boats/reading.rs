@@ -34,6 +34,7 @@ pub struct Reading {
     poses: Option<flotilla::Poses>,
     legs: flotilla::Legs,
     absences: flotilla::Absences,
+    holds: flotilla::Holds,
     end: Option<flotilla::End>,
     /// What makes no sense, first of all.
     flaw: Option<String>,
@@ -70,6 +71,7 @@ impl Reading {
             poses: None,
             legs: flotilla::Legs::default(),
             absences: flotilla::Absences::default(),
+            holds: flotilla::Holds::default(),
             end: None,
             flaw: None,
         }
@@ -117,6 +119,7 @@ impl Reading {
             Told::Poses(poses) => self.poses = Some(poses.clone()),
             Told::Legs(legs) => self.legs.clone_from(legs),
             Told::Absences(absences) => self.absences.clone_from(absences),
+            Told::Holds(holds) => self.holds.clone_from(holds),
             Told::End(end) => self.end = Some(end.clone()),
             // Of the first the reading is made; the others are told of ROVs.
             Told::Scenario(_)
@@ -169,7 +172,7 @@ impl Reading {
             ..flotilla::End::default()
         });
         let counts = Counts {
-            watched: counts::watched(self.scenario.legs.len(), &self.legs, &self.absences),
+            watched: counts::watched(self.scenario.legs.len(), &self.legs, &self.absences, &self.holds),
             ids: self.ids,
             origin: self.origin,
             gaps: self.gaps.into_values().collect(),

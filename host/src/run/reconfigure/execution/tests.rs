@@ -19,7 +19,13 @@ use sim::rov::Thrusters;
 
 /// A built-in problem, its plan, and the power law of both.
 fn planned(name: &str) -> (Problem, Plan, PowerLaw) {
-    let problem = ReconfigureScenario::open(name).expect("built in").problem;
+    planned_in(name, |_| {})
+}
+
+/// The same with another water.
+fn planned_in(name: &str, change: impl FnOnce(&mut Problem)) -> (Problem, Plan, PowerLaw) {
+    let mut problem = ReconfigureScenario::open(name).expect("built in").problem;
+    change(&mut problem);
     let law = PowerLaw::fitted(problem.rules.battery_v).expect("valid");
     let request = Request {
         criterion: Criterion::Energy,
@@ -29,7 +35,8 @@ fn planned(name: &str) -> (Problem, Plan, PowerLaw) {
     };
     let mut plan = rov::planner::plan(&problem, &request).expect("a plan").plan;
     rov::pricing::price(&problem, &mut plan, &law).expect("a price");
-    assert!(judge::verify(&problem, &plan).is_empty(), "{name}: {:?}", judge::verify(&problem, &plan));
+    let broken = judge::verify(&problem, &plan);
+    assert!(broken.is_empty(), "{name}: {broken:?}");
     (problem, plan, law)
 }
 
