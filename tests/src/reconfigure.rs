@@ -85,6 +85,7 @@ pub fn problem(kind: Kind, rng: &mut impl Rng) -> Problem {
         tools: if kind.tool { vec![Tool { vehicle: 1, pose: pose([0; 3]) }] } else { Vec::new() },
         slots: goal.iter().map(|cell| Slot { pose: pose(*cell), requires: Vec::new() }).collect(),
         rules: Rules::default(),
+        bounds: None,
     }
 }
 

@@ -3,10 +3,11 @@
 //! ```text
 //! F_g = Σ (0, 0, W_i − B_i),   M_g = Σ r_Gi × (0, 0, W_i) − r_Bi × (0, 0, B_i)          (3)–(5), level
 //! F_u = Σ R_z(ψ)·e·u,          M_u = Σ (p + R_z(ψ)·l) × R_z(ψ)·e·u                      (16)
-//! F_g + F_u = 0,   M_g + M_u = 0
+//! F_c = Σ R_z(ψ)·(d_l + d_q|c_i|)·c_i,   M_c = Σ p × F_c,i − R_z(ψ)·(c_i × M_A c_i),   c_i = R_z(ψ)ᵀc
+//! F_g + F_u + F_c = 0,   M_g + M_u + M_c = 0
 //! ```
 //!
-//! All vectors are in the world (north-east-down), from the mean of the cluster's body origins. With W = m·g and
+//! F_c, M_c are what a current c of the rules does to bodies at rest: drag and the Munk moment. All vectors are in the world (north-east-down), from the mean of the cluster's body origins. With W = m·g and
 //! W − B given, B follows. The limits of thrust are the ends of the measured T200 table at the battery's voltage,
 //! between two of its voltages in proportion.
 
@@ -75,12 +76,13 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, resting: &[
         let volts = judge.problem.rules.battery_v;
         wrong.push((Condition::Thrusters, format!("{volts} V is outside the table of the thrusters")));
     }
+    let current = judge.problem.rules.current_m_s;
     let cluster = connections::clusters(resting);
     let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     cluster.iter().enumerate().for_each(|(body, &cluster)| members.entry(cluster).or_default().push(body));
     for members in members.into_values() {
         let own = members.iter().map(|&body| (&resting[body], thrusts[body].unwrap_or_default()));
-        if let Some(message) = unbalanced(&own.collect::<Vec<_>>()) {
+        if let Some(message) = unbalanced(&own.collect::<Vec<_>>(), current) {
             wrong.push((Condition::V6, message));
         }
     }
@@ -90,7 +92,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, resting: &[
 }
 
 /// What is left of force and moment on a cluster, if that is too much.
-fn unbalanced(cluster: &[(&Body<'_>, &[f64])]) -> Option<String> {
+fn unbalanced(cluster: &[(&Body<'_>, &[f64])], current: Vector) -> Option<String> {
     let count = cluster.len() as f64;
     let origin = cluster.iter().fold([0.0; 3], |sum, (body, _)| plus(sum, body.pose.position_m));
     let origin = origin.map(|x| x / count);
@@ -106,6 +108,13 @@ fn unbalanced(cluster: &[(&Body<'_>, &[f64])]) -> Option<String> {
             let force = [0.0, 0.0, force_n];
             restoring = [plus(restoring[0], force), plus(restoring[1], cross(place(arm), force))];
         }
+        // The water that passes it.
+        let flow = [cos * current[0] + sin * current[1], cos * current[1] - sin * current[0], current[2]];
+        let drag =
+            [0, 1, 2].map(|k| (own.linear_damping[k] + own.quadratic_damping[k] * flow[k].abs()) * flow[k]);
+        let carried = [0, 1, 2].map(|k| own.added_mass[k] * flow[k]);
+        let (drag, munk) = (turned(drag), turned(cross(carried, flow)));
+        restoring = [plus(restoring[0], drag), plus(restoring[1], plus(cross(place([0.0; 3]), drag), munk))];
         for (thruster, &thrust_n) in body.vehicle.thrusters.iter().zip(*thrusts) {
             let force = turned(thruster.direction).map(|e| e * thrust_n);
             let moment = cross(place(thruster.position_m), force);

@@ -76,6 +76,52 @@ pub(super) fn extent_m(pose: Pose, box_m: [f64; 3]) -> [[f64; 3]; 2] {
     extent
 }
 
+/// Longest way between two points of a hull's rim that are looked at, m.
+const RIM_M: f64 = 0.01;
+
+/// Least distance of a level box, seen from above, from a polygon's edge, m; negative where it sticks out. It is told by points of its rim,
+/// and by vertices of the polygon that lie in it.
+pub(super) fn edge_room_m(edge_m: &[[f64; 2]], pose: Pose, box_m: [f64; 3]) -> f64 {
+    let corners = outline(pose, [box_m[0], box_m[1]]);
+    let mut least_m = f64::INFINITY;
+    for (k, &here) in corners.iter().enumerate() {
+        let next = corners[(k + 1) % corners.len()];
+        let steps = (f64::hypot(next[0] - here[0], next[1] - here[1]) / RIM_M).ceil().clamp(1.0, 1e4);
+        for step in 0..steps as u32 {
+            let share = f64::from(step) / steps;
+            let point = [0, 1].map(|axis| here[axis] + share * (next[axis] - here[axis]));
+            least_m = least_m.min(from_edge_m(edge_m, point));
+        }
+    }
+    for &vertex in edge_m {
+        let depth_m = (0..corners.len()).map(|k| {
+            let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
+            side(a, b, vertex) / f64::hypot(b[0] - a[0], b[1] - a[1])
+        });
+        let depth_m = depth_m.fold(f64::INFINITY, f64::min);
+        // In the box, a vertex is left of all four sides.
+        if depth_m > 0.0 {
+            least_m = least_m.min(-depth_m);
+        }
+    }
+    least_m
+}
+
+/// Distance of a point from a polygon's edge, negative outside: how often the edge winds round the point tells where it is.
+fn from_edge_m(edge_m: &[[f64; 2]], point: [f64; 2]) -> f64 {
+    let (mut least_m, mut winding_rad) = (f64::INFINITY, 0.0);
+    for (k, &a) in edge_m.iter().enumerate() {
+        let b = edge_m[(k + 1) % edge_m.len()];
+        let ([ax, ay], [bx, by]) = ([0, 1].map(|k| a[k] - point[k]), [0, 1].map(|k| b[k] - point[k]));
+        winding_rad += f64::atan2(ax * by - ay * bx, ax * bx + ay * by);
+        let (along_x, along_y) = (bx - ax, by - ay);
+        let share = -(ax * along_x + ay * along_y) / (along_x * along_x + along_y * along_y);
+        let share = share.clamp(0.0, 1.0);
+        least_m = least_m.min(f64::hypot(ax + share * along_x, ay + share * along_y));
+    }
+    if winding_rad.abs() > std::f64::consts::PI { least_m } else { -least_m }
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::FRAC_PI_4;
@@ -95,6 +141,24 @@ mod tests {
         // Corner against corner, both turned alike: diagonal apart.
         assert!(beside(0.85, 0.85, 0.0, FRAC_PI_4) && !beside(0.86, 0.86, 0.0, FRAC_PI_4));
         assert!(!overlap(([5.0, 5.0, 0.0, 1.0].into(), unit), (Pose::default(), unit)));
+    }
+
+    #[test]
+    fn room_to_an_edge_by_hand() {
+        // A square of 4 m with a thin pier from the top to the middle.
+        let pier = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [0.0, 2.0], [0.0, 0.0], [-0.01, 2.0], [-2.0, 2.0]];
+        let room_m = |pose: [f64; 4]| edge_room_m(&pier, pose.into(), [0.4, 0.2, 1.0]);
+        for (pose, expected_m) in [
+            ([0.0, -1.0, 0.0, 0.0], 0.9),
+            ([1.5, -1.0, 7.0, 0.0], 0.3),
+            ([1.5, -1.0, 0.0, FRAC_PI_4], 0.5 - 0.3 * FRAC_PI_4.sin()),
+            ([1.9, -1.0, 0.0, 0.0], -0.1),
+            // The pier's end lies 0.05 m deep in it.
+            ([0.0, -0.05, 0.0, 0.0], -0.05),
+        ] {
+            let found_m = room_m(pose);
+            assert!((found_m - expected_m).abs() < 1e-3, "{pose:?}: {found_m} m, not {expected_m} m");
+        }
     }
 
     #[test]

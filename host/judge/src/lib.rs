@@ -12,7 +12,7 @@
 //! | v5 | no robot moves twice: a resting robot stays connected |
 //! | v6 | thrusts balance weight and buoyancy of every waiting cluster, all six components |
 //! | connection | what is reached is one cluster |
-//! | bounds | no part of a mover leaves the water |
+//! | bounds | no part of a mover leaves the water, or comes nearer to its edge than the margin |
 //! | thrusters | no thrust beyond the measured table at the battery's voltage |
 //! | kinematics | legs are straight, turns in place, durations follow from speed and acceleration |
 //! | continuity, timing, energy, number | no robot jumps; no gaps; sums add up; everything is finite |

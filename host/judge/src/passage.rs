@@ -29,6 +29,9 @@ const LOOKS_MAX: f64 = 2e6;
 /// What rounding may take off a clearance, m.
 const ROUNDING_M: f64 = 1e-5;
 
+/// What a mover comes too near to, beside the corners of the water.
+const EDGE: &str = "the edge";
+
 /// The first time that something is seen, the worst value of it, and what to say about that.
 type Seen = BTreeMap<(Condition, String), (f64, f64)>;
 
@@ -78,6 +81,12 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                     worst(Condition::V3, &format!("collision with {}", body.name), now_s, apart_m);
                 }
             }
+            if let Some(bounds) = &problem.bounds {
+                let room_m = geometry::edge_room_m(&bounds.edge_m, hull, box_m) - bounds.margin_m;
+                if room_m < -1e-3 {
+                    worst(Condition::Bounds, EDGE, now_s, room_m);
+                }
+            }
             let [least, greatest] = geometry::extent_m(hull, box_m);
             for k in 0..3 {
                 let room_m = (least[k] - water_m[0][k]).min(water_m[1][k] - greatest[k]);
@@ -89,6 +98,11 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
     }
     for ((condition, who), (time_s, value)) in seen {
         let message = match condition {
+            Condition::Bounds if who == EDGE => {
+                let margin_m = problem.bounds.as_ref().map_or(0.0, |bounds| bounds.margin_m);
+                let left_m = value + margin_m;
+                format!("robot {} is {left_m:.3} m from the edge at least, {margin_m} m are asked", robot.id)
+            }
             Condition::Bounds => format!("robot {} leaves the water by {:.3} m in {who}", robot.id, -value),
             _ if who.starts_with("clearance") => {
                 format!("{who} {value:.3} m at least, {d_m:.3} m away from start and slot are asked (19)")

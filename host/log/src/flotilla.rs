@@ -348,6 +348,18 @@ messages! {
         held_s: Vec<f64>,
     }
 
+    /// Why the fleet held, so far: a reason a leg and a row.
+    Holds = "flotilla_msgs" {
+        /// Fleet time.
+        stamp: Time,
+        /// Which leg, from 0.
+        leg: Vec<u32>,
+        /// Why, as a number.
+        reason: Vec<u8>,
+        /// For how long, s.
+        time_s: Vec<f64>,
+    }
+
     /// A module took no part in a leg.
     Absence = "flotilla_msgs" {
         /// Which leg, from 0.

@@ -1,4 +1,4 @@
-//! The edge of the water, and the velocity that keeps a structure inside it.
+//! The velocity that keeps a structure inside the edge of the water ([`Bounds`]).
 //!
 //! The edge is a simple polygon in the world. The footprint of a module is a disc of radius ρ, the greater of its body's half diagonal
 //! and its tail's reach; that of a structure is the union of its modules' discs, at every heading from the present one to the one
@@ -28,9 +28,10 @@
 //! | a | m/s² | [`BRAKING_SHARE`] of what all modules together give the structure with its added mass |
 //! | h | s | from the pose to the end of the cycle that is decided on, and one interval more |
 //!
-//! Assumptions: a is the same in all directions and at all headings; a current shows as a velocity. Limits: at most
-//! [`VERTICES_MAX`] vertices. Where no velocity fits all edges, the one that is least beyond any is taken.
+//! Assumptions: a is the same in all directions and at all headings; a current shows as a velocity. Limits: where
+//! no velocity fits all edges, the one that is least beyond any is taken.
 
+use quantity::bounds::Bounds;
 use quantity::vector::{dot, length};
 use quantity::wrap_rad;
 
@@ -38,9 +39,6 @@ use super::control::{ControlConfig, Target};
 use super::parameters::Parameters;
 use super::structure::Structure;
 
-pub use polygon::{Bounds, BoundsError, VERTICES_MAX};
-
-mod polygon;
 #[cfg(test)]
 mod tests;
 

@@ -1,10 +1,12 @@
-//! Ranges of numbers that come from outside, the error that refuses one, the wrapping of angles and products of vectors.
+//! Ranges of numbers that come from outside, the error that refuses one, the wrapping of angles, products of vectors and the edge of
+//! the water.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::RangeInclusive;
 
 use thiserror::Error;
 
+pub mod bounds;
 pub mod vector;
 
 /// The numbers that modules of a fleet can have.

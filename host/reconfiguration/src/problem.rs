@@ -7,6 +7,7 @@
 //! | g5, g6 start and goal configuration | the poses of robots, tools and slots; adjacency (18) follows from the connectors |
 //! | g8 conditions v1–v6 | [`Rules`] holds their numbers |
 
+use quantity::bounds::Bounds;
 use serde::{Deserialize, Serialize};
 
 use super::pose::Pose;
@@ -74,6 +75,14 @@ pub struct Rules {
     pub dock_s: f64,
     /// Battery voltage, V.
     pub battery_v: f64,
+    /// Velocity of the water that is expected, world, m/s: what it costs to swim and to wait in it is part of the plan's energies.
+    #[serde(skip_serializing_if = "is_still")]
+    pub current_m_s: [f64; 3],
+}
+
+/// Whether water rests.
+fn is_still(current_m_s: &[f64; 3]) -> bool {
+    *current_m_s == [0.0; 3]
 }
 
 impl Default for Rules {
@@ -91,6 +100,7 @@ impl Default for Rules {
             undock_s: 0.0,
             dock_s: 0.0,
             battery_v: 16.0,
+            current_m_s: [0.0; 3],
         }
     }
 }
@@ -113,4 +123,7 @@ pub struct Problem {
     pub slots: Vec<Slot>,
     /// Under which rules.
     pub rules: Rules,
+    /// The edge of the water, seen from above: no part of a hull comes nearer to it than its margin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<Bounds>,
 }

@@ -3,8 +3,14 @@
 //! Every connected component of what rests is a cluster of its own. It is balanced when its thrusters give the wrench
 //! that (7) asks for at rest, τ_c = g(level): all six components, so that K and M are balanced and nothing drifts. The
 //! power it takes is P_bal of (17).
+//!
+//! In a current c it rests against the water: ν' = −Rᵀc is its velocity through it, and
+//!
+//! ```text
+//! τ_c = C(ν')ν' + D(ν')ν' + g(level)                                              after (7)
+//! ```
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;
 
@@ -12,6 +18,7 @@ use super::allocation::{Allocation, Allocator};
 use super::cluster::Cluster;
 use super::configuration::{adjacency, clusters};
 use super::configuration_matrix::ConfigurationMatrix;
+use super::dynamics::coriolis;
 use super::power::PowerLaw;
 
 /// Wrenches smaller than this need no balance, N and N·m.
@@ -40,8 +47,24 @@ pub enum Unbalanced {
     },
 }
 
-/// Balances bodies at rest. Bodies without thrusters are tools.
+/// Balances bodies at rest in still water. Bodies without thrusters are tools.
+///
+/// # Errors
+/// [`Unbalanced`].
 pub fn balance(
+    bodies: &[(Pose, &Vehicle)],
+    law: &PowerLaw,
+    limits_n: (f64, f64),
+) -> Result<Balance, Unbalanced> {
+    balance_in([0.0; 3], bodies, law, limits_n)
+}
+
+/// [`balance`], in a current, world, m/s.
+///
+/// # Errors
+/// [`Unbalanced`].
+pub fn balance_in(
+    current_m_s: [f64; 3],
     bodies: &[(Pose, &Vehicle)],
     law: &PowerLaw,
     limits_n: (f64, f64),
@@ -55,7 +78,7 @@ pub fn balance(
         if members.iter().all(|(_, vehicle)| vehicle.thrusters.is_empty()) {
             return Err(Unbalanced::Alone(first));
         }
-        let allocation = match of_cluster(&members, law, limits_n) {
+        let allocation = match of_cluster(current_m_s, &members, law, limits_n) {
             Some(allocation) if allocation.served >= 1.0 - 1e-9 => allocation,
             other => {
                 let served = other.map_or(0.0, |allocation| allocation.served);
@@ -76,17 +99,31 @@ pub fn balance(
 /// The least power that balances a cluster, W; `None` if it cannot be.
 #[must_use]
 pub fn power_of_cluster(members: &[(Pose, &Vehicle)], law: &PowerLaw, limits_n: (f64, f64)) -> Option<f64> {
-    of_cluster(members, law, limits_n)
+    of_cluster([0.0; 3], members, law, limits_n)
         .filter(|allocation| allocation.served >= 1.0 - 1e-9)
         .map(|allocation| allocation.power_w)
 }
 
-/// Thrusts that give τ_c = g(level) (16), about the first member.
-fn of_cluster(members: &[(Pose, &Vehicle)], law: &PowerLaw, limits_n: (f64, f64)) -> Option<Allocation> {
+/// Thrusts that give τ_c (16), about the first member.
+fn of_cluster(
+    current_m_s: [f64; 3],
+    members: &[(Pose, &Vehicle)],
+    law: &PowerLaw,
+    limits_n: (f64, f64),
+) -> Option<Allocation> {
     let origin = members.first()?.0;
-    // τ_c = g(level)
     let at_rest = Cluster::new(&origin, members).ok()?;
-    let wrench: [f64; 6] = at_rest.hydrostatics().restoring(&Vector3::z()).into();
+    let wrench: [f64; 6] = if current_m_s == [0.0; 3] {
+        // τ_c = g(level)
+        at_rest.hydrostatics().restoring(&Vector3::z()).into()
+    } else {
+        // τ_c = C(ν')ν' + D(ν')ν' + g(level)
+        let level = UnitQuaternion::from_euler_angles(0.0, 0.0, origin.yaw_rad);
+        let v = level.inverse_transform_vector(&-Vector3::from(current_m_s));
+        let nu = Vector6::new(v.x, v.y, v.z, 0.0, 0.0, 0.0);
+        let mass = at_rest.rigid_body_mass() + at_rest.added_mass();
+        (coriolis(&mass, &nu) * nu + Vector6::from(at_rest.force_needed(&nu.into()))).into()
+    };
     let thrusters: Vec<(&Vehicle, Pose)> = members.iter().map(|&(pose, vehicle)| (vehicle, pose)).collect();
     let matrix = ConfigurationMatrix::of_cluster(&thrusters, &origin).ok()?;
     if wrench.iter().all(|component| component.abs() < NOTHING) {

@@ -2,7 +2,7 @@
 //!
 //! | condition | what is asked of the problem |
 //! |---|---|
-//! | v1 | at least as many slots as robots, all in the water, no two bodies in one place or in each other |
+//! | v1 | at least as many slots as robots, all in the water and inside its edge, no two bodies in one place or in each other |
 //! | v2 | some robot brings what a slot requires, and robots fit one-to-one into slots |
 //! | v4 | every tool has a connection at the start and at the goal |
 //! | g5, g6 | start and goal are one cluster each (18) |
@@ -17,7 +17,7 @@
 use super::configuration::{LevelBox, TOUCH_M, clusters, holds};
 use super::vector::{length, offset};
 use matching::crowd;
-use quantity::{ParameterError, Range, check_ranges};
+use quantity::{ParameterError, Range, check_ranges, check_within};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot, Rules, Slot};
 use reconfiguration::vehicle::Vehicle;
@@ -83,11 +83,21 @@ impl Conditions for Problem {
         check_bodies(self)?;
         check_slots(self)?;
         let bounds_m = self.bounds_m();
+        if let Some(bounds) = &self.bounds {
+            bounds.validate().map_err(ProblemError::Edge)?;
+        }
         for node in start(self).into_iter().chain(goal(self)) {
             // A slot is refused only if no robot that may be there fits.
             if !node.kinds.iter().any(|kind| LevelBox::around(node.pose, kind).is_within(bounds_m)) {
                 let position_m = node.pose.position_m;
                 return Err(ProblemError::OutsideWater { place: node.place, position_m, bounds_m });
+            }
+            let Some(bounds) = &self.bounds else { continue };
+            let room_m = |kind: &&Vehicle| bounds.room_m(&LevelBox::around(node.pose, kind).outline_m());
+            let most_m = node.kinds.iter().map(room_m).fold(f64::NEG_INFINITY, f64::max);
+            if most_m < bounds.margin_m - TOUCH_M {
+                let (place, margin_m) = (node.place, bounds.margin_m);
+                return Err(ProblemError::NearEdge { place, room_m: most_m, margin_m });
             }
         }
         check_configuration(Configuration::Start, &start(self), self.robots.len())?;
@@ -202,6 +212,9 @@ fn check_rules(rules: &Rules) -> Result<(), ProblemError> {
         ("undock_s", rules.undock_s, "s", Range::NonNegative),
         ("dock_s", rules.dock_s, "s", Range::NonNegative),
     ])?;
+    for value in rules.current_m_s {
+        check_within(&[("current_m_s", value, "m/s", -10.0..=10.0, "must lie between -10 and 10")])?;
+    }
     let refuse = |key, value, unit, reason| Err(ParameterError { key, value, unit, reason }.into());
     if !(10.0..=20.0).contains(&rules.battery_v) {
         let reason = "the table of the thrusters covers 10 to 20 V";

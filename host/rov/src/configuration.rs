@@ -167,6 +167,15 @@ impl LevelBox {
         [-1.0, 1.0].map(|side| std::array::from_fn(|k| self.centre_m[k] + side * reach[k]))
     }
 
+    /// Its outline, seen from above, m.
+    #[must_use]
+    pub fn outline_m(&self) -> [[f64; 2]; 4] {
+        [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[ahead, aside]| {
+            let corner = turned([ahead * self.half_m[0], aside * self.half_m[1], 0.0], self.yaw_rad);
+            [self.centre_m[0] + corner[0], self.centre_m[1] + corner[1]]
+        })
+    }
+
     /// Whether it lies inside the corners `bounds_m`; touching counts as inside.
     #[must_use]
     pub fn is_within(&self, bounds_m: [[f64; 3]; 2]) -> bool {

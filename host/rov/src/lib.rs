@@ -25,6 +25,7 @@ pub mod hydrostatics;
 pub mod order;
 pub mod planner;
 pub mod power;
+pub mod pricing;
 pub mod propulsion;
 pub mod response;
 pub mod route;

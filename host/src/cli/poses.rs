@@ -1,13 +1,14 @@
 //! `--pose` and what belongs to it: a motion capture, and how the world lies in its laboratory.
 
 use std::net::Ipv4Addr;
+use std::path::Path;
 
 use nalgebra::{Vector2, Vector3};
 use pose::address::{Address, OpenError, Options};
 use pose::roster::{Entry, Name, Roster as Bodies};
 use pose::source::Source;
 use pose::structure::{Structure, Tolerances};
-use protocol::ModuleId;
+use protocol::{ModuleId, ModuleKind};
 use reconfiguration::problem::Problem;
 
 use super::{Failure, bad, could};
@@ -87,24 +88,21 @@ impl PoseArguments {
     }
 
     /// The motion capture that was asked for, which sees the robots and tools of a reconfiguration.
-    pub(super) fn open_rovs(&self, scenario: &ReconfigureScenario) -> Result<Option<LabBodies>, Failure> {
+    pub(super) fn open_rovs(
+        &self,
+        scenario: &ReconfigureScenario,
+        roster: &Roster,
+        seats: &[ModuleId],
+    ) -> Result<Option<LabBodies>, Failure> {
         let Some(address) = self.address(&scenario.pose)? else { return Ok(None) };
         if matches!(address, Address::Log(_)) {
             return Err(Failure::Bad(format!("{address}: a log steers no robots")));
         }
         let axes = scenario.pose.axes(standard_unit(&address)).ok_or_else(no_up)?;
         let by_number = matches!(address, Address::NatNet(_));
-        let labels = body_labels(&scenario.problem);
-        let entry = |(number, name): &(u16, String)| Entry {
-            module: *number,
-            body: if by_number { Name::Number(i32::from(*number)) } else { Name::Name(name.clone()) },
-            offset_m: Vector3::zeros(),
-            turn_rad: 0.0,
-        };
-        let roster = Bodies::new(labels.iter().map(entry).collect()).map_err(bad)?;
-        let numbers = labels.iter().map(|(number, _)| *number).collect();
+        let bodies = rov_bodies(&scenario.problem, roster, seats, by_number)?;
         let source = open(&address, self.interface)?;
-        Ok(Some(LabBodies::new(address.to_string(), source, axes, roster, numbers)))
+        Ok(Some(LabBodies::new(address.to_string(), source, axes, bodies)))
     }
 
     /// What was asked for: `--pose` goes before the scenario.
@@ -124,12 +122,35 @@ pub(super) fn open(address: &Address, interface: Option<Ipv4Addr>) -> Result<Box
     })
 }
 
-/// How a motion capture calls robots and tools: `module-1` and on for robots, by their place in the problem as on the link, then `tool-1` and on.
-/// Tools are numbered on behind the robots.
-pub(super) fn body_labels(problem: &Problem) -> Vec<(u16, String)> {
-    let robots = (1..=problem.robots.len()).map(|number| format!("module-{number}"));
-    let tools = (1..=problem.tools.len()).map(|number| format!("tool-{number}"));
-    (1..).zip(robots.chain(tools)).collect()
+/// Which bodies are the robots of a problem, which are the modules `seats` of `roster`, and then its tools, in order. Tools are called `tool-1`
+/// and on, and numbered on behind the robot with the greatest number.
+pub(super) fn rov_bodies(
+    problem: &Problem,
+    roster: &Roster,
+    seats: &[ModuleId],
+    by_number: bool,
+) -> Result<Bodies, Failure> {
+    let robots = roster.bodies(by_number, seats).map_err(bad)?;
+    let robots = seats.iter().filter_map(|id| robots.entries().iter().find(|entry| entry.module == id.0));
+    let greatest = seats.iter().map(|id| id.0).max().unwrap_or_default();
+    let tools = (1..=problem.tools.len() as u16).map(|tool| {
+        let module = greatest.saturating_add(tool);
+        let body =
+            if by_number { Name::Number(i32::from(module)) } else { Name::Name(format!("tool-{tool}")) };
+        Entry { module, body, offset_m: Vector3::zeros(), turn_rad: 0.0 }
+    });
+    Bodies::new(robots.cloned().chain(tools).collect()).map_err(bad)
+}
+
+/// The ROVs of a roster file, or robots 1, 2, … where there is none; and which of them is which robot of `problem`.
+pub(super) fn rovs(path: Option<&Path>, problem: &Problem) -> Result<(Roster, Vec<ModuleId>), Failure> {
+    let count = problem.robots.len();
+    let roster = match path {
+        Some(path) => Roster::read(path).map_err(bad)?,
+        None => Roster::numbered(count, ModuleKind::Rov),
+    };
+    let seats = roster.rov_seats(count).map_err(bad)?;
+    Ok((roster, seats))
 }
 
 /// Axes are never guessed.

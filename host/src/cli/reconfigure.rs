@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use link::faults::FaultParameters;
 use link::identity::HostIdentity;
 use link::udp::UdpRadio;
+use protocol::ModuleId;
 use reader::Document;
 use reader::file::{MADE_MAX, text_from, text_of};
 use reconfiguration::plan::{Criterion, Manner, Plan};
@@ -14,11 +15,12 @@ use reconfiguration::problem::Problem;
 use record::reconfigure::Record;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::PowerLaw;
+use rov::pricing::price;
 
 use super::console::{Attended, Console, ServeArguments, console};
 use super::folder::{Files, Folder};
 use super::operator::socket::Desk;
-use super::poses::PoseArguments;
+use super::poses::{PoseArguments, rovs};
 use super::progress::Bar;
 use super::run::{RadioKind, list};
 use super::{Failure, all_said, bad, could, keygen, signal, tell, untold, written};
@@ -82,6 +84,9 @@ pub(super) struct Arguments {
     /// The fleet's key file, with --radio udp [default: flotilla/fleet.key in $XDG_CONFIG_HOME or ~/.config]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
+    /// Which ROVs there are, and which body of the motion capture is whose, with --radio udp [default: 1, 2, … in the scenario's order]
+    #[arg(long, value_name = "FILE")]
+    roster: Option<PathBuf>,
     #[command(flatten)]
     poses: PoseArguments,
     /// Without a fix for this time all thrusters go to neutral, s, instead of the scenario's
@@ -131,6 +136,15 @@ enum PowerKind {
     Quadratic,
 }
 
+/// Real ROVs.
+struct Remote {
+    radio: UdpRadio,
+    host: HostIdentity,
+    /// Which of them is which robot.
+    seats: Vec<ModuleId>,
+    poses: Option<LabBodies>,
+}
+
 /// A column of the results.
 struct Column {
     /// Its heading, and the name of its files.
@@ -158,7 +172,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let loss = FaultParameters { loss: arguments.loss, ..FaultParameters::default() };
     loss.validate().map_err(|error| Failure::Bad(format!("--loss: {error}")))?;
     // The port comes first: an execution that no robot can join is not begun.
-    let mut radio = match arguments.radio {
+    let mut remote = match arguments.radio {
         RadioKind::Loopback => None,
         RadioKind::Udp if arguments.criterion.is_none() => {
             return Err(Failure::Bad("--radio udp: say which plan, by --criterion".to_owned()));
@@ -166,7 +180,9 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         RadioKind::Udp => {
             let host = keygen::host(arguments.key.as_deref())?;
             let radio = UdpRadio::bind(arguments.listen.as_str());
-            Some((radio.map_err(bad)?, host, arguments.poses.open_rovs(&scenario)?))
+            let (roster, seats) = rovs(arguments.roster.as_deref(), &scenario.problem)?;
+            let poses = arguments.poses.open_rovs(&scenario, &roster, &seats)?;
+            Some(Remote { radio: radio.map_err(bad)?, host, seats, poses })
         }
     };
     let mut bound = arguments.serve.bind(false)?;
@@ -182,7 +198,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         bar.preparing(&format!("planning: {title}"), done as u64, wanted.len() as u64);
         let law = law(arguments.power, scenario.problem.rules.battery_v)?;
         let request = Request { criterion, manner, order, law };
-        let planned = match plan(&scenario.problem, &request) {
+        let mut planned = match plan(&scenario.problem, &request) {
             Ok(planned) => planned,
             // No such robot can be planned for, by any rule.
             Err(error @ (PlanError::Propulsion { .. } | PlanError::Power(_) | PlanError::TooMany { .. })) => {
@@ -193,6 +209,10 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
                 continue;
             }
         };
+        if let Err(error) = price(&scenario.problem, &mut planned.plan, &request.law) {
+            failures.push(format!("{title}: {error}"));
+            continue;
+        }
         // A plan that breaks a condition is not handed out, whichever planner made it.
         if let Some(violation) = judge::verify(&scenario.problem, &planned.plan).first() {
             return Err(Failure::Could(format!("{title}: the plan breaks a condition: {violation}")));
@@ -222,7 +242,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             let (log, path) = folder.log(&name, tap)?;
             logs.push(path);
             let log = (log, index);
-            let executed = execute(arguments, &scenario, column, log, (radio.take(), console), &mut bar);
+            let executed = execute(arguments, &scenario, column, log, (remote.take(), console), &mut bar);
             column.executed = Some(executed.inspect_err(|_| folder.discard(&logs))?);
         }
     }
@@ -258,7 +278,7 @@ fn execute(
     scenario: &ReconfigureScenario,
     column: &Column,
     (log, index): (Log, usize),
-    (radio, console): (Option<(UdpRadio, HostIdentity, Option<LabBodies>)>, Option<Console>),
+    (remote, console): (Option<Remote>, Option<Console>),
     bar: &mut Bar,
 ) -> Result<Executed, Failure> {
     let (problem, plan) = (&scenario.problem, &column.planned.plan);
@@ -267,7 +287,7 @@ fn execute(
     let law = law(arguments.power, problem.rules.battery_v)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let options = Options { seed, radio: faults, law };
-    let Some((radio, host, poses)) = radio else {
+    let Some(Remote { radio, host, seats, poses }) = remote else {
         let mut fleet = InProcess::rovs(problem, faults, seed).map_err(could)?;
         let watched = console.is_some();
         let desk = if watched { super::run::desk(&problem.name, bar) } else { Desk::signals() };
@@ -277,11 +297,12 @@ fn execute(
         return run_into(log, problem, plan, &options, &mut fleet, drive, bar).map_err(could);
     };
     let address = radio.local_address().map_err(could)?;
+    let first = seats.first().map_or(1, |id| id.0);
     tell(&format!(
-        "listening on {address} for {} ROVs (flotilla module --rov --id 1 --host {address}, and so on)",
+        "listening on {address} for {} ROVs (flotilla module --rov --id {first} --host {address}, and so on)",
         problem.robots.len()
     ));
-    let mut fleet = OverUdp::rovs(problem, radio, host, faults, seed);
+    let mut fleet = OverUdp::rovs(problem, radio, host, seats, faults, seed);
     let mut desk = Attended::new(super::run::desk(&problem.name, bar), console, false)?;
     let drive = Drive { pace: Pace::Real, operator: &mut desk, hook: &mut |_, _, _| {} };
     let Some(poses) = poses else {

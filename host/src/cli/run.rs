@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use link::identity::HostIdentity;
 use link::strangers::Silence;
 use link::udp::UdpRadio;
-use protocol::ModuleId;
+use protocol::{ModuleId, ModuleKind};
 
 use super::console::{Attended, Console, ServeArguments, console};
 use super::folder::{Files, Folder};
@@ -188,7 +188,7 @@ fn remote(arguments: &Arguments, scenario: &Scenario) -> Result<Remote, Failure>
 pub(super) fn fleet(path: Option<&Path>, scenario: &Scenario) -> Result<Roster, Failure> {
     match path {
         Some(path) => Roster::read(path).map_err(bad),
-        None => Ok(Roster::numbered(scenario.structure.len())),
+        None => Ok(Roster::numbered(scenario.structure.len(), ModuleKind::Modboat)),
     }
 }
 

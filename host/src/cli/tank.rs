@@ -57,7 +57,7 @@ pub(super) struct Arguments {
     /// The fleet's key file [default: flotilla/fleet.key in $XDG_CONFIG_HOME or ~/.config]
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
-    /// Which modules there are and where each sits [default: 1, 2, … in the structure's order]
+    /// Which modules there are and where each sits; of ROVs, which body is whose [default: 1, 2, … in the scenario's order]
     #[arg(long, value_name = "FILE")]
     roster: Option<PathBuf>,
     /// Seed of everything random, instead of the scenario's
@@ -110,7 +110,7 @@ pub(super) struct Arguments {
     /// End by itself after so many seconds
     #[arg(long, value_name = "SECONDS")]
     duration: Option<f64>,
-    /// Write the truth to this log: pose and contacts
+    /// Write the truth to this log: pose and contacts; of ROVs, poses, thrusts and dockings
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

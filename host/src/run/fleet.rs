@@ -291,16 +291,17 @@ impl OverUdp {
 }
 
 impl OverUdp<RemoteRov> {
-    /// For the robots of `problem`, which will announce themselves to `radio`; `faults` on what the host sends.
+    /// For the robots of `problem`, which will announce themselves to `radio` with the numbers of `roster`; `faults` on what the host
+    /// sends.
     #[must_use]
     pub fn rovs(
         problem: &Problem,
         radio: UdpRadio,
         host: HostIdentity,
+        roster: Vec<ModuleId>,
         faults: FaultParameters,
         seed: u64,
     ) -> Self {
-        let roster = numbered(problem.robots.len());
         let modules = (0..roster.len()).map(|robot| RemoteRov::new(&reversed(problem, robot))).collect();
         Self { radio: Faulty::new(radio, faults, seed), host, roster, modules }
     }

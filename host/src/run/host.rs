@@ -14,6 +14,7 @@ use protocol::{Delivery, ModuleId, ModuleKind, Motion, Refusal};
 
 use super::RunError;
 use super::clock::Gap;
+use super::hold::Hold;
 use super::orders::Order;
 use super::steering::Steering;
 
@@ -87,6 +88,11 @@ pub trait Controller {
     /// Whether it gets on with what is asked for: it does not hold, and waits for no module.
     fn gets_on(&self) -> bool {
         self.is_under_way()
+    }
+
+    /// Why it does not get on, where it does not.
+    fn hold(&self) -> Hold {
+        Hold::Module
     }
 
     /// Whether it holds because no pose is new enough.

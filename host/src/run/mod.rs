@@ -13,7 +13,7 @@
 //! | [`pose_source`], `stream`, [`lab`], [`logged`] | where poses come from: the seam, frames of a motion capture, a structure in them, a log |
 //! | [`orders`], [`steering`] | what an operator orders meanwhile, and targets among it |
 //! | [`log`], [`summary`] | what is written meanwhile, and read again; its figures |
-//! | [`watch`], [`shortfall`] | how much of the time modules took no part and the fleet held; what a run was to do and did not |
+//! | [`watch`], [`hold`], [`shortfall`] | how much of the time modules took no part and the fleet held, and why; what a run was to do and did not |
 //! | [`distances`] | the table that a planner may search by, from the user's cache |
 //! | [`compare`] | several planners on one scenario |
 //! | [`vehicles`] | ROVs by name or from files |
@@ -32,6 +32,7 @@ pub mod compare;
 pub mod distances;
 pub mod experiment;
 pub mod fleet;
+pub mod hold;
 pub mod host;
 pub mod lab;
 mod leg_figures;

@@ -10,7 +10,8 @@
 //! ```
 //!
 //! A structure has places, a fleet has modules: [`Roster::seats`] says which module has which place. With cells, the module that has the
-//! place's cell; without, the Modboats in the order of the file. Modules that are left over stay out of it.
+//! place's cell; without, the Modboats in the order of the file. Modules that are left over stay out of it. ROVs have no cells: those of
+//! the file, in its order, are the robots of a scenario in its order ([`Roster::rov_seats`]).
 //!
 //! A motion capture tracks bodies: `body` says which is the module's, `body_offset_m` and `body_turn_rad` how it is mounted.
 //!
@@ -93,6 +94,16 @@ pub enum RosterError {
         roster: String,
         /// The cell `[col, row]`.
         cell: [i32; 2],
+    },
+    /// A reconfiguration has more robots than there are ROVs.
+    #[error("roster {roster:?} has {rovs} ROVs (kind = \"rov\") for {robots} robots")]
+    TooFewRovs {
+        /// The roster's name.
+        roster: String,
+        /// ROVs in it.
+        rovs: usize,
+        /// Robots in the scenario.
+        robots: usize,
     },
     /// An ROV sits in a cell of a structure of Modboats.
     #[error("roster {roster:?} has an ROV, module {id}, for cell [{}, {}]", cell[0], cell[1])]
@@ -239,10 +250,9 @@ impl Roster {
         Ok(Self { name: tables.name, members })
     }
 
-    /// Modboats 1 to `count`, at most 1024, in order: the roster of a fleet that has none.
+    /// Modules 1 to `count` of a kind, at most 1024, in order: the roster of a fleet that has none.
     #[must_use]
-    pub fn numbered(count: usize) -> Self {
-        let kind = ModuleKind::Modboat;
+    pub fn numbered(count: usize, kind: ModuleKind) -> Self {
         let members = MODULE_IDS.take(count).map(|id| Member::plain(ModuleId(id), kind));
         Self { name: "numbered".to_owned(), members: members.collect() }
     }
@@ -299,6 +309,19 @@ impl Roster {
     #[must_use]
     pub fn has_cells(&self) -> bool {
         self.members.iter().any(|member| member.cell.is_some())
+    }
+
+    /// The ROV that is each of so many robots.
+    ///
+    /// # Errors
+    /// [`RosterError::TooFewRovs`].
+    pub fn rov_seats(&self, robots: usize) -> Result<Vec<ModuleId>, RosterError> {
+        let rovs = self.members.iter().filter(|member| member.kind == ModuleKind::Rov);
+        let seats: Vec<ModuleId> = rovs.map(|member| member.id).take(robots).collect();
+        if seats.len() < robots {
+            return Err(RosterError::TooFewRovs { roster: self.name.clone(), rovs: seats.len(), robots });
+        }
+        Ok(seats)
     }
 
     /// The module in each place of `structure`, in the structure's order.

@@ -3,12 +3,13 @@
 use std::f64::consts::FRAC_PI_2;
 
 use link::faults::FaultParameters;
-use modboat::bounds::{Bounds, Place, centres_m};
+use modboat::bounds::{Place, centres_m};
 use modboat::control::ControlConfig;
 use modboat::observer::ObserverParameters;
 use modboat::parameters::Parameters;
 use modboat::planner_config::PlannerConfig;
 use modboat::structure::Structure;
+use quantity::bounds::Bounds;
 use quantity::{ParameterError, check_within};
 use reader::file::{self, Source};
 use reader::{Document, FileError, Mistake};
@@ -324,6 +325,16 @@ impl Scenario {
     }
 }
 
+/// Refuses bounds that are none.
+pub(super) fn sound(document: &Document<'_>, bounds: &Bounds) -> Result<(), Mistake> {
+    bounds
+        .validate()
+        .map_err(|error| document.mistake_in(&["bounds"], "edge_m", format!("edge_m: {error}")))?;
+    let reason = "must lie between 0 and 1000000";
+    check_within(&[("margin_m", bounds.margin_m, "m", 0.0..=1e6, reason)])
+        .map_err(|error| document.mistake_in(&["bounds"], error.key, &error))
+}
+
 /// Refuses bounds that are none, and a structure that starts, or a station that lies, outside of them.
 fn within(
     document: &Document<'_>,
@@ -332,12 +343,7 @@ fn within(
     legs: &[Leg],
     positions_m: &[[f64; 2]],
 ) -> Result<(), Mistake> {
-    bounds
-        .validate()
-        .map_err(|error| document.mistake_in(&["bounds"], "edge_m", format!("edge_m: {error}")))?;
-    let reason = "must lie between 0 and 1000000";
-    check_within(&[("margin_m", bounds.margin_m, "m", 0.0..=1e6, reason)])
-        .map_err(|error| document.mistake_in(&["bounds"], error.key, &error))?;
+    sound(document, bounds)?;
     let first = legs.first().map_or(FRAC_PI_2, |leg| leg.heading_rad);
     let heading_rad = start.heading_rad.unwrap_or(first);
     let place = Place { position_m: start.position_m, heading_rad };

@@ -69,6 +69,8 @@ pub enum Shortfall {
         time_s: f64,
         /// Of the leg.
         share: f64,
+        /// Why, for the longest part of it; null where the log does not say.
+        reason: Option<String>,
     },
     /// More was asked than the structure can give.
     Unattainable {
@@ -119,8 +121,9 @@ impl Display for Shortfall {
             Self::Thruster { robot, thruster, at_s } => {
                 write!(f, "thruster {thruster} of robot {robot} gives nothing, as found at {at_s:.1} s")
             }
-            Self::Held { time_s, share, .. } => {
-                write!(f, "the fleet held for {time_s:.1} s ({:.0} %)", 100.0 * share)
+            Self::Held { time_s, share, reason, .. } => {
+                write!(f, "the fleet held for {time_s:.1} s ({:.0} %)", 100.0 * share)?;
+                reason.as_ref().map_or(Ok(()), |reason| write!(f, ": {reason}"))
             }
             Self::Unattainable { demand_m_s, attainable_m_s, mean_m_s, .. } => write!(
                 f,
@@ -178,7 +181,9 @@ pub fn of_watch(
         }
     }
     if too_long(watch.held_s) {
-        found.push(Shortfall::Held { leg, time_s: watch.held_s, share: watch.held_s / time_s });
+        let longest = watch.holds.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let reason = longest.map(|(hold, _)| hold.to_string());
+        found.push(Shortfall::Held { leg, time_s: watch.held_s, share: watch.held_s / time_s, reason });
     }
     found
 }
@@ -200,6 +205,7 @@ pub fn of_velocity(leg: usize, figures: &LegFigures, duration_s: f64) -> Option<
 
 #[cfg(test)]
 mod tests {
+    use super::super::hold::Hold;
     use super::super::watch::{Absence, Reason};
     use super::*;
 
@@ -238,7 +244,8 @@ mod tests {
     fn a_quarter_of_a_leg_is_too_much_and_one_decision_is_not() {
         let absence = |module, reason, time_s| Absence { module, reason, time_s };
         let judged = |time_s, held_s, absences| {
-            let watch = LegWatch { time_s, held_s, absences };
+            let holds = vec![(Hold::Operator, 0.4 * held_s), (Hold::PosesLost, 0.6 * held_s)];
+            let watch = LegWatch { time_s, held_s, holds, absences };
             let found = of_watch(Some(2), &watch, 4.0, "module", |module| module as u16 + 10);
             found.iter().map(ToString::to_string).collect::<Vec<_>>()
         };
@@ -253,7 +260,7 @@ mod tests {
             ),
             [
                 "leg 2: module 13 took no part for 27.0 s (27 %): it refuses its cycles: low battery",
-                "leg 2: the fleet held for 26.0 s (26 %)"
+                "leg 2: the fleet held for 26.0 s (26 %): no pose was new enough"
             ]
         );
     }

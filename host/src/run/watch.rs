@@ -1,4 +1,4 @@
-//! For how long each module took no part in a run, and why, and for how long the fleet held: what [`shortfall`](super::shortfall) judges.
+//! For how long each module took no part in a run, for how long the fleet held, and why: what [`shortfall`](super::shortfall) judges.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -9,6 +9,7 @@ use protocol::{Faults, ModuleState, Refusal};
 use super::RunError;
 use super::closed_loop::{Observer, Run};
 use super::fleet::Fleet;
+use super::hold::Hold;
 use super::host::{Controller, Host};
 
 /// A module that has not been heard for this time does not answer: fifty of its reports. *Assumed.*
@@ -156,6 +157,8 @@ pub struct LegWatch {
     pub time_s: f64,
     /// For how long of that the fleet held, s.
     pub held_s: f64,
+    /// The same by reason, in the order in which they were met.
+    pub holds: Vec<(Hold, f64)>,
     /// By module and reason, in the order in which they were met.
     pub absences: Vec<Absence>,
 }
@@ -219,10 +222,18 @@ impl Watch {
         let since = |at: FleetInstant| at.0.saturating_sub(origin.0) as f64 * 1e-6;
         let (from_s, to_s) = (self.last.map_or(0.0, since), since(now));
         self.last = Some(now);
-        let holds = gap || blind || !controller.gets_on();
+        let hold = match gap || blind {
+            true => Some(Hold::HostAway),
+            false => (!controller.gets_on()).then(|| controller.hold()),
+        };
         self.share_out(from_s, to_s, |leg, part_s| {
             leg.time_s += part_s;
-            leg.held_s += if holds { part_s } else { 0.0 };
+            let Some(hold) = hold else { return };
+            leg.held_s += part_s;
+            match leg.holds.iter_mut().find(|(known, _)| *known == hold) {
+                Some((_, time_s)) => *time_s += part_s,
+                None => leg.holds.push((hold, part_s)),
+            }
         });
         // What modules do in a gap of the host is not known.
         if blind {

@@ -2,8 +2,9 @@
 
 use host::run::experiment::simulate;
 use host::run::scenario::Scenario;
-use modboat::bounds::{Bounds, Place, centres_m, footprint_m};
+use modboat::bounds::{Place, centres_m, footprint_m};
 use modboat::parameters::Parameters;
+use quantity::bounds::Bounds;
 
 /// Legs through each wall, with turns, in the tank of `edge_m`.
 fn scenario(edge_m: &str, size: &str, turn_rad: f64, current: [f64; 2]) -> Scenario {

@@ -358,6 +358,7 @@ fn a_goal_out_of_reach_is_proved_to_be() {
             bounds_m: Some([[-2.5, -2.0, -height / 2.0], [2.5, 2.0, height / 2.0]]),
             ..Rules::default()
         },
+        bounds: None,
     };
     for problem in [&tunnel, &walled] {
         problem.check().unwrap_or_else(|error| panic!("{}: {error}", problem.name));

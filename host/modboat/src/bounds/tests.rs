@@ -24,35 +24,6 @@ fn governor(bounds: &Bounds, size: &str) -> Governor {
 }
 
 #[test]
-fn what_is_no_polygon_is_refused() {
-    let bow = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]];
-    assert_eq!(bounds(&bow).validate(), Err(BoundsError::Crossing(1, 3)));
-    let spike = [[0.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
-    assert_eq!(bounds(&spike).validate(), Err(BoundsError::Crossing(1, 2)));
-    let twice = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
-    assert_eq!(bounds(&twice).validate(), Err(BoundsError::Crossing(1, 2)));
-    assert_eq!(bounds(&bow[..2]).validate(), Err(BoundsError::Count(2)));
-    let none = bounds(&[[0.0, 0.0], [1.0, f64::NAN], [1.0, 1.0]]).validate();
-    assert!(matches!(none, Err(BoundsError::Coordinate { vertex: 2, .. })), "{none:?}");
-    for good in [square(), corner()] {
-        assert_eq!(good.validate(), Ok(()));
-        // The other way round it is the same polygon.
-        let mut turned = good;
-        turned.edge_m.reverse();
-        assert_eq!(turned.validate(), Ok(()));
-    }
-}
-
-#[test]
-fn distances_are_those_of_the_nearest_edge() {
-    for (point, distance_m) in
-        [([0.0, -0.5], 0.5), ([0.5, 0.5], -0.5), ([-0.1, 0.1], 0.1), ([-3.0, 0.0], -2.0), ([0.5, -0.2], 0.2)]
-    {
-        assert!((corner().distance_m(point) - distance_m).abs() < 1e-12, "{point:?}");
-    }
-}
-
-#[test]
 fn far_from_the_edge_nothing_changes() {
     let wanted = Target { velocity_m_s: [0.02, 0.01], heading_rad: 0.3 };
     let place = Place { position_m: [0.0; 2], heading_rad: 0.0 };

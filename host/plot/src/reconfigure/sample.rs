@@ -89,6 +89,7 @@ fn problem(name: &str, starts: &[[f64; 3]], slots: &[[f64; 3]]) -> Problem {
         tools: vec![Tool { vehicle: 1, pose: Pose::default() }],
         slots: slots.iter().map(|&at| Slot { pose: pose(at), requires: Vec::new() }).collect(),
         rules: Rules::default(),
+        bounds: None,
     }
 }
 

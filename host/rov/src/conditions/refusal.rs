@@ -1,6 +1,7 @@
 //! Errors of problems that are refused, with their messages.
 
 use quantity::ParameterError;
+use quantity::bounds::BoundsError;
 use thiserror::Error;
 
 /// Something of a problem, as its user counts: robots by id, tools and slots from 1.
@@ -89,6 +90,12 @@ pub enum ProblemError {
         bounds_m[1]
     )]
     OutsideWater { place: Place, position_m: [f64; 3], bounds_m: [[f64; 3]; 2] },
+    /// The edge of the water is none.
+    #[error("[bounds] edge_m: {0}")]
+    Edge(BoundsError),
+    /// Something is nearer to the edge of the water than its margin, or beyond it.
+    #[error("{place} is {room_m:.3} m from the edge of [bounds]: {margin_m} m are asked")]
+    NearEdge { place: Place, room_m: f64, margin_m: f64 },
     /// Two in one place.
     #[error("{first} and {second} are both at {position_m:?} m")]
     SamePlace { first: Place, second: Place, position_m: [f64; 3] },

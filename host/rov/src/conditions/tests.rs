@@ -28,6 +28,7 @@ fn good() -> Problem {
         tools: vec![Tool { vehicle: 1, pose: Pose::default() }],
         slots: vec![slot(0.4), slot(0.8)],
         rules: Rules::default(),
+        bounds: None,
     }
 }
 
@@ -51,6 +52,10 @@ fn a_good_problem_passes_and_its_water_leaves_room() {
 
 #[test]
 fn every_refusal_names_its_value() {
+    let edge = |p: &mut Problem, far: f64| {
+        let edge_m = vec![[-far, -far], [far, -far], [far, far], [-far, far]];
+        p.bounds = Some(quantity::bounds::Bounds { edge_m, margin_m: 0.1 });
+    };
     let bounds = |p: &mut Problem, far: f64| p.rules.bounds_m = Some([[-far; 3], [far; 3]]);
     type Case<'a> = (&'a str, Box<dyn FnOnce(&mut Problem) + 'a>);
     let cases: Vec<Case<'_>> = vec![
@@ -109,6 +114,23 @@ fn every_refusal_names_its_value() {
         ("[rules] speeds_m_s = 0.6 m/s: the least", Box::new(|p| p.rules.speeds_m_s[0] = 0.6)),
         ("[rules] yaw_rates_rad_s = inf rad/s", Box::new(|p| p.rules.yaw_rates_rad_s[1] = f64::INFINITY)),
         ("[rules] dock_s = -1 s", Box::new(|p| p.rules.dock_s = -1.0)),
+        ("[rules] current_m_s = -11 m/s", Box::new(|p| p.rules.current_m_s[1] = -11.0)),
+        ("robot 2 is -0.200 m from the edge of [bounds]: 0.1 m are asked", Box::new(|p| edge(p, 0.8))),
+        (
+            "slot 2 is 0.050 m from the edge of [bounds]: 0.1 m are asked",
+            Box::new(|p| {
+                edge(p, 3.0);
+                p.bounds.as_mut().expect("bounds").edge_m[1][0] = 1.05;
+                p.bounds.as_mut().expect("bounds").edge_m[2][0] = 1.05;
+            }),
+        ),
+        (
+            "[bounds] edge_m: has 2 vertices",
+            Box::new(|p| {
+                edge(p, 3.0);
+                p.bounds.as_mut().expect("bounds").edge_m.truncate(2);
+            }),
+        ),
         ("[rules] grid_divisions = 0 cells", Box::new(|p| p.rules.grid_divisions[1] = 0)),
         ("[rules] bounds_m = NaN m", Box::new(|p| bounds(p, f64::NAN))),
         ("[rules] bounds_m = [[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]] m", Box::new(|p| bounds(p, -1.0))),

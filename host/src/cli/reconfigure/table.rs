@@ -6,6 +6,7 @@ use reconfiguration::plan::{ActionKind, Criterion};
 use reconfiguration::problem::Problem;
 
 use super::Column;
+use crate::run::reconfigure::phases::Phases;
 use crate::run::reconfigure::summary::Summary;
 
 /// Prints a row a figure, a column a plan.
@@ -81,6 +82,9 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
         }
     }
     for Column { title, executed, .. } in columns {
+        if let Some(executed) = executed {
+            writeln!(out, "  {title}:\n{}", Phases::of(&executed.record))?;
+        }
         let Some(summary) = executed.as_ref().map(|executed| &executed.summary) else { continue };
         for gap in &summary.gaps {
             writeln!(

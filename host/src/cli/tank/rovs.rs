@@ -6,28 +6,34 @@
 use std::str::FromStr;
 
 use link::udp::UdpRadio;
-use pose::axes::Pose;
+use pose::axes::{Pose, swap_world_and_ned};
 use pose::frame::Label;
+use pose::roster::{Entry, Name, Roster as Bodies};
+use protocol::ModuleId;
 use protocol::ModuleState;
 use protocol::time::FleetInstant;
 use reconfiguration::pose::Pose as Level;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
+use rov::dynamics::State;
 use rov::power::PowerLaw;
 use sim::mocap::MocapParameters;
 use sim::module::TICK;
 use sim::rov::{RovActuation, SimRov, Thrusters};
 
 use super::super::module::{ROV_REPORTS, radio, resolve, setup};
-use super::super::poses::body_labels;
+use super::super::poses::{rov_bodies, rovs};
 use super::super::{Failure, bad, could, tell};
 use super::{Arguments, axes, cameras, live, serve};
 use crate::run::RunError;
 use crate::run::closed_loop::World;
 use crate::run::reconfigure::conductor::{Coupling, HAND_OVER_S};
-use crate::run::reconfigure::poses::in_the_world;
 use crate::run::reconfigure::scenario::{BUILT_IN, ReconfigureScenario};
 use crate::run::reconfigure::water::{STEP_S, Water, is_step};
+
+mod truth;
+
+use truth::Truth;
 
 /// What [`Execution`](crate::run::reconfigure::controller::Execution) waits before its plan begins, s.
 const HANDS_S: f64 = 2.0 * HAND_OVER_S;
@@ -82,23 +88,34 @@ pub(super) fn is_meant(scenario: &str) -> bool {
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = ReconfigureScenario::open(&arguments.scenario).map_err(bad)?;
-    if arguments.roster.is_some() {
-        return Err(Failure::Bad("--roster: robots are numbered by their place in the scenario".to_owned()));
-    }
-    if arguments.out.is_some() {
-        return Err(Failure::Bad("--out: the truth of ROVs is told on standard error alone".to_owned()));
-    }
-    let mut robots = Robots::new(arguments, &scenario.problem)?;
-    let labels = body_labels(&scenario.problem);
-    let labels: Vec<Label> =
-        labels.iter().map(|(number, name)| Label::new(i32::from(*number), name)).collect();
+    let problem = &scenario.problem;
+    let (roster, seats) = rovs(arguments.roster.as_deref(), problem)?;
+    let bodies = rov_bodies(problem, &roster, &seats, false)?;
+    let labels: Vec<Label> = bodies.entries().iter().map(label).collect();
+    let mut robots = Robots::new(arguments, problem, &seats, bodies)?;
+    let mut truth = arguments.out.as_deref().map(Truth::create).transpose()?;
     let server = serve(arguments, &labels)?;
     let mocap = MocapParameters { rate_hz: 100.0, ..MocapParameters::default() };
     let axes = axes(arguments, &scenario.pose);
     let mut cameras = cameras(arguments, &mocap, arguments.seed.unwrap_or(scenario.seed), axes, labels)?;
     tell(&format!("{} ROVs, host at {}", robots.rovs.len(), arguments.host));
     tell(&format!("motion capture on {}", server.address()));
-    live(arguments, server, &mut cameras, |now, tick_s| robots.step(now, tick_s))
+    live(arguments, server, &mut cameras, |now, tick_s| {
+        let poses = robots.step(now, tick_s)?;
+        if let Some(truth) = &mut truth {
+            truth.write((tick_s * 1e6).round() as u64, &mut robots)?;
+        }
+        Ok(poses)
+    })?;
+    truth.map_or(Ok(()), Truth::finish)
+}
+
+/// How the motion capture calls a body: by its number and its name, of which the roster may say one.
+fn label(entry: &Entry) -> Label {
+    match &entry.body {
+        Name::Name(name) => Label::new(i32::from(entry.module), name),
+        Name::Number(number) => Label::new(*number, &format!("module-{}", entry.module)),
+    }
 }
 
 /// Robots and tools in one water.
@@ -107,7 +124,13 @@ struct Robots {
     rovs: Vec<SimRov<UdpRadio>>,
     actuation: Vec<RovActuation>,
     water: Water,
+    /// Bodies of the motion capture on robots, then on tools.
+    bodies: Bodies,
+    /// What was told meanwhile, and of which robot, for a log.
+    happened: Vec<(u16, String)>,
     docked: Vec<bool>,
+    /// Which robots have taken hold in a slot.
+    arrived: Vec<bool>,
     /// Where robots may take hold.
     slots: Vec<Level>,
     dead: Option<(usize, usize, f64)>,
@@ -120,16 +143,21 @@ struct Robots {
 }
 
 impl Robots {
-    fn new(arguments: &Arguments, problem: &Problem) -> Result<Self, Failure> {
+    fn new(
+        arguments: &Arguments,
+        problem: &Problem,
+        seats: &[ModuleId],
+        mounted: Bodies,
+    ) -> Result<Self, Failure> {
         let host = resolve(&arguments.host)?;
         let vehicle = |kind: usize| {
             problem.vehicles.get(kind).ok_or_else(|| Failure::Bad("a vehicle is missing".to_owned()))
         };
         let (mut rovs, mut bodies): (Vec<_>, Vec<(Level, &Vehicle)>) = (Vec::new(), Vec::new());
-        for (robot, number) in problem.robots.iter().zip(1_u16..) {
+        for (robot, number) in problem.robots.iter().zip(seats) {
             let vehicle = vehicle(robot.vehicle)?;
             bodies.push((robot.start, vehicle));
-            let setup = setup(arguments.key.as_deref(), number, ROV_REPORTS)?;
+            let setup = setup(arguments.key.as_deref(), number.0, ROV_REPORTS)?;
             let reversed: Vec<bool> = vehicle.thrusters.iter().map(|thruster| thruster.reversed).collect();
             let thrusters = Thrusters::new(&reversed, problem.rules.battery_v).map_err(bad)?;
             rovs.push(SimRov::new(&setup, thrusters, radio(None, host)?, host).map_err(bad)?);
@@ -153,10 +181,13 @@ impl Robots {
         Ok(Self {
             actuation: vec![RovActuation::default(); rovs.len()],
             docked: vec![true; rovs.len()],
+            arrived: vec![false; rovs.len()],
             slots: problem.slots.iter().map(|slot| slot.pose).collect(),
             dead: dead.transpose()?,
             law: PowerLaw::fitted(problem.rules.battery_v).map_err(bad)?,
             energy_j: 0.0,
+            bodies: mounted,
+            happened: Vec::new(),
             following_s: None,
             released_s: None,
             stepped: 0,
@@ -181,7 +212,15 @@ impl Robots {
                 self.flow(now, tick_s - released_s).map_err(could)?;
             }
         }
-        Ok(in_the_world(self.water.states()))
+        let ned = |state: &State| Pose { position: state.position_m, attitude: state.attitude };
+        let states = self.water.states().iter().zip(self.bodies.entries());
+        Ok(states.map(|(state, entry)| swap_world_and_ned(&entry.body_of_vehicle(&ned(state)))).collect())
+    }
+
+    /// Tells a person, and the log.
+    fn say(&mut self, robot: u16, text: String) {
+        tell(&text);
+        self.happened.push((robot, text));
     }
 
     /// Hands that hold everything let go when all robots follow thrusts.
@@ -195,7 +234,7 @@ impl Robots {
             self.following_s = None;
         } else if tick_s - since_s >= HANDS_S {
             self.released_s = Some(tick_s);
-            tell(&format!("{tick_s:.1} s: the water lets go"));
+            self.say(0, format!("{tick_s:.1} s: the water lets go"));
         }
     }
 
@@ -206,7 +245,8 @@ impl Robots {
         {
             self.rovs[robot].set_failed(thruster);
             self.dead = None;
-            tell(&format!("{t_s:.1} s: thruster {} of robot {} fails", thruster + 1, self.ids[robot]));
+            let id = self.ids[robot];
+            self.say(id, format!("{t_s:.1} s: thruster {} of robot {id} fails", thruster + 1));
         }
         let thrusts = self.actuation.iter().flat_map(|actuation| &actuation.thrusts_n);
         self.energy_j += STEP_S * thrusts.map(|&thrust_n| self.law.power_w(thrust_n)).sum::<f64>();
@@ -215,22 +255,25 @@ impl Robots {
             if self.docked[robot] && open {
                 self.water.couple(Coupling::Undock(robot))?;
                 self.docked[robot] = false;
-                tell(&format!("{t_s:.1} s: robot {} lets go", self.ids[robot]));
+                let id = self.ids[robot];
+                self.say(id, format!("{t_s:.1} s: robot {id} lets go"));
             } else if !self.docked[robot] && !open {
                 for &slot in &self.slots {
                     if self.water.couple(Coupling::Dock(robot, slot))?.is_some() {
-                        self.docked[robot] = true;
+                        (self.docked[robot], self.arrived[robot]) = (true, true);
                         break;
                     }
                 }
                 let Some(misfit) = self.water.drawn_in().filter(|_| self.docked[robot]) else { continue };
-                tell(&format!(
-                    "{t_s:.1} s: robot {} takes hold, {:.1} mm and {:.2}° off; {:.1} J drawn so far",
-                    self.ids[robot],
-                    misfit.position_m * 1e3,
-                    misfit.angle_rad.to_degrees(),
-                    self.energy_j
-                ));
+                let (id, off_mm, off_deg) =
+                    (self.ids[robot], misfit.position_m * 1e3, misfit.angle_rad.to_degrees());
+                let drawn = format!("{:.1} J drawn so far", self.energy_j);
+                self.say(
+                    id,
+                    format!(
+                        "{t_s:.1} s: robot {id} takes hold, {off_mm:.1} mm and {off_deg:.2}° off; {drawn}"
+                    ),
+                );
             }
         }
         Ok(())

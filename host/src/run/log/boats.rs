@@ -430,9 +430,12 @@ impl<'a> BoatLog<'a> {
         if let Some(account) = run.poses.account() {
             self.tell(now, Told::Poses(&counts::poses(stamp(now), &account, &self.troubles)));
         }
-        let (legs, absences) = counts::legs(stamp(now), self.watch.legs());
+        let (legs, absences, holds) = counts::legs(stamp(now), self.watch.legs());
         self.tell(now, Told::Legs(&legs));
         self.tell(now, Told::Absences(&absences));
+        if let Some(holds) = holds {
+            self.tell(now, Told::Holds(&holds));
+        }
         let contacts = tank.map_or(&[][..], |tank| tank.contacts());
         for (index, contact) in contacts.iter().enumerate() {
             let overlap_m = -contact.clearance_m;
@@ -483,11 +486,7 @@ impl<F: Fleet<Actuation = TailState>, P: PoseSource<Tank>> Observer<BoatRun<'_, 
         // A gap whose end is not known yet is told of later.
         self.tell_gaps(now, run, run.gaps.len() - usize::from(run.is_blind()));
         if let Some(text) = run.poses.trouble().filter(|_| !pilot.gets_on() && self.origin.is_some()) {
-            let time_s = f64::from(TICK.as_secs_f32());
-            match self.troubles.iter_mut().find(|known| known.text == text) {
-                Some(known) => known.time_s += time_s,
-                None => self.troubles.push(flotilla::Trouble { text: text.to_owned(), time_s }),
-            }
+            counts::suffer(&mut self.troubles, text);
         }
         if !run.is_blind() {
             self.motion(now, run);

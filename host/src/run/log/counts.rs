@@ -7,7 +7,9 @@ use protocol::Faults;
 use protocol::ledger::{Incoming, Outgoing};
 use runlog::flotilla;
 use runlog::ros::Time;
+use sim::module::TICK;
 
+use super::super::hold::Hold;
 use super::super::host::Controller;
 use super::super::pose_source::PoseAccount;
 use super::super::summary::LinkFigures;
@@ -173,9 +175,18 @@ pub fn poses(stamp: Time, account: &PoseAccount, troubles: &[flotilla::Trouble])
     }
 }
 
+/// A tick more of a trouble with poses.
+pub fn suffer(troubles: &mut Vec<flotilla::Trouble>, text: &str) {
+    let time_s = f64::from(TICK.as_secs_f32());
+    match troubles.iter_mut().find(|known| known.text == text) {
+        Some(known) => known.time_s += time_s,
+        None => troubles.push(flotilla::Trouble { text: text.to_owned(), time_s }),
+    }
+}
+
 /// What was seen in each leg.
 #[must_use]
-pub fn legs(stamp: Time, legs: &[LegWatch]) -> (flotilla::Legs, flotilla::Absences) {
+pub fn legs(stamp: Time, legs: &[LegWatch]) -> (flotilla::Legs, flotilla::Absences, Option<flotilla::Holds>) {
     let absences = legs.iter().enumerate().flat_map(|(leg, seen)| {
         seen.absences.iter().map(move |absence| {
             let (reason, detail) = absence.reason.numbers();
@@ -191,15 +202,33 @@ pub fn legs(stamp: Time, legs: &[LegWatch]) -> (flotilla::Legs, flotilla::Absenc
     });
     let absences = flotilla::Absences { stamp: stamp.clone(), absences: absences.collect() };
     let (time_s, held_s) = legs.iter().map(|leg| (leg.time_s, leg.held_s)).unzip();
-    (flotilla::Legs { stamp, time_s, held_s }, absences)
+    let mut holds = flotilla::Holds { stamp: stamp.clone(), ..flotilla::Holds::default() };
+    for (leg, seen) in legs.iter().enumerate() {
+        for (hold, time_s) in &seen.holds {
+            holds.leg.push(leg as u32);
+            holds.reason.push(hold.number());
+            holds.time_s.push(*time_s);
+        }
+    }
+    (flotilla::Legs { stamp, time_s, held_s }, absences, (!holds.leg.is_empty()).then_some(holds))
 }
 
 /// The same, back, of `count` legs. What no leg or no reason is left out.
 #[must_use]
-pub fn watched(count: usize, legs: &flotilla::Legs, absences: &flotilla::Absences) -> Vec<LegWatch> {
+pub fn watched(
+    count: usize,
+    legs: &flotilla::Legs,
+    absences: &flotilla::Absences,
+    holds: &flotilla::Holds,
+) -> Vec<LegWatch> {
     let mut watched = vec![LegWatch::default(); count];
     for ((leg, &time_s), &held_s) in watched.iter_mut().zip(&legs.time_s).zip(&legs.held_s) {
         (leg.time_s, leg.held_s) = (time_s, held_s);
+    }
+    for ((&leg, &reason), &time_s) in holds.leg.iter().zip(&holds.reason).zip(&holds.time_s) {
+        if let (Some(leg), Some(hold)) = (watched.get_mut(leg as usize), Hold::from_number(reason)) {
+            leg.holds.push((hold, time_s));
+        }
     }
     for absence in &absences.absences {
         let reason = Reason::from_numbers(absence.reason, absence.detail);

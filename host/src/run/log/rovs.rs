@@ -26,6 +26,7 @@ use super::super::RunError;
 use super::super::closed_loop::{Ending, Observer, Run};
 use super::super::fleet::Fleet;
 use super::super::host::Controller;
+use super::super::pose_source::PoseSource;
 use super::super::reconfigure::accounts::Accounts;
 use super::super::reconfigure::conductor::PERIOD;
 use super::super::reconfigure::controller::Execution;
@@ -106,6 +107,8 @@ pub struct RovLog<'a> {
     moving: Option<(usize, usize)>,
     counted: Option<FleetInstant>,
     standing: Standing,
+    /// Why the plan waited for want of poses, and for how long.
+    troubles: Vec<flotilla::Trouble>,
 }
 
 impl<'a> RovLog<'a> {
@@ -145,6 +148,7 @@ impl<'a> RovLog<'a> {
             moving: None,
             counted: None,
             standing: Standing::default(),
+            troubles: Vec::new(),
         })
     }
 
@@ -157,7 +161,7 @@ impl<'a> RovLog<'a> {
     ///
     /// # Errors
     /// As for [`Reading::finish`].
-    pub fn finish<F: Fleet<Actuation = RovActuation>, P>(
+    pub fn finish<F: Fleet<Actuation = RovActuation>, P: PoseSource<Water>>(
         mut self,
         ending: &Ending,
         run: &RovRun<'_, '_, F, P>,
@@ -262,7 +266,7 @@ impl<'a> RovLog<'a> {
     }
 
     /// Everything that is counted, so far.
-    fn count<F: Fleet<Actuation = RovActuation>, P>(
+    fn count<F: Fleet<Actuation = RovActuation>, P: PoseSource<Water>>(
         &mut self,
         now: FleetInstant,
         run: &RovRun<'_, '_, F, P>,
@@ -277,9 +281,15 @@ impl<'a> RovLog<'a> {
             ..flotilla::Ledger::default()
         };
         self.tell(now, Told::Ledger(&ledger));
-        let (legs, absences) = counts::legs(stamp(now), self.watch.legs());
+        if let Some(account) = run.poses.account() {
+            self.tell(now, Told::Poses(&counts::poses(stamp(now), &account, &self.troubles)));
+        }
+        let (legs, absences, holds) = counts::legs(stamp(now), self.watch.legs());
         self.tell(now, Told::Legs(&legs));
         self.tell(now, Told::Absences(&absences));
+        if let Some(holds) = holds {
+            self.tell(now, Told::Holds(&holds));
+        }
         let moves =
             flotilla::Moves { stamp: stamp(now), moves: self.accounts.moves().map(reading::told).collect() };
         self.tell(now, Told::Moves(&moves));
@@ -315,12 +325,18 @@ fn place(pose: &Pose) -> flotilla::Place {
     flotilla::Place { x_m, y_m, z_m, yaw_rad }
 }
 
-impl<F: Fleet<Actuation = RovActuation>, P> Observer<RovRun<'_, '_, F, P>> for RovLog<'_> {
+impl<F: Fleet<Actuation = RovActuation>, P: PoseSource<Water>> Observer<RovRun<'_, '_, F, P>> for RovLog<'_> {
     fn observe(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) -> Result<(), RunError> {
         self.events(now);
         self.stand(now, run);
         self.step(now, run);
         self.watch.observe(now, run)?;
+        let controller = &run.host.controller;
+        if let Some(text) =
+            run.poses.trouble().filter(|_| controller.origin().is_some() && !controller.gets_on())
+        {
+            counts::suffer(&mut self.troubles, text);
+        }
         let is_due = self.counted.is_none_or(|counted| now.since(counted) >= COUNTS_EVERY);
         if is_due && self.log.is_kept() {
             self.count(now, run);

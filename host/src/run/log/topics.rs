@@ -86,6 +86,8 @@ topics! {
         Legs, legs: flotilla::Legs = "/legs";
         /// Absences so far.
         Absences, absences: flotilla::Absences = "/absences";
+        /// Why the fleet held, so far; nothing where it did not.
+        Holds, holds: flotilla::Holds = "/holds";
         /// All ROVs.
         Robots, robots: flotilla::Robots = "/robots";
         /// Moves so far.

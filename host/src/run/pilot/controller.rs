@@ -12,6 +12,7 @@ use protocol::{ModuleKind, ModuleState};
 
 use super::super::RunError;
 use super::super::clock::Gap;
+use super::super::hold::Hold;
 use super::super::host::{Controller, Patience, Step};
 use super::super::orders::Order;
 use super::super::scenario::{Scenario, Timing};
@@ -151,6 +152,15 @@ impl Controller for Pilot {
     fn gets_on(&self) -> bool {
         let rests = || self.decisions.last().is_some_and(|last| last.demand == Wrench::default());
         self.is_under_way() || self.phase == Phase::Pausing && rests()
+    }
+
+    fn hold(&self) -> Hold {
+        match self.phase {
+            Phase::Halted => Hold::Operator,
+            _ if self.lacks_pose => Hold::PosesLost,
+            Phase::Pausing => Hold::NoCycle,
+            _ => Hold::Module,
+        }
     }
 
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {

@@ -15,7 +15,8 @@ use rov::configuration::LevelBox;
 use rov::dynamics::State;
 use rov::guidance::reference::ReferenceTrajectory;
 use rov::power::PowerLaw;
-use rov::propulsion::{Propulsion, PropulsionError, Steady};
+use rov::pricing;
+use rov::propulsion::{Expense, Propulsion, PropulsionError, Steady};
 use sim::rov::basin::Misfit;
 
 use super::conductor::{Conductor, HAND_OVER_S};
@@ -101,7 +102,7 @@ impl Accounts {
     }
 }
 
-/// What a move's actions take when they begin and end at rest.
+/// What a move's actions take when they begin and end at rest, in the current that is expected.
 fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy, PropulsionError> {
     let rules = &problem.rules;
     let robot = problem.robots.iter().find(|robot| robot.id == planned.robot);
@@ -115,7 +116,14 @@ fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy,
         let way_m: [f64; 3] = std::array::from_fn(|k| action.to.position_m[k] - action.from.position_m[k]);
         let length_m = way_m.iter().map(|x| x * x).sum::<f64>().sqrt();
         let angle_rad = quantity::wrap_rad(action.to.yaw_rad - action.from.yaw_rad);
+        let flows = rules.current_m_s != [0.0; 3];
         let expense = match action.kind {
+            ActionKind::Leg | ActionKind::Turn if flows => {
+                let duration_s = trajectory.duration_s();
+                let energy_j =
+                    pricing::energy_j(&propulsion, duration_s, rules.current_m_s, |t_s| trajectory.at(t_s));
+                energy_j.map(|energy_j| Expense { duration_s, energy_j, ..Expense::default() })
+            }
             ActionKind::Leg if length_m > 0.0 => {
                 let (sin, cos) = action.from.yaw_rad.sin_cos();
                 let [x, y, z] = way_m.map(|x| x / length_m);

@@ -14,11 +14,13 @@
 //! - Commands lead the propellers' lag (`lead`).
 //! - A mover that is further than [`ASTRAY_M`] from its reference, or does not answer, is waited for: its reference
 //!   rests until it is there again, then goes on from rest.
+//! - So it is while a robot has drifted towards the edge of the water (`edge`).
 //! - What takes longer than [`PATIENCE_S`] fails, by name. So does a waiting cluster that is pushed away or tilted.
 //!
 //! Assumptions and limits: position, attitude and velocity of every robot are taken for known. Where they are estimates, a mover that is
 //! to dock keeps to a part of the tolerance ([`Conductor::keep_within`]).
 
+mod edge;
 mod failure;
 mod fit;
 mod lead;
@@ -76,8 +78,6 @@ pub enum Coupling {
     Dock(usize, Pose),
 }
 
-const NO_ANSWER: &str = " (it does not answer)";
-
 /// Robots, and tools between them, that wait together.
 #[derive(Clone, Debug)]
 struct Station {
@@ -107,6 +107,8 @@ pub struct Conductor<'a> {
     t_s: f64,
     waited_s: f64,
     astray: bool,
+    /// The body that has drifted towards the edge of the water, and its room there, m.
+    drifted: Option<(usize, f64)>,
     /// An operator holds the cluster: time stands still, and every robot keeps its place.
     held: bool,
     /// Where the mover is, relative to its reference, at the last look: m, rad.
@@ -162,6 +164,7 @@ impl<'a> Conductor<'a> {
             t_s: 0.0,
             waited_s: 0.0,
             astray: false,
+            drifted: None,
             held: false,
             off: (0.0, 0.0),
             mover: None,
@@ -276,15 +279,19 @@ impl<'a> Conductor<'a> {
             self.t_s += dt_s;
         }
         let undocking = self.trajectory.kind() == ActionKind::Undock;
+        if let Some(bounds) = &self.problem.bounds {
+            let mover = (!undocking).then(|| (robot, self.now().velocity_m_s));
+            self.drifted = edge::drifted(bounds, &self.bodies, states, mover, self.drifted.is_some());
+        }
         self.off = if undocking { (0.0, 0.0) } else { apart(&states[robot], &self.now().pose) };
         let there = self.is_there();
         if self.astray {
             self.waited_s += dt_s;
-            if there && self.answering[robot] {
+            if there && self.answering[robot] && self.drifted.is_none() {
                 self.trajectory = self.trajectory.resumed(self.t_s);
                 (self.t_s, self.waited_s, self.astray) = (0.0, 0.0, false);
             }
-        } else if self.off.0 > ASTRAY_M || (!undocking && !self.answering[robot]) {
+        } else if self.off.0 > ASTRAY_M || self.drifted.is_some() || (!undocking && !self.answering[robot]) {
             self.astray = true;
         } else if self.t_s >= self.trajectory.duration_s() {
             if there && self.answering[robot] {
@@ -305,6 +312,12 @@ impl<'a> Conductor<'a> {
     #[must_use]
     pub fn waits(&self) -> bool {
         self.astray || self.mover().is_some_and(|robot| !self.answering[robot])
+    }
+
+    /// The body that has drifted towards the edge of the water, with its room there, m: the plan waits until it is back.
+    #[must_use]
+    pub fn drifted(&self) -> Option<(usize, f64)> {
+        self.drifted
     }
 
     /// No robot was told anything for a while: the reference rests until the mover is there. One that has not let go yet hands over
@@ -455,37 +468,19 @@ impl<'a> Conductor<'a> {
             let (off_m, off_rad) = apart(&states[bodies[0]], &hold.pose);
             (off_m > ADRIFT_M || off_rad > TILTED_RAD).then(|| {
                 let robots = bodies.iter().filter_map(|&body| self.problem.robots.get(body));
-                let robots: Vec<String> = robots.map(|robot| robot.id.to_string()).collect();
-                let robots = if robots.is_empty() { "tools".to_owned() } else { robots.join(", ") };
                 let silent = bodies.iter().any(|&body| self.answering.get(body) == Some(&false));
-                let hint = if silent { " (not all of them answer)" } else { "" };
-                Failure::Adrift {
-                    robots,
-                    number: self.number + 1,
-                    off_m,
-                    off_deg: off_rad.to_degrees(),
-                    hint,
-                }
+                Failure::adrift(robots.map(|robot| robot.id), silent, self.number, (off_m, off_rad))
             })
         })
     }
 
     fn late(&self, robot: usize) -> Failure {
-        let doing = match self.trajectory.kind() {
-            ActionKind::Undock => "undocking",
-            ActionKind::Turn => "turning",
-            ActionKind::Leg => "on a leg",
-            ActionKind::Dock => "docking",
+        let hint = match self.drifted {
+            _ if !self.answering[robot] => " (it does not answer)",
+            Some(_) => " (a robot is too near to the edge of the water)",
+            None => "",
         };
-        Failure::Late {
-            robot: self.problem.robots[robot].id,
-            number: self.number + 1,
-            doing,
-            off_m: self.off.0,
-            off_deg: self.off.1.to_degrees(),
-            waited_s: PATIENCE_S,
-            hint: if self.answering[robot] { "" } else { NO_ANSWER },
-        }
+        Failure::late(self.problem.robots[robot].id, self.number, self.trajectory.kind(), self.off, hint)
     }
 }
 

@@ -23,6 +23,7 @@ use sim::rov::basin::Misfit;
 
 use super::super::RunError;
 use super::super::clock::Gap;
+use super::super::hold::Hold;
 use super::super::host::{Controller, Dispatch, Patience, Step};
 use super::super::orders::Order;
 use super::ExecutionError;
@@ -80,6 +81,8 @@ pub struct Execution<'a> {
     estimated: Option<Estimated>,
     /// Which robots' connectors are to be open.
     open: Vec<bool>,
+    /// Whether a robot has drifted towards the edge of the water.
+    near_edge: bool,
     news: Vec<String>,
     drawn_in: Option<Misfit>,
 }
@@ -104,6 +107,7 @@ impl<'a> Execution<'a> {
             gaps: Vec::new(),
             estimated: None,
             open: vec![false; problem.robots.len()],
+            near_edge: false,
             news: Vec::new(),
             drawn_in: None,
         })
@@ -226,17 +230,21 @@ impl<'a> Execution<'a> {
             let of = named(robot, thruster);
             self.news.push(format!("{of} seems to give nothing, at {t_s:.1} s: alone it cannot do without"));
         }
-        let sees = estimator.age_s(now) <= *hold_after_s && estimator.lost(now, *hold_after_s).is_none();
+        let lost = estimator.lost(now, *hold_after_s);
+        let sees = estimator.age_s(now) <= *hold_after_s && lost.is_none() && estimator.strayed().is_none();
         match *blind {
             None if begun && !sees => {
                 *blind = Some(now);
-                let unseen = estimator.lost(now, *hold_after_s).unwrap_or_default();
-                let of = self
-                    .problem
-                    .robots
-                    .get(unseen)
-                    .map_or_else(|| "a tool".to_owned(), |robot| format!("robot {}", robot.id));
-                self.news.push(format!("no fix of {of} for {hold_after_s} s: all thrusters go to neutral"));
+                self.news.push(match (lost, estimator.strayed()) {
+                    (None, Some(body)) => format!(
+                        "{} is not in its place: it has broken away, or its body was moved on it: all thrusters go to neutral",
+                        called(self.problem, body)
+                    ),
+                    (unseen, _) => {
+                        let of = called(self.problem, unseen.unwrap_or_default());
+                        format!("no fix of {of} for {hold_after_s} s: all thrusters go to neutral")
+                    }
+                });
                 self.conductor.hold(true);
             }
             Some(_) if sees => {
@@ -251,6 +259,27 @@ impl<'a> Execution<'a> {
         }
         Ok(None)
     }
+
+    /// Says that a robot has drifted towards the edge of the water, and that none has any more.
+    fn note_drift(&mut self) {
+        let drifted = self.conductor.drifted();
+        if drifted.is_some() == self.near_edge {
+            return;
+        }
+        self.near_edge = drifted.is_some();
+        self.news.push(match drifted {
+            Some((body, room_m)) => {
+                let of = called(self.problem, body);
+                format!("{of} has drifted to {room_m:.2} m from the edge of the water: the plan waits until it is back")
+            }
+            None => "no robot is too near to the edge of the water any more: the plan goes on".to_owned(),
+        });
+    }
+}
+
+/// How a person calls a body, robots first.
+fn called(problem: &Problem, body: usize) -> String {
+    problem.robots.get(body).map_or_else(|| "a tool".to_owned(), |robot| format!("robot {}", robot.id))
 }
 
 impl Controller for Execution<'_> {
@@ -311,7 +340,9 @@ impl Controller for Execution<'_> {
                 return Ok(Step::End(Some(why)));
             }
             if begun {
-                match self.conductor.advance(STEP_S, &self.states, &self.answering) {
+                let advanced = self.conductor.advance(STEP_S, &self.states, &self.answering);
+                self.note_drift();
+                match advanced {
                     Ok(None) => {}
                     Ok(Some(coupling)) => return Ok(Step::Couple(coupling)),
                     Err(ExecutionError::Failed(reason)) => return Ok(Step::End(Some(reason.to_string()))),
@@ -373,6 +404,18 @@ impl Controller for Execution<'_> {
 
     fn gets_on(&self) -> bool {
         !self.conductor.waits()
+    }
+
+    fn hold(&self) -> Hold {
+        let blind = self.estimated.as_ref().is_some_and(|own| own.blind.is_some());
+        let answers = |robot: usize| self.answering.get(robot) == Some(&true);
+        match self.conductor.mover() {
+            _ if self.halted.is_some() => Hold::Operator,
+            _ if blind => Hold::PosesLost,
+            _ if self.conductor.drifted().is_some() => Hold::Bounds,
+            Some(robot) if answers(robot) => Hold::Astray,
+            _ => Hold::Module,
+        }
     }
 
     /// Before the plan begins: bodies are not seen, or are not where the plan has them.

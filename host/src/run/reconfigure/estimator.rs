@@ -7,7 +7,8 @@
 //!                                                    └→ Residual ──→ a thruster that gives nothing
 //! ```
 //!
-//! Docked bodies are one: a fix of any of them is a fix of the cluster. What robots were told begins when the packet says, ends with its lease and is
+//! Docked bodies are one: a fix of any of them is a fix of the cluster, but for one that is further than [`PLACED_M`] from where the others
+//! have it: it has broken away, or its body was moved on it. What robots were told begins when the packet says, ends with its lease and is
 //! followed with the propellers' lag.
 //!
 //! Assumptions and limits: commands arrive. One that is lost is one in five of a lease, and the fixes show the rest.
@@ -110,6 +111,8 @@ pub struct Estimator {
     states: Vec<State>,
     unknown: Vec<Vector6<f64>>,
     trial: Option<Trial>,
+    /// A docked body that the newest fix showed elsewhere than its cluster.
+    strayed: Option<usize>,
     /// A thruster of a robot that swims alone, which cannot do without it.
     suspect: Option<(usize, usize)>,
 }
@@ -143,6 +146,7 @@ impl Estimator {
             states: Vec::new(),
             unknown: Vec::new(),
             trial: None,
+            strayed: None,
             suspect: None,
         };
         estimator.regroup()?;
@@ -180,6 +184,12 @@ impl Estimator {
         let seen =
             |&body: &usize| self.bodies[body].seen_s.is_some_and(|at_s| now.as_secs_f64() - at_s <= after_s);
         self.groups.iter().find(|group| !group.members.iter().any(&seen))?.members.first().copied()
+    }
+
+    /// A docked body that the newest fix showed elsewhere than its cluster.
+    #[must_use]
+    pub fn strayed(&self) -> Option<usize> {
+        self.strayed
     }
 
     /// Robots are told these thrusts, N, from `start` on.
@@ -285,6 +295,7 @@ impl Estimator {
             }
         }
         let mut any = false;
+        self.strayed = None;
         for Group { members, seats, observer, .. } in &mut self.groups {
             let (mut count, mut position_m) = (0.0, Vector3::zeros());
             let held = observer.state().attitude;
@@ -293,7 +304,12 @@ impl Estimator {
                 let Some(Some((seen_m, attitude))) = sighting.bodies.get(body) else { continue };
                 // Where the first body is if this one is there; an arm is laid on with the attitude that many fixes have made.
                 let first = attitude * seat.inverse();
-                position_m += seen_m - held * arm;
+                let place_m = seen_m - held * arm;
+                if begun && members.len() > 1 && (place_m - observer.state().position_m).norm() > PLACED_M {
+                    self.strayed = Some(body);
+                    continue;
+                }
+                position_m += place_m;
                 turn += (held.inverse() * first).scaled_axis();
                 count += 1.0;
             }

@@ -9,7 +9,7 @@
 //! | [`water`] | the water and the poses in it |
 //! | [`accounts`] | what is measured meanwhile; the [log](super::log::rovs) takes it down |
 //! | [`execution`] | a run |
-//! | [`summary`] | its figures |
+//! | [`summary`], [`phases`] | its figures; where its energy went |
 
 use rov::guidance::tracking::TrackingError;
 use rov::power::PowerError;
@@ -22,6 +22,7 @@ pub mod conductor;
 pub mod controller;
 pub mod estimator;
 pub mod execution;
+pub mod phases;
 pub mod poses;
 pub mod scenario;
 pub mod summary;

@@ -3,6 +3,9 @@
 //! ```text
 //! Source ─ frames → Gate ─ bodies in the world, on the host's clock → roster, north-east-down → Estimator
 //! ```
+//!
+//! A frame shows nothing while two labels are swapped, or in which a vehicle is where it cannot have swum ([`Vehicles`]): so a run with
+//! swapped labels is blind, says why, and holds.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use pose::axes::{Axes, Pose, swap_world_and_ned};
@@ -12,6 +15,7 @@ use pose::gate::{Fix, Gate, Limits};
 use pose::roster::Roster;
 use pose::source::Source;
 use pose::time::HostInstant;
+use pose::vehicles::Vehicles;
 use protocol::time::FleetInstant;
 use sim::lab::Cameras;
 
@@ -23,24 +27,32 @@ use super::water::Water;
 
 /// What is made of frames.
 struct Sightings {
+    /// In the order of the problem: robots, then tools.
     roster: Roster,
-    /// The numbers of bodies in the roster, in the order of the problem: robots, then tools.
-    bodies: Vec<u16>,
+    vehicles: Vehicles,
     seen: Seen,
 }
 
 impl Sightings {
-    fn new(roster: Roster, bodies: Vec<u16>) -> Self {
-        Self { roster, bodies, seen: Seen::Fix(Sighting::default()) }
+    fn new(roster: Roster) -> Self {
+        let vehicles = Vehicles::new(roster.clone(), pose::vehicles::Limits::default());
+        Self { roster, vehicles, seen: Seen::Fix(Sighting::default()) }
     }
 
     /// Takes in a frame.
     fn take(&mut self, fix: &Fix) -> Result<(), String> {
-        let mut bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>> = vec![None; self.bodies.len()];
+        let found = self.vehicles.take(fix);
+        if let Some((first, second)) = found.swapped.first() {
+            return Err(format!("the bodies of modules {first} and {second} have each other's label"));
+        }
+        if let Some(module) = found.carried.first() {
+            return Err(format!("module {module} is where it cannot have swum"));
+        }
+        let entries = self.roster.entries();
+        let mut bodies: Vec<Option<(Vector3<f64>, UnitQuaternion<f64>)>> = vec![None; entries.len()];
         for (label, said) in &fix.bodies {
-            let Some(entry) = self.roster.of(label) else { continue };
-            let Some(body) = self.bodies.iter().position(|number| *number == entry.module) else { continue };
-            let Pose { position, attitude } = entry.vehicle(&swap_world_and_ned(said));
+            let Some(body) = self.roster.place_of(label) else { continue };
+            let Pose { position, attitude } = entries[body].vehicle(&swap_world_and_ned(said));
             bodies[body] = Some((position, attitude));
         }
         if bodies.iter().all(Option::is_none) {
@@ -58,10 +70,10 @@ pub struct LabBodies {
 }
 
 impl LabBodies {
-    /// Of the bodies with these numbers of `roster`, robots then tools, in a laboratory with these axes.
+    /// Of the bodies of `roster`, robots then tools, in a laboratory with these axes.
     #[must_use]
-    pub fn new(name: String, source: Box<dyn Source>, axes: Axes, roster: Roster, bodies: Vec<u16>) -> Self {
-        Self { stream: Stream::new(name, source, axes), sightings: Sightings::new(roster, bodies) }
+    pub fn new(name: String, source: Box<dyn Source>, axes: Axes, roster: Roster) -> Self {
+        Self { stream: Stream::new(name, source, axes), sightings: Sightings::new(roster) }
     }
 }
 
@@ -92,17 +104,16 @@ pub struct SimulatedBodies {
 }
 
 impl SimulatedBodies {
-    /// Of the bodies with these numbers of `roster`, by `cameras` in a laboratory with these axes.
+    /// Of the bodies of `roster`, robots then tools, by `cameras` in a laboratory with these axes.
     #[must_use]
-    pub fn new(cameras: Cameras, axes: Axes, roster: Roster, bodies: Vec<u16>) -> Self {
+    pub fn new(cameras: Cameras, axes: Axes, roster: Roster) -> Self {
         let gate = Gate::new(axes, Limits::default());
-        Self { cameras, gate, doubt: Doubt::default(), sightings: Sightings::new(roster, bodies) }
+        Self { cameras, gate, doubt: Doubt::default(), sightings: Sightings::new(roster) }
     }
 }
 
 /// Every body in the world of the cameras: east, north, up.
-#[must_use]
-pub fn in_the_world(states: &[rov::dynamics::State]) -> Vec<Pose> {
+fn in_the_world(states: &[rov::dynamics::State]) -> Vec<Pose> {
     let ned = |state: &rov::dynamics::State| Pose { position: state.position_m, attitude: state.attitude };
     states.iter().map(|state| swap_world_and_ned(&ned(state))).collect()
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use quantity::bounds::Bounds;
 use reader::file::{self, Source, WRITTEN_MAX, text_of};
 use reader::{Document, FileError, Mistake};
 use reconfiguration::pose::Pose;
@@ -10,7 +11,7 @@ use reconfiguration::vehicle::{self, Vehicle};
 use rov::conditions::{Conditions, Place, ProblemError};
 use serde::Deserialize;
 
-use super::super::scenario::{PoseParameters, unfit};
+use super::super::scenario::{PoseParameters, sound, unfit};
 
 /// The reconfigurations that come with the program, by name.
 pub const BUILT_IN: [(&str, &str); 4] = [
@@ -51,6 +52,7 @@ struct Tables {
     slots: Vec<SlotTable>,
     #[serde(default)]
     rules: Rules,
+    bounds: Option<Bounds>,
     #[serde(default)]
     pose: PoseParameters,
 }
@@ -145,8 +147,11 @@ impl ReconfigureScenario {
         }
         let slots =
             tables.slots.into_iter().map(|SlotTable { pose, requires }| Slot { pose, requires }).collect();
-        let Tables { name, description, seed, rules, pose, .. } = tables;
-        let problem = Problem { name, description, vehicles, robots, tools, slots, rules };
+        let Tables { name, description, seed, rules, bounds, pose, .. } = tables;
+        if let Some(bounds) = &bounds {
+            sound(&document, bounds).map_err(invalid)?;
+        }
+        let problem = Problem { name, description, vehicles, robots, tools, slots, rules, bounds };
         problem.check().map_err(|error| {
             let path = key(&error, &problem);
             let path: Vec<&str> = path.iter().map(String::as_str).collect();
@@ -170,11 +175,13 @@ fn key(error: &ProblemError, problem: &Problem) -> Vec<String> {
     };
     match *error {
         E::Rule(ref number) => vec!["rules".to_owned(), number.key.to_owned()],
+        E::Edge(_) => vec!["bounds".to_owned(), "edge_m".to_owned()],
         E::Bounds { .. } => vec!["rules".to_owned(), "bounds_m".to_owned()],
         E::Pose { place: of, .. }
         | E::Box { place: of, .. }
         | E::NoSuchVehicle { place: of, .. }
         | E::OutsideWater { place: of, .. }
+        | E::NearEdge { place: of, .. }
         | E::SamePlace { second: of, .. }
         | E::Overlap { second: of, .. }
         | E::Unconnected { place: of, .. }
@@ -272,6 +279,18 @@ mod tests {
             (format!("{GOOD}requires = [\"sonar\"]\n"), "t.toml:11: slot 1 requires \"sonar\""),
             (format!("{GOOD}[rules]\nbattery_v = 9.0\n"), "t.toml:12: [rules] battery_v = 9 V"),
             (format!("{GOOD}[rules]\nbounds_m = [[0, 0, 0], [0.3, 1, 1]]\n"), "t.toml:8: robot 1 at [-0.483"),
+            (
+                format!("{GOOD}[bounds]\nedge_m = [[-1.0, -1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0]]\n"),
+                "t.toml:12: edge_m: its edge 1 crosses or touches its edge 3",
+            ),
+            (
+                format!("{GOOD}[bounds]\nedge_m = [[-0.8, -1], [2, -1], [2, 1], [-0.8, 1]]\n"),
+                "t.toml:8: robot 1 is 0.076 m from the edge of [bounds]: 0.1 m are asked",
+            ),
+            (
+                format!("{GOOD}[bounds]\nmargin_m = -1.0\nedge_m = [[-2, -2], [2, -2], [0, 2]]\n"),
+                "t.toml:12: margin_m = -1 m",
+            ),
             (format!("{GOOD}[rules]\nspeed = 1.0\n"), "t.toml:12: [rules] unknown field `speed`"),
             (GOOD[..GOOD.find("[[slot]]").unwrap()].to_owned(), "t.toml:1: 0 slots for 1 robots"),
             (GOOD.replace("\"t\"", "\"../t\""), "t.toml:1: name = \"../t\""),

@@ -6,7 +6,7 @@ use reconfiguration::plan::{Criterion, Manner};
 use serde::Serialize;
 
 use super::super::shortfall::Shortfall;
-use super::super::summary::{AbsenceFigures, GapFigures, LinkFigures, complaints};
+use super::super::summary::{AbsenceFigures, GapFigures, LinkFigures, PoseFigures, complaints};
 
 /// Energies and the time they were drawn in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -101,6 +101,9 @@ pub struct Summary {
     pub strays: Incoming,
     /// What the simulated medium did, all radios together.
     pub faults: Option<FaultCount>,
+    /// What came of a motion capture; not there where there was none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poses: Option<PoseFigures>,
     /// Time the run took, s.
     pub wall_s: f64,
 }

@@ -57,12 +57,12 @@ fn places_are_taken_by_cell_or_in_order() {
 #[test]
 fn without_a_roster_modules_count_from_one() {
     let structure = Structure::from_word("32x32").unwrap();
-    let roster = Roster::numbered(structure.len());
+    let roster = Roster::numbered(structure.len(), ModuleKind::Modboat);
     let expected: Vec<ModuleId> = (1..=1024).map(ModuleId).collect();
     assert_eq!(roster.seats(&structure).unwrap(), expected);
     assert!(roster.members().iter().all(|member| member.name.is_none() && member.cell.is_none()));
-    assert_eq!(Roster::numbered(3).ids().count(), 3);
-    assert_eq!(Roster::numbered(5000).ids().count(), 1024);
+    assert_eq!(Roster::numbered(3, ModuleKind::Modboat).ids().count(), 3);
+    assert_eq!(Roster::numbered(5000, ModuleKind::Modboat).ids().count(), 1024);
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! A scenario as a document again, with every value that its file left out: what a log keeps of it. Reading it gives the same scenario.
 
 use link::faults::FaultParameters;
-use modboat::bounds::Bounds;
 use modboat::control::ControlConfig;
 use modboat::observer::ObserverParameters;
 use modboat::parameters::Parameters;
 use modboat::planner_config::PlannerConfig;
+use quantity::bounds::Bounds;
 use serde::Serialize;
 use sim::clock::ClockParameters;
 use sim::mocap::MocapParameters;

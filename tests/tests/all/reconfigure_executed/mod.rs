@@ -342,6 +342,7 @@ fn pair(way: &[(ActionKind, [f64; 4], f64)]) -> (Problem, Plan) {
         tools: Vec::new(),
         slots: slots.map(|pose| Slot { pose, requires: Vec::new() }).to_vec(),
         rules,
+        bounds: None,
     };
     let plan = Plan {
         problem: problem.name.clone(),

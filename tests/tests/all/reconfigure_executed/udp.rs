@@ -94,7 +94,8 @@ fn robots_on_udp_follow_the_plan() {
             .expect("an ROV")
     });
     let rovs = rovs.collect();
-    let host = OverUdp::rovs(&problem, radio, identity.clone(), FaultParameters::default(), 1);
+    let roster = (1..=problem.robots.len() as u16).map(ModuleId).collect();
+    let host = OverUdp::rovs(&problem, radio, identity.clone(), roster, FaultParameters::default(), 1);
     let mut fleet = OnSockets { host, rovs };
     let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut |_, _, _| {} };
     let executed = run(&problem, &plan, &options(1), &mut fleet, drive, &mut Quiet).expect("begun");

@@ -34,6 +34,7 @@ pub struct Reading {
     poses: Option<flotilla::Poses>,
     legs: flotilla::Legs,
     absences: flotilla::Absences,
+    holds: flotilla::Holds,
     end: Option<flotilla::End>,
     /// An operator gave targets: what the legs ask for is not what was to be done.
     steered: bool,
@@ -72,6 +73,7 @@ impl Reading {
             poses: None,
             legs: flotilla::Legs::default(),
             absences: flotilla::Absences::default(),
+            holds: flotilla::Holds::default(),
             end: None,
             steered: false,
             flaw: None,
@@ -121,6 +123,7 @@ impl Reading {
             Told::Legs(legs) => self.legs.clone_from(legs),
             Told::Absences(absences) => self.absences.clone_from(absences),
             Told::Order(order) => self.steered |= order.followed && order.steers,
+            Told::Holds(holds) => self.holds.clone_from(holds),
             Told::End(end) => self.end = Some(end.clone()),
             // Of the first the reading is made; the others are told of ROVs.
             Told::Scenario(_)
@@ -173,7 +176,7 @@ impl Reading {
             ..flotilla::End::default()
         });
         let counts = Counts {
-            watched: counts::watched(self.scenario.legs.len(), &self.legs, &self.absences),
+            watched: counts::watched(self.scenario.legs.len(), &self.legs, &self.absences, &self.holds),
             ids: self.ids,
             origin: self.origin,
             gaps: self.gaps.into_values().collect(),

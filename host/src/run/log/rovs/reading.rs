@@ -8,7 +8,7 @@ use super::super::super::host::Controller;
 use super::super::super::reconfigure::controller::Execution;
 use super::super::super::reconfigure::summary::{Energy, MoveFigures, Summary};
 use super::super::super::shortfall::{self, Shortfall};
-use super::super::super::summary::{AbsenceFigures, GapFigures, all_of, reboots};
+use super::super::super::summary::{AbsenceFigures, GapFigures, PoseFigures, all_of, reboots};
 use super::super::counts;
 use super::super::topics::Told;
 use super::{Document, Title};
@@ -27,8 +27,10 @@ pub struct Reading {
     ledger: flotilla::Ledger,
     legs: flotilla::Legs,
     absences: flotilla::Absences,
+    holds: flotilla::Holds,
     moves: flotilla::Moves,
     pauses: flotilla::Pauses,
+    poses: Option<flotilla::Poses>,
     dead: flotilla::DeadThrusters,
     end: Option<flotilla::End>,
     /// What makes no sense, first of all.
@@ -62,8 +64,10 @@ impl Reading {
             ledger: flotilla::Ledger::default(),
             legs: flotilla::Legs::default(),
             absences: flotilla::Absences::default(),
+            holds: flotilla::Holds::default(),
             moves: flotilla::Moves::default(),
             pauses: flotilla::Pauses::default(),
+            poses: None,
             dead: flotilla::DeadThrusters::default(),
             end: None,
             flaw: None,
@@ -85,9 +89,11 @@ impl Reading {
             Told::Ledger(ledger) => self.ledger.clone_from(ledger),
             Told::Legs(legs) => self.legs.clone_from(legs),
             Told::Absences(absences) => self.absences.clone_from(absences),
+            Told::Holds(holds) => self.holds.clone_from(holds),
             Told::Moves(moves) => self.moves.clone_from(moves),
             Told::DeadThrusters(dead) => self.dead.clone_from(dead),
             Told::Pauses(pauses) => self.pauses.clone_from(pauses),
+            Told::Poses(poses) => self.poses = Some(poses.clone()),
             Told::End(end) => self.end = Some(end.clone()),
             // Of the first the reading is made; the others are told of Modboats.
             Told::Scenario(_)
@@ -98,7 +104,6 @@ impl Reading {
             | Told::Decision(_)
             | Told::Cycle(_)
             | Told::Gap(_)
-            | Told::Poses(_)
             | Told::Contact(_)
             | Told::Order(_) => {}
         }
@@ -124,7 +129,7 @@ impl Reading {
         let sum = |of: fn(&MoveFigures) -> Energy| moves.iter().map(of).sum::<Energy>();
         let (planned, executed) = (sum(|m| m.planned), sum(|m| m.executed));
         let id = |robot: usize| self.ids.get(robot).copied().unwrap_or_default();
-        let watched = counts::watched(1, &self.legs, &self.absences);
+        let watched = counts::watched(1, &self.legs, &self.absences, &self.holds);
         let found =
             watched.iter().flat_map(|seen| shortfall::of_watch(None, seen, FLOOR_S, Execution::MODULE, id));
         let flotilla::DeadThrusters { robot, thruster, at_s, .. } = &self.dead;
@@ -154,6 +159,7 @@ impl Reading {
             link,
             strays: counts::received(&self.ledger.strays),
             faults: self.ledger.medium.as_ref().map(counts::fault_count),
+            poses: self.poses.map(PoseFigures::from),
             wall_s: end.wall_s,
             moves,
         };

@@ -19,7 +19,13 @@ use sim::rov::Thrusters;
 
 /// A built-in problem, its plan, and the power law of both.
 fn planned(name: &str) -> (Problem, Plan, PowerLaw) {
-    let problem = ReconfigureScenario::open(name).expect("built in").problem;
+    planned_in(name, |_| {})
+}
+
+/// The same with another water.
+fn planned_in(name: &str, change: impl FnOnce(&mut Problem)) -> (Problem, Plan, PowerLaw) {
+    let mut problem = ReconfigureScenario::open(name).expect("built in").problem;
+    change(&mut problem);
     let law = PowerLaw::fitted(problem.rules.battery_v).expect("valid");
     let request = Request {
         criterion: Criterion::Energy,
@@ -27,7 +33,10 @@ fn planned(name: &str) -> (Problem, Plan, PowerLaw) {
         order: OrderRule::Exact,
         law: law.clone(),
     };
-    let plan = rov::planner::plan(&problem, &request).expect("a plan").plan;
+    let mut plan = rov::planner::plan(&problem, &request).expect("a plan").plan;
+    rov::pricing::price(&problem, &mut plan, &law).expect("a price");
+    let broken = judge::verify(&problem, &plan);
+    assert!(broken.is_empty(), "{name}: {broken:?}");
     (problem, plan, law)
 }
 

@@ -1,8 +1,13 @@
-//! A simple polygon: the edge of the water.
+//! The edge of the water: a simple polygon, and the room that a point or a hull has in it.
+//!
+//! The room of a convex outline is its distance from the edge. It is attained at a corner of one of the two: of the outline against
+//! the edges, or of the edge against the outline. Where the outline sticks out it is negative, and by how much is told by the corner
+//! that is furthest outside, and by the middle of every edge's part inside the outline.
 
-use quantity::vector::{dot, length};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+use super::vector::{dot, length};
 
 /// Most vertices of a polygon.
 pub const VERTICES_MAX: usize = 64;
@@ -13,7 +18,7 @@ pub const VERTICES_MAX: usize = 64;
 pub struct Bounds {
     /// Its vertices in order, either way round, m.
     pub edge_m: Vec<[f64; 2]>,
-    /// How far from it every part of the structure keeps, m. *Assumed*: a gust of some seconds.
+    /// How far from it every part of a structure or hull keeps, m. *Assumed*: a gust of some seconds.
     #[serde(default = "margin_m")]
     pub margin_m: f64,
 }
@@ -90,9 +95,27 @@ impl Bounds {
         if self.contains(point) { least } else { -least }
     }
 
+    /// Least distance of a convex outline from the edge, m; negative where a part of it is outside.
+    #[must_use]
+    pub fn room_m(&self, outline: &[[f64; 2]]) -> f64 {
+        let corners = outline.iter().map(|&corner| self.distance_m(corner));
+        let sides = || outline.iter().copied().zip(outline.iter().copied().cycle().skip(1));
+        let away_m = |point| {
+            sides().map(|(a, b)| length(between(point, closest(point, [a, b])))).fold(f64::INFINITY, f64::min)
+        };
+        let edges = (0..self.edge_m.len()).map(|edge| {
+            let [a, b] = self.segment(edge);
+            match inner(outline, [a, b]) {
+                Some(share) => -away_m([0, 1].map(|k| a[k] + share * (b[k] - a[k]))),
+                None => away_m(a),
+            }
+        });
+        corners.chain(edges).fold(f64::INFINITY, f64::min)
+    }
+
     /// Calls `take` with each edge that holds back a point inside, or with the nearest edge of one outside: its index, the unit
     /// vector along which the point leaves, and the distance from it, negative outside, m.
-    pub(super) fn nearest(&self, point: [f64; 2], mut take: impl FnMut(usize, [f64; 2], f64)) {
+    pub fn nearest(&self, point: [f64; 2], mut take: impl FnMut(usize, [f64; 2], f64)) {
         let inside = self.contains(point);
         let mut outside = (f64::INFINITY, 0, [0.0; 2]);
         for edge in 0..self.edge_m.len() {
@@ -140,6 +163,27 @@ fn closest(point: [f64; 2], [a, b]: [[f64; 2]; 2]) -> [f64; 2] {
     [0, 1].map(|k| a[k] + share * along[k])
 }
 
+/// The middle of the part of a segment inside a convex outline, as a share of the segment; none where it is outside or touches.
+fn inner(outline: &[[f64; 2]], [a, b]: [[f64; 2]; 2]) -> Option<f64> {
+    let sides = || outline.iter().copied().zip(outline.iter().copied().cycle().skip(1));
+    let turns: f64 = sides().map(|(p, q)| cross(p, q)).sum::<f64>().signum();
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for (p, q) in sides() {
+        // Twice the area that a point spans with the side, positive within.
+        let [at_a, at_b] = [a, b].map(|point| turns * cross(between(p, q), between(p, point)));
+        if at_a <= 0.0 && at_b <= 0.0 {
+            return None;
+        }
+        let share = at_a / (at_a - at_b);
+        if at_a < 0.0 {
+            from = from.max(share);
+        } else if at_b < 0.0 {
+            to = to.min(share);
+        }
+    }
+    (to - from > 1e-9).then_some(0.5 * (from + to))
+}
+
 /// Whether two segments without a common vertex have a common point.
 fn meets([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
     let side = |p, q, r| cross(between(p, q), between(p, r));
@@ -160,3 +204,6 @@ fn folds(first: [[f64; 2]; 2], second: [[f64; 2]; 2]) -> bool {
     // The common vertex is the end of the one and the start of the other, whichever comes first.
     cross(u, v) == 0.0 && dot(u, v) < 0.0
 }
+
+#[cfg(test)]
+mod tests;
