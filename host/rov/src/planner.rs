@@ -10,7 +10,6 @@
 
 use std::collections::HashMap;
 
-use grid::theta::Search;
 use reconfiguration::plan::{Criterion, Holding, Manner, Move, Placed, Plan};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot};
@@ -23,7 +22,7 @@ use super::conditions::{Conditions, admits};
 use super::order::{self, MoveCosts, NoOrder, Order, State};
 use super::power::{self, PowerError, PowerLaw};
 use super::propulsion::{Propulsion, PropulsionError, Steady};
-use super::route::{Mover, Route, RouteQuery};
+use super::route::{Mover, Route, RouteQuery, Scratch};
 use super::search_graph::Lattice;
 use super::vector::{length, offset};
 
@@ -128,7 +127,7 @@ struct MovePricer<'a> {
     lambda_least_w: f64,
     balances: HashMap<Waiting, Result<Balance, Unbalanced>>,
     routes: HashMap<(State, usize, usize), Option<Route>>,
-    search: Search,
+    scratch: Scratch,
 }
 
 impl<'a> MovePricer<'a> {
@@ -162,7 +161,7 @@ impl<'a> MovePricer<'a> {
             lambda_least_w: 0.0,
             balances: HashMap::new(),
             routes: HashMap::new(),
-            search: Search::new(),
+            scratch: Scratch::default(),
         };
         pricer.lambda_least_w = pricer.least_balance_w();
         Ok(pricer)
@@ -254,7 +253,7 @@ impl<'a> MovePricer<'a> {
                 let rules = &self.problem.rules;
                 let query =
                     RouteQuery { mover, clearance: &clearance, lattice: &self.lattice, rules, lambda_w };
-                query.route(self.request.criterion, self.request.manner, &mut self.search)
+                query.route(self.request.criterion, self.request.manner, &mut self.scratch)
             });
             self.routes.insert(key, route);
         }
