@@ -18,7 +18,7 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 
 use super::kinematics::{length, peak, pose_at};
-use super::{Body, Condition, Judge, distance_m, geometry};
+use super::{Body, Condition, Judge, distance_m, end_of, geometry};
 
 /// Longest way between two looks, m.
 const STEP_M: f64 = 0.005;
@@ -37,7 +37,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
     let problem = judge.problem;
     let robot = &problem.robots[mover];
     let Some(vehicle) = problem.vehicles.get(robot.vehicle) else { return };
-    let (Some(first), Some(slot)) = (own.actions.first(), problem.slots.get(own.slot)) else { return };
+    let (Some(first), Some(slot)) = (own.actions.first(), end_of(problem, own)) else { return };
     let box_m = vehicle.box_m;
     let water_m = water_m(problem);
     let longest_m = box_m.into_iter().fold(0.0, f64::max);
@@ -58,8 +58,8 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
             let now_s = action.start_s + t_s;
             let pose = pose_at(action, t_s);
             let from_start_m = distance_m(pose.position_m, first.from.position_m);
-            let from_slot_m = distance_m(pose.position_m, slot.pose.position_m);
-            let docked_rad = if from_slot_m <= d_m { slot.pose.yaw_rad } else { first.from.yaw_rad };
+            let from_slot_m = distance_m(pose.position_m, slot.position_m);
+            let docked_rad = if from_slot_m <= d_m { slot.yaw_rad } else { first.from.yaw_rad };
             let hull = match judge.plan.manner {
                 Manner::Paper => Pose { yaw_rad: docked_rad, ..pose },
                 Manner::Best => pose,

@@ -74,6 +74,9 @@ pub struct Rules {
     pub dock_s: f64,
     /// Battery voltage, V.
     pub battery_v: f64,
+    /// How often a robot may move. Robots that exchange places or face about in one place move out and back; by the paper's
+    /// manner every robot moves once.
+    pub moves_per_robot: u32,
 }
 
 impl Default for Rules {
@@ -91,6 +94,7 @@ impl Default for Rules {
             undock_s: 0.0,
             dock_s: 0.0,
             battery_v: 16.0,
+            moves_per_robot: 2,
         }
     }
 }

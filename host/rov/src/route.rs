@@ -14,7 +14,7 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::PI;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use grid::theta::Search;
 use quantity::wrap_rad;
@@ -32,13 +32,13 @@ use super::vector::{length, offset, turned};
 const SAME_RAD: f64 = 1e-9;
 
 /// One kind of robot, with the costs of its motion under the rules of a problem.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Mover {
     propulsion: Propulsion,
     /// At the paper's speed, and at all speeds.
     constant: PowerMap,
     any: PowerMap,
-    costs_per_metre: RefCell<HashMap<(u64, Way), Rc<CostPerMetre>>>,
+    costs_per_metre: RefCell<HashMap<(u64, Way), Arc<CostPerMetre>>>,
     expenses: RefCell<HashMap<[i64; 5], Option<Expense>>>,
 }
 
@@ -61,7 +61,7 @@ impl Mover {
     }
 
     /// What a metre costs in `way` while others draw `lambda_w`.
-    fn cost_per_metre(&self, way: Way, lambda_w: f64) -> Rc<CostPerMetre> {
+    fn cost_per_metre(&self, way: Way, lambda_w: f64) -> Arc<CostPerMetre> {
         let make = || match way {
             Way::Paper => CostPerMetre::energy(&self.constant, Heading::Along, lambda_w),
             Way::Free => CostPerMetre::energy(&self.any, Heading::Free, lambda_w),
@@ -70,7 +70,7 @@ impl Mover {
         self.costs_per_metre
             .borrow_mut()
             .entry((lambda_w.to_bits(), way))
-            .or_insert_with(|| Rc::new(make()))
+            .or_insert_with(|| Arc::new(make()))
             .clone()
     }
 
@@ -244,7 +244,7 @@ impl RouteQuery<'_> {
     /// Best headings and speeds on every path worth a look.
     fn at_best(&self, criterion: Criterion, edges: &Edges, search: &mut Search) -> Option<Route> {
         let costs_per_metre = match criterion {
-            Criterion::Euclidean => vec![Rc::new(CostPerMetre::euclidean())],
+            Criterion::Euclidean => vec![Arc::new(CostPerMetre::euclidean())],
             Criterion::Energy => {
                 let held = (wrap_rad(self.clearance.start.yaw_rad) * 1e6).round() as i64;
                 vec![
