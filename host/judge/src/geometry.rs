@@ -61,6 +61,34 @@ pub(super) fn overlap(first: (Pose, [f64; 3]), second: (Pose, [f64; 3])) -> bool
     common.len() >= 3 && area_m2(&common) > 1e-12
 }
 
+/// Radius of the upright cylinder that a level box stays in while it turns, m.
+pub(super) fn swing_m([length_m, width_m, _]: [f64; 3]) -> f64 {
+    length_m.hypot(width_m) / 2.0
+}
+
+/// Whether that cylinder of the first box and the second box share more than a touch.
+pub(super) fn swings_into((turning, size): (Pose, [f64; 3]), (pose, other): (Pose, [f64; 3])) -> bool {
+    let apart_m = (turning.position_m[2] - pose.position_m[2]).abs();
+    if apart_m >= (size[2] + other[2]) / 2.0 - TOUCH_M {
+        return false;
+    }
+    let centre = [turning.position_m[0], turning.position_m[1]];
+    let fence = outline(pose, [other[0], other[1]]);
+    let edges = (0..4).map(|k| (fence[k], fence[(k + 1) % 4]));
+    // Inside, or nearer to an edge than the radius.
+    let is_inside = edges.clone().all(|(a, b)| side(a, b, centre) > 0.0);
+    let nearest_m = edges.map(|(a, b)| from_edge_m(a, b, centre)).fold(f64::INFINITY, f64::min);
+    is_inside || nearest_m < swing_m(size) - TOUCH_M
+}
+
+/// Distance of `p` from the edge between `a` and `b`, m.
+fn from_edge_m(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
+    let (edge, way) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+    let squared = edge[0] * edge[0] + edge[1] * edge[1];
+    let share = ((way[0] * edge[0] + way[1] * edge[1]) / squared).clamp(0.0, 1.0);
+    (way[0] - share * edge[0]).hypot(way[1] - share * edge[1])
+}
+
 /// Least and greatest coordinates of a level box, m.
 pub(super) fn extent_m(pose: Pose, box_m: [f64; 3]) -> [[f64; 3]; 2] {
     let corners = outline(pose, [box_m[0], box_m[1]]);
@@ -95,6 +123,19 @@ mod tests {
         // Corner against corner, both turned alike: diagonal apart.
         assert!(beside(0.85, 0.85, 0.0, FRAC_PI_4) && !beside(0.86, 0.86, 0.0, FRAC_PI_4));
         assert!(!overlap(([5.0, 5.0, 0.0, 1.0].into(), unit), (Pose::default(), unit)));
+    }
+
+    #[test]
+    fn room_to_turn_by_hand() {
+        let (hull, other) = ([0.6, 0.8, 0.2], [1.0, 1.0, 0.2]);
+        let turns = |x: f64, y: f64, z: f64, yaw: f64| {
+            swings_into(([x, y, z, 0.3].into(), hull), ([0.0, 0.0, 0.0, yaw].into(), other))
+        };
+        // Half the diagonal is 0.5: beside a face, beside a corner, above.
+        assert!(turns(0.99, 0.0, 0.0, 0.0) && !turns(1.0, 0.0, 0.0, 0.0));
+        assert!(turns(0.85, 0.85, 0.0, 0.0) && !turns(0.86, 0.86, 0.0, 0.0));
+        assert!(turns(1.2, 0.0, 0.0, FRAC_PI_4) && !turns(1.21, 0.0, 0.0, FRAC_PI_4));
+        assert!(turns(0.1, 0.0, 0.19, 0.0) && !turns(0.1, 0.0, 0.2, 0.0));
     }
 
     #[test]

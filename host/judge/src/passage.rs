@@ -9,7 +9,10 @@
 //! | farther than d from its start and from its slot | at least d to the centre of every body at rest |
 //! | anywhere | its box overlaps no box at rest, and lies in the water |
 //!
-//! By the paper's rules the box is turned as in the slot within d of it, and as at the start elsewhere.
+//! | where the mover turns | the upright cylinder around its box overlaps no box at rest, and lies in the water |
+//!
+//! By the paper's rules the box is taken to be turned as at the start where its centre is nearer to the start, and as in the slot
+//! where it is nearer to the slot. It turns, in this sense, where the one becomes the other, if the two headings differ.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +21,7 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 
 use super::kinematics::{length, peak, pose_at};
-use super::{Body, Condition, Judge, distance_m, end_of, geometry};
+use super::{Body, Condition, Judge, SAME, distance_m, end_of, geometry, turn_rad};
 
 /// Longest way between two looks, m.
 const STEP_M: f64 = 0.005;
@@ -39,6 +42,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
     let Some(vehicle) = problem.vehicles.get(robot.vehicle) else { return };
     let (Some(first), Some(slot)) = (own.actions.first(), end_of(problem, own)) else { return };
     let box_m = vehicle.box_m;
+    let turns_on_the_spot = distance_m(first.from.position_m, slot.position_m) <= SAME;
     let water_m = water_m(problem);
     let longest_m = box_m.into_iter().fold(0.0, f64::max);
     // d = k·max(L, W, H)                                                                                    (19)
@@ -54,15 +58,30 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
             judge.add(Some(index), action.start_s, Condition::Kinematics, message);
             return;
         };
+        if let Some((turns_s, at)) = turns(action, judge.plan.manner, first.from, slot) {
+            for body in resting.iter().filter(|body| geometry::swings_into((at, box_m), body_box(body))) {
+                let apart_m = distance_m(at.position_m, body.pose.position_m);
+                worst(Condition::V3, &format!("no room to turn beside {}", body.name), turns_s, apart_m);
+            }
+            let radius_m = geometry::swing_m(box_m);
+            for k in 0..2 {
+                let (at_m, [low, high]) = (at.position_m[k], [water_m[0][k], water_m[1][k]]);
+                let room_m = (at_m - low).min(high - at_m) - radius_m;
+                if room_m < -1e-3 {
+                    worst(Condition::Bounds, ["x", "y"][k], turns_s, room_m);
+                }
+            }
+        }
         for t_s in times {
             let now_s = action.start_s + t_s;
             let pose = pose_at(action, t_s);
             let from_start_m = distance_m(pose.position_m, first.from.position_m);
             let from_slot_m = distance_m(pose.position_m, slot.position_m);
-            let docked_rad = if from_slot_m <= d_m { slot.yaw_rad } else { first.from.yaw_rad };
+            let docked_rad =
+                if from_slot_m < from_start_m { slot.yaw_rad } else { first.from.yaw_rad };
             let hull = match judge.plan.manner {
-                Manner::Paper => Pose { yaw_rad: docked_rad, ..pose },
-                Manner::Best => pose,
+                Manner::Paper if !turns_on_the_spot => Pose { yaw_rad: docked_rad, ..pose },
+                _ => pose,
             };
             let open = from_start_m > d_m + ROUNDING_M && from_slot_m > d_m + ROUNDING_M;
             for body in resting {
@@ -73,7 +92,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                 let reach_m: f64 = box_m.iter().zip(body.vehicle.box_m).map(|(a, b)| (a + b).powi(2)).sum();
                 // Nothing overlaps beyond half the sum of the diagonals.
                 if apart_m <= reach_m.sqrt()
-                    && geometry::overlap((hull, box_m), (body.pose, body.vehicle.box_m))
+                    && geometry::overlap((hull, box_m), body_box(body))
                 {
                     worst(Condition::V3, &format!("collision with {}", body.name), now_s, apart_m);
                 }
@@ -97,6 +116,39 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
         };
         judge.add(Some(index), time_s, condition, message);
     }
+}
+
+fn body_box(body: &Body<'_>) -> (Pose, [f64; 3]) {
+    (body.pose, body.vehicle.box_m)
+}
+
+/// When and where an action turns the box: a turn as such; by the paper's rules where the way comes nearer to the slot than to the
+/// start, or the other way round, and the headings of the two differ.
+fn turns(action: &Action, manner: Manner, start: Pose, slot: Pose) -> Option<(f64, Pose)> {
+    let turned = |from: f64, to: f64| turn_rad(from, to).abs() > SAME;
+    let on_the_spot = distance_m(start.position_m, slot.position_m) <= SAME;
+    if manner == Manner::Best || on_the_spot {
+        let does = action.kind == ActionKind::Turn && turned(action.from.yaw_rad, action.to.yaw_rad);
+        return does.then_some((action.start_s, action.from));
+    }
+    let lead_m = |t_s: f64| {
+        let at_m = pose_at(action, t_s).position_m;
+        distance_m(at_m, slot.position_m) - distance_m(at_m, start.position_m)
+    };
+    let (mut early_s, mut late_s) = (0.0, action.duration_s);
+    let (first_m, last_m) = (lead_m(early_s), lead_m(late_s));
+    if !turned(start.yaw_rad, slot.yaw_rad) || first_m.min(last_m) > 0.0 || first_m.max(last_m) < 0.0 {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle_s = 0.5 * (early_s + late_s);
+        if (lead_m(middle_s) > 0.0) == (first_m > 0.0) {
+            early_s = middle_s;
+        } else {
+            late_s = middle_s;
+        }
+    }
+    Some((action.start_s + late_s, pose_at(action, late_s)))
 }
 
 /// When to look, s from the beginning of an action; `None` if that would be too often.

@@ -8,15 +8,25 @@
 //! read so: farther than d from its own start and from its own slot (outside the *dock zones*) the mover's centre keeps
 //! at least d to the centre of every resting body; nearer, hulls may touch and not overlap.
 //!
+//! **Headings.** Inside its dock zones a mover holds the heading that it undocks or docks with, and turns only where it has room: where
+//! the upright cylinder around its hull is free of every resting hull and lies in the water ([`Clearance::turn_is_free`]). That holds in both
+//! zones, where they overlap, and outside. By the paper's rules, which do not look at turns, the hull is taken as at the start where its centre is nearer to the
+//! start and as in the slot where it is nearer to the slot; where the two headings differ, the way crosses from one to the other
+//! where there is room ([`Clearance::docked_leg_is_free`]).
+//!
 //! Both parts are exact along a straight leg, without sampling. Outside the zones: the distance from a point to a
 //! segment. Inside: hulls are level boxes, so two of them overlap if and only if their heights overlap and their
 //! outlines do, and the outlines, two rectangles, overlap if and only if they do on each of their four normals
 //! (separating axes). While one moves at a constant heading, it overlaps on each of the five axes for one interval of
 //! the leg; a leg is blocked where the five intervals have a common interior.
 
+use quantity::wrap_rad;
 use reconfiguration::pose::Pose;
 
 use super::vector::{dot, offset};
+
+/// Headings that differ by less are the same, rad.
+const SAME_RAD: f64 = 1e-9;
 
 /// Hulls may overlap by this much on their way past each other, m: rounding of poses that touch.
 pub const TOUCH_M: f64 = 1e-6;
@@ -75,6 +85,36 @@ impl Clearance {
             let zones = zones.get_or_insert_with(|| self.outside_zones(from_m, leg_m));
             self.keeps_distance(body, from_m, leg_m, zones) && !self.overlaps(body, from_m, leg_m, yaw_rad)
         })
+    }
+
+    /// Whether the straight leg is free for a hull that is turned as at the start where it is nearer to the start, and as
+    /// in the slot where it is nearer to the slot, with room to turn where that changes.
+    #[must_use]
+    pub fn docked_leg_is_free(&self, from_m: [f64; 3], to_m: [f64; 3]) -> bool {
+        let (start, slot) = (&self.start, &self.slot);
+        if wrap_rad(start.yaw_rad - slot.yaw_rad).abs() < SAME_RAD {
+            return self.leg_is_free(from_m, to_m, start.yaw_rad);
+        }
+        let way_m = offset(start.position_m, slot.position_m);
+        let half_m2 = 0.5 * dot(way_m, way_m);
+        // Below zero nearer to the start, above it nearer to the slot.
+        let side = |at_m: [f64; 3]| dot(offset(start.position_m, at_m), way_m) - half_m2;
+        let (first, last, rounding) = (side(from_m), side(to_m), 1e-9 * half_m2);
+        // An end between the two belongs to both.
+        let stays = |value: f64, at_m: [f64; 3]| value.abs() > rounding || self.turn_is_free(at_m);
+        if !stays(first, from_m) || !stays(last, to_m) {
+            return false;
+        }
+        let heading = |value: f64| if value > 0.0 { slot.yaw_rad } else { start.yaw_rad };
+        if first.abs() <= rounding || last.abs() <= rounding || (first > 0.0) == (last > 0.0) {
+            let decisive = if first.abs() > last.abs() { first } else { last };
+            return self.leg_is_free(from_m, to_m, heading(decisive));
+        }
+        let share = first / (first - last);
+        let between_m = std::array::from_fn(|k| from_m[k] + share * (to_m[k] - from_m[k]));
+        self.turn_is_free(between_m)
+            && self.leg_is_free(from_m, between_m, heading(first))
+            && self.leg_is_free(between_m, to_m, heading(last))
     }
 
     /// Whether the robot may turn in place: the upright cylinder around its hull overlaps no body and stays in the water.

@@ -63,6 +63,13 @@ impl PowerMap {
         Self { speeds_m_s, powers_w }
     }
 
+    /// min over v of (P + λ)/v by elevation, from straight up to straight down, J/m: ahead, or over all headings.
+    pub(super) fn least_costs_per_metre(&self, lambda_w: f64, along: bool) -> Vec<f64> {
+        let least = |ring: &[f64]| ring.iter().copied().fold(f64::INFINITY, f64::min);
+        let all = self.costs_per_metre(lambda_w);
+        all.chunks(AZIMUTHS).map(|ring| if along { ring[0] } else { least(ring) }).collect()
+    }
+
     /// min over v of (P + λ)/v at every node, J/m.
     fn costs_per_metre(&self, lambda_w: f64) -> Vec<f64> {
         self.powers_w

@@ -13,6 +13,9 @@ use super::clearance::Clearance;
 use super::cost_per_metre::CostPerMetre;
 use super::vector::{length, offset};
 
+/// Points of a grid that is searched as it is: 16 MB of scratch.
+const MOST_POINTS: usize = 1 << 20;
+
 /// A regular grid in the bounds of the water.
 #[derive(Clone, Debug)]
 pub struct Lattice {
@@ -30,6 +33,37 @@ impl Lattice {
         let count = |k: usize| (last(k) - first(k) + 1.0).max(0.0) as usize;
         let origin_m = std::array::from_fn(|k| anchor_m[k] + first(k) * cell_m[k]);
         Self { origin_m, cell_m, counts: [count(0), count(1), count(2)] }
+    }
+
+    /// The part of a large grid that a way can want, made coarser by a whole number where even that is large. Away from all
+    /// bodies, start and slot by d and a hull, the water is free: what leads farther out comes back no cheaper.
+    #[must_use]
+    pub fn around_bodies(&self, clearance: &Clearance) -> Self {
+        if self.len() <= MOST_POINTS {
+            return self.clone();
+        }
+        let room_m = |k: usize| clearance.distance_m + 2.0 * self.cell_m[k] + length(clearance.half_m);
+        let ends = [&clearance.start, &clearance.slot].map(|pose| (pose.position_m, 0.0));
+        let bodies = clearance.resting.iter().map(|body| (body.pose.position_m, length(body.half_m)));
+        let mut near_m = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        for (at_m, reach_m) in bodies.chain(ends) {
+            for k in 0..3 {
+                near_m[0][k] = near_m[0][k].min(at_m[k] - reach_m - room_m(k));
+                near_m[1][k] = near_m[1][k].max(at_m[k] + reach_m + room_m(k));
+            }
+        }
+        for k in 0..3 {
+            near_m[0][k] = near_m[0][k].max(clearance.bounds_m[0][k]);
+            near_m[1][k] = near_m[1][k].min(clearance.bounds_m[1][k]);
+        }
+        let mut times = 1.0;
+        loop {
+            let part = Self::new(self.origin_m, self.cell_m.map(|side| side * times), near_m);
+            if part.len() <= MOST_POINTS {
+                return part;
+            }
+            times += 1.0;
+        }
     }
 
     fn len(&self) -> usize {
@@ -180,11 +214,9 @@ impl<'a> SearchGraph<'a> {
         }
     }
 
-    /// Free for the hull: at the slot's heading near the slot, at the start's near the start, either where both are.
+    /// Free for the hull as it is taken by the paper's rules.
     fn is_free(&self, from_m: [f64; 3], to_m: [f64; 3]) -> bool {
-        let Clearance { start, slot, .. } = self.clearance;
-        let free = |yaw_rad| self.clearance.leg_is_free(from_m, to_m, yaw_rad);
-        free(start.yaw_rad) || ((start.yaw_rad - slot.yaw_rad).abs() > 1e-9 && free(slot.yaw_rad))
+        self.clearance.docked_leg_is_free(from_m, to_m)
     }
 }
 

@@ -6,7 +6,6 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use grid::theta::Search;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
@@ -18,7 +17,7 @@ use super::super::conditions::{Conditions, admits};
 use super::super::order::{DESKS, Hop, Layout, MoveCosts, State, Workers};
 use super::super::power;
 use super::super::propulsion::{Propulsion, Steady};
-use super::super::route::{Mover, Route, RouteQuery};
+use super::super::route::{Mover, Route, RouteQuery, Scratch};
 use super::super::search_graph::Lattice;
 use super::super::vector::{length, offset};
 use super::places::Places;
@@ -33,13 +32,6 @@ const POWERS_W: [f64; 4] = [0.0, 0.7, 2.0, 5.0];
 const ROUNDING: f64 = 1.0 - 1e-9;
 /// Goals that are looked through to keep a choice of slots one cluster.
 const GOALS_MOST: usize = 20_000;
-
-/// What works on routes; one for every move that is priced at a time.
-struct Desk {
-    /// By vehicle; none for tools.
-    movers: Vec<Option<Mover>>,
-    search: Search,
-}
 
 /// Where robots go from and to, and what is in their way.
 #[derive(Clone, Copy)]
@@ -57,7 +49,10 @@ pub(super) struct Pricer<'a> {
     pub(super) places: Places<'a>,
     pub(super) limits_n: (f64, f64),
     waits: Waits,
-    desks: Vec<Mutex<Desk>>,
+    /// By vehicle; none for tools.
+    movers: Vec<Option<Mover>>,
+    /// One for every move that is priced at a time.
+    desks: Vec<Mutex<Scratch>>,
     lattice: Lattice,
     bounds_m: [[f64; 3]; 2],
     vehicle_of_kind: Vec<usize>,
@@ -99,7 +94,8 @@ impl<'a> Pricer<'a> {
             places,
             limits_n,
             waits: Waits::new(&request.law, limits_n),
-            desks: desks(problem, request)?,
+            movers: movers(problem, request)?,
+            desks: (0..DESKS).map(|_| Mutex::default()).collect(),
             lattice: Lattice::new(anchor_m, cell_m, bounds_m),
             bounds_m,
             vehicle_of_kind: kinds.vehicle,
@@ -194,8 +190,7 @@ impl<'a> Pricer<'a> {
         let powers = POWERS_W.map(|power_w| self.lambda_least_w + power_w);
         let parks = self.layout.berths() > 0;
         if parks || manner == Manner::Paper {
-            let desk = self.desk(desk);
-            let mover = desk.movers[way.vehicle].as_ref()?;
+            let mover = self.movers[way.vehicle].as_ref()?;
             let way_m = offset(way.from.position_m, way.to.position_m);
             return Some(powers.map(|lambda_w| mover.bound(criterion, manner, way_m, lambda_w)));
         }
@@ -226,10 +221,6 @@ impl<'a> Pricer<'a> {
         })
     }
 
-    fn desk(&self, desk: usize) -> std::sync::MutexGuard<'_, Desk> {
-        self.desks[desk].lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn route(&self, desk: usize, way: &Way, resting: &[(Pose, &Vehicle)], lambda_w: f64) -> Option<Route> {
         let half = |vehicle: &Vehicle| vehicle.box_m.map(|side| side / 2.0);
         let vehicle = &self.problem.vehicles[way.vehicle];
@@ -244,9 +235,7 @@ impl<'a> Pricer<'a> {
             distance_m: self.problem.clearance_m(vehicle),
             bounds_m: self.bounds_m,
         };
-        let mut desk = self.desk(desk);
-        let Desk { movers, search } = &mut *desk;
-        let mover = movers[way.vehicle].as_ref()?;
+        let mover = self.movers[way.vehicle].as_ref()?;
         let query = RouteQuery {
             mover,
             clearance: &clearance,
@@ -254,7 +243,8 @@ impl<'a> Pricer<'a> {
             rules: &self.problem.rules,
             lambda_w,
         };
-        query.route(self.request.criterion, self.request.manner, search)
+        let mut scratch = self.desks[desk].lock().unwrap_or_else(PoisonError::into_inner);
+        query.route(self.request.criterion, self.request.manner, &mut scratch)
     }
 
     /// The vehicle that hops, and its ends.
@@ -335,7 +325,7 @@ fn is_same(from: &Pose, to: &Pose) -> bool {
         && quantity::wrap_rad(from.yaw_rad - to.yaw_rad).abs() < SAME
 }
 
-fn desks(problem: &Problem, request: &Request) -> Result<Vec<Mutex<Desk>>, PlanError> {
+fn movers(problem: &Problem, request: &Request) -> Result<Vec<Option<Mover>>, PlanError> {
     let rules = &problem.rules;
     let steady = match request.manner {
         Manner::Paper => Steady::Published,
@@ -350,8 +340,7 @@ fn desks(problem: &Problem, request: &Request) -> Result<Vec<Mutex<Desk>>, PlanE
             .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
         movers.push(mover.map(|propulsion| Mover::new(propulsion, rules)));
     }
-    let desk = |_| Mutex::new(Desk { movers: movers.clone(), search: Search::new() });
-    Ok((0..DESKS).map(desk).collect())
+    Ok(movers)
 }
 
 /// Robots that are alike: the same vehicle, and the same slots where it may rest.

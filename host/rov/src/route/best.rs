@@ -1,0 +1,108 @@
+//! Routes by Flotilla's rules: straight where that is free, around the bodies otherwise; the cheapest headings, and both refined.
+//!
+//! 1. The straight line, with a corner more where the hull first has room to turn, where it last has, and both. If a choice of headings makes it free, that is
+//!    the way: no grid, no graph.
+//! 2. Otherwise the sparse graph gives a few ways, for a robot that holds its heading and for one that is free to choose, parted alike.
+//! 3. The cheapest are refined: corners and headings together, each leg and turn at its best speed, ramps included.
+//!
+//! Assumptions and limits: the graph bends at [`waypoints`](super::waypoints) only. A passage that takes more bends than those is not seen.
+
+use reconfiguration::plan::Criterion;
+
+use super::super::clearance::Clearance;
+use super::super::vector::{length, offset};
+use super::polyline::{Polyline, Pricer};
+use super::refine::refined;
+use super::sparse::{Headings, Sparse};
+use super::{Route, RouteQuery};
+
+/// Ways that are refined, and how much dearer than the cheapest they may be before.
+const REFINED: usize = 4;
+const DEARER: f64 = 1.1;
+/// Steps along a leg in which room to turn is looked for, in d.
+const STEP: f64 = 0.03;
+
+/// The cheapest route found.
+pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, sparse: &mut Sparse) -> Option<Route> {
+    let pricer = Pricer { query, criterion };
+    let mut ways = Vec::with_capacity(8 * REFINED);
+    let straight =
+        Polyline::new(&[query.clearance.start.position_m, query.clearance.slot.position_m])?;
+    add_parted(&pricer, &straight, &mut ways);
+    if ways.is_empty() {
+        sparse.begin(&pricer);
+        sparse.search(&pricer, Headings::Held);
+        if !sparse.found.is_empty() && criterion == Criterion::Energy {
+            sparse.search(&pricer, Headings::Free);
+        }
+        for way in &sparse.found {
+            add_parted(&pricer, way, &mut ways);
+        }
+    }
+    ways.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let limit = DEARER * ways.first()?.0;
+    let mut chosen: Vec<(f64, Polyline)> = Vec::with_capacity(REFINED);
+    for (price, way) in ways.into_iter().filter(|way| way.0 <= limit).take(REFINED) {
+        let (way, price) = refined(&pricer, way, price);
+        chosen.push((price, way));
+    }
+    chosen.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // The table that chose them is some 1 % off.
+    let routes = chosen.iter().take(2).filter_map(|(_, way)| pricer.route(way));
+    routes.min_by(|a, b| {
+        let price = |route: &Route| route.cost(criterion, query.lambda_w);
+        price(a).total_cmp(&price(b))
+    })
+}
+
+/// The way, and the way with a corner more where the hull first has room to turn, last has, and both; each with its cheapest headings, if
+/// any are free.
+fn add_parted(pricer: &Pricer<'_>, way: &Polyline, ways: &mut Vec<(f64, Polyline)>) {
+    let clearance = pricer.query.clearance;
+    let first = first_room(clearance, way.corners());
+    let last = {
+        let mut backwards = *way;
+        backwards.points[..way.count].reverse();
+        first_room(clearance, backwards.corners()).map(|(leg, at_m)| (way.count - 2 - leg, at_m))
+    };
+    let mut add = |parted: Option<Polyline>| {
+        let Some(mut parted) = parted else { return };
+        if let Some(price) = pricer.choose(&mut parted) {
+            ways.push((price, parted));
+        }
+    };
+    add(Some(*way));
+    let with_last = last.and_then(|(leg, at_m)| way.with(leg, at_m));
+    add(with_last);
+    if let Some((leg, at_m)) = first {
+        add(way.with(leg, at_m));
+        if let (Some((after, to_m)), Some(with_last)) = (last, with_last) {
+            let from_m = way.points[leg];
+            let in_order =
+                leg < after || (leg == after && length(offset(from_m, at_m)) < length(offset(from_m, to_m)));
+            if in_order {
+                add(with_last.with(leg, at_m));
+            }
+        }
+    }
+}
+
+/// The leg and the place on it where the hull first has room to turn; `None` if that is a corner, or nowhere.
+fn first_room(clearance: &Clearance, corners: &[[f64; 3]]) -> Option<(usize, [f64; 3])> {
+    for (index, leg) in corners.windows(2).enumerate() {
+        if clearance.turn_is_free(leg[0]) {
+            return None;
+        }
+        let leg_m = offset(leg[0], leg[1]);
+        let share = STEP * clearance.distance_m / length(leg_m);
+        let mut along = share;
+        while along < 1.0 - 1e-9 {
+            let at_m = std::array::from_fn(|k| leg[0][k] + along * leg_m[k]);
+            if clearance.turn_is_free(at_m) {
+                return Some((index, at_m));
+            }
+            along += share;
+        }
+    }
+    None
+}

@@ -1,0 +1,186 @@
+//! A* over the sparse graph around the bodies at rest; edges are priced and looked at when they come up.
+//!
+//! Where start and slot have different headings there are two layers: at the start's heading, and at the slot's. A way goes
+//! from one to the other at a place with room to turn.
+//!
+//! An edge waits in the queue at its lower bound; when it comes up it is priced, and looked at only if it still may be on one of the best ways.
+//! The slot is reached by several edges: each gives a way, so that the search goes on to a few more, which differ.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use quantity::wrap_rad;
+use reconfiguration::plan::{Criterion, Manner};
+
+use super::super::vector::{length, offset};
+use super::polyline::{MOST, Mode, Polyline, Pricer};
+use super::{SAME_RAD, waypoints};
+
+/// Most ways that a search looks for, and how much dearer than the first they may be.
+const WAYS: usize = 4;
+const DEARER: f64 = 1.15;
+/// Two ways are one if their corners are nearer to each other than this, in d.
+const ALIKE: f64 = 0.35;
+const START: usize = 0;
+const SLOT: usize = 1;
+
+/// How a leg is priced: at the heading of its layer, or at the cheapest of four.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Headings {
+    Held,
+    Free,
+}
+
+/// f, from, to; twice the latter, and one more when the edge has been looked at.
+type Entry = Reverse<(u64, u32, u32)>;
+
+/// What is known of a vertex of one layer.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    g: f64,
+    parent: u32,
+    is_closed: bool,
+}
+
+/// Scratch of searches.
+#[derive(Debug, Default)]
+pub(super) struct Sparse {
+    places: Vec<[f64; 3]>,
+    /// By layer, from, to: whether the leg is free, where that is known.
+    free: Vec<Option<bool>>,
+    bounds: Vec<f64>,
+    nodes: Vec<Node>,
+    queue: BinaryHeap<Entry>,
+    /// Ways found, cheapest first.
+    pub found: Vec<Polyline>,
+}
+
+impl Sparse {
+    /// Forgets what was found, and collects the vertices of a query.
+    pub fn begin(&mut self, pricer: &Pricer<'_>) {
+        waypoints::collect(pricer.query.clearance, &mut self.places);
+        self.found.clear();
+        self.free.clear();
+        self.free.resize(2 * self.places.len() * self.places.len(), None);
+    }
+
+    /// Adds the ways of one price model to those found.
+    pub fn search(&mut self, pricer: &Pricer<'_>, headings: Headings) {
+        let query = pricer.query;
+        let clearance = query.clearance;
+        let yaws = [clearance.start.yaw_rad, clearance.slot.yaw_rad];
+        let layers = 1 + usize::from(wrap_rad(yaws[1] - yaws[0]).abs() >= SAME_RAD);
+        let count = self.places.len();
+        let at = query.mover.bound_at(Manner::Best, query.lambda_w);
+        let bound = |way_m: [f64; 3]| match pricer.criterion {
+            Criterion::Energy => at.of(way_m),
+            Criterion::Euclidean => length(way_m),
+        };
+        let turn = if layers == 2 { pricer.turn(yaws[0], yaws[1]) } else { 0.0 };
+        self.bounds.clear();
+        self.bounds.extend(self.places.iter().map(|place| bound(offset(*place, clearance.slot.position_m))));
+        self.nodes.clear();
+        self.nodes.resize(count * layers, Node { g: f64::INFINITY, parent: 0, is_closed: false });
+        self.queue.clear();
+        let goal = SLOT + (layers - 1) * count;
+        let (mut ways, mut limit) = (0, f64::INFINITY);
+        self.queue.push(entry(self.bounds[START], START, START, true));
+        while let Some(Reverse((f, from, to))) = self.queue.pop() {
+            let (f, from, to, looked) = (f64::from_bits(f), from as usize, (to / 2) as usize, to % 2 == 1);
+            if f >= limit {
+                break;
+            }
+            if self.nodes[to].is_closed {
+                continue;
+            }
+            let (layer, place) = (to / count, to % count);
+            if !looked {
+                let (from_m, to_m) = (self.places[from % count], self.places[place]);
+                let price = leg_price(pricer, headings, offset(from_m, to_m), yaws[layer]);
+                let f = self.nodes[from].g + price + self.bounds[place];
+                if f < limit && self.is_free(pricer, layer, (from % count, place), yaws[layer]) {
+                    self.queue.push(entry(f, from, to, true));
+                }
+                continue;
+            }
+            let g = f - self.bounds[place];
+            if to == goal {
+                ways += usize::from(self.keep(from, clearance.distance_m));
+                limit = limit.min(DEARER * f);
+                if ways == WAYS {
+                    break;
+                }
+                continue;
+            }
+            self.nodes[to] = Node { g, parent: from as u32, is_closed: true };
+            for next in (0..count).filter(|&next| next != place && next != START) {
+                let to = next + layer * count;
+                // The slot is entered at its own heading.
+                if self.nodes[to].is_closed || (next == SLOT && to != goal) {
+                    continue;
+                }
+                let leg = bound(offset(self.places[place], self.places[next]));
+                let f = g + leg + self.bounds[next];
+                if f < limit {
+                    self.queue.push(entry(f, place + layer * count, to, false));
+                }
+            }
+            if layer + 1 < layers && clearance.turn_is_free(self.places[place]) {
+                self.queue.push(entry(f + turn, to, to + count, true));
+            }
+        }
+    }
+
+    fn is_free(&mut self, pricer: &Pricer<'_>, layer: usize, (from, to): (usize, usize), yaw_rad: f64) -> bool {
+        let count = self.places.len();
+        let (low, high) = (from.min(to), from.max(to));
+        let (from_m, to_m) = (self.places[from], self.places[to]);
+        let look = || pricer.query.clearance.leg_is_free(from_m, to_m, yaw_rad);
+        *self.free[(layer * count + low) * count + high].get_or_insert_with(look)
+    }
+
+    /// Keeps the way to the slot by its last place, unless it is like one that is known.
+    fn keep(&mut self, last: usize, d_m: f64) -> bool {
+        let count = self.places.len();
+        let mut corners = [[0.0; 3]; MOST];
+        let mut used = MOST;
+        let mut push = |corner: [f64; 3]| {
+            used = used.checked_sub(1)?;
+            corners[used] = corner;
+            Some(())
+        };
+        let mut whole = push(self.places[SLOT]);
+        let mut vertex = last;
+        while whole.is_some() && vertex % count != START {
+            whole = push(self.places[vertex % count]);
+            vertex = self.nodes[vertex].parent as usize;
+        }
+        if whole.and_then(|()| push(self.places[START])).is_none() {
+            return false;
+        }
+        let Some(way) = Polyline::new(&corners[used..]) else { return false };
+        let is_like = |other: &Polyline| {
+            let pairs = || other.corners().iter().zip(way.corners());
+            other.count == way.count && pairs().all(|(a, b)| length(offset(*a, *b)) < ALIKE * d_m)
+        };
+        let is_new = !self.found.iter().any(is_like);
+        if is_new {
+            self.found.push(way);
+        }
+        is_new
+    }
+}
+
+fn entry(f: f64, from: usize, to: usize, looked: bool) -> Entry {
+    Reverse((f.to_bits(), from as u32, 2 * to as u32 + u32::from(looked)))
+}
+
+fn leg_price(pricer: &Pricer<'_>, headings: Headings, leg_m: [f64; 3], yaw_rad: f64) -> f64 {
+    match (headings, pricer.criterion) {
+        (Headings::Held, _) | (_, Criterion::Euclidean) => pricer.leg(leg_m, yaw_rad),
+        (Headings::Free, Criterion::Energy) => [Mode::Start, Mode::Slot, Mode::Along, Mode::Against]
+            .into_iter()
+            .map(|mode| pricer.leg(leg_m, pricer.heading(mode, leg_m)))
+            .fold(f64::INFINITY, f64::min),
+    }
+}
