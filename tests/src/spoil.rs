@@ -63,8 +63,8 @@ fn a_leg<'a>(plan: &'a mut Plan, rng: &mut impl Rng) -> Option<&'a mut Action> {
 
 fn another_slot(problem: &Problem, plan: &mut Plan, rng: &mut ChaCha8Rng) -> Option<()> {
     let own = a_move(plan, rng)?;
-    let others: Vec<usize> = (0..problem.slots.len()).filter(|&slot| slot != own.slot).collect();
-    own.slot = others[pick(others.len(), rng)?];
+    let others: Vec<usize> = (0..problem.slots.len()).filter(|&slot| Some(slot) != own.slot).collect();
+    own.slot = Some(others[pick(others.len(), rng)?]);
     Some(())
 }
 

@@ -11,7 +11,7 @@
 use reconfiguration::plan::{Action, ActionKind, Manner, Move};
 use reconfiguration::pose::Pose;
 
-use super::{Condition, Judge, SAME, distance_m, same, show, turn_rad};
+use super::{Condition, Judge, SAME, distance_m, end_of, same, show, turn_rad};
 
 /// Durations may be off by this share, and by a microsecond.
 const SHARE: f64 = 1e-6;
@@ -77,9 +77,9 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, before: Pos
         let message = format!("robot {} is at {}, not at {}", own.robot, show(before), show(first.from));
         wrong.push((first.start_s, Condition::V1, message));
     }
-    if let Some(slot) = judge.problem.slots.get(own.slot).filter(|slot| !same(slot.pose, last.to)) {
-        let (number, is) = (own.slot + 1, show(slot.pose));
-        let message = format!("robot {} ends at {}, slot {number} is at {is}", own.robot, show(last.to));
+    if let Some(end) = end_of(judge.problem, own).filter(|end| !same(*end, last.to)) {
+        let place = own.slot.map_or("its parking place".to_owned(), |slot| format!("slot {}", slot + 1));
+        let message = format!("robot {} ends at {}, {place} is at {}", own.robot, show(last.to), show(end));
         wrong.push((last.start_s, Condition::V1, message));
     }
     for pair in own.actions.windows(2).filter(|pair| !same(pair[0].to, pair[1].from)) {

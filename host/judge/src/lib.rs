@@ -5,11 +5,11 @@
 //!
 //! | condition | what is looked at |
 //! |---|---|
-//! | v1 | one mover at a time, from where it is to its slot, position and heading; one robot a slot |
+//! | v1 | one mover at a time, from where it is to its slot or to where it parks, position and heading; in the end one robot a slot |
 //! | v2 | it brings what the slot requires |
 //! | v3 | farther than d (19) from its own start and its own slot, its centre keeps d to the centre of everything at rest; everywhere, boxes do not overlap |
 //! | v4 | every tool keeps a connection while a robot is away |
-//! | v5 | no robot moves twice: a resting robot stays connected |
+//! | v5 | no robot moves more often than `moves_per_robot` allows (once by the paper's manner): a resting robot stays connected |
 //! | v6 | thrusts balance weight and buoyancy of every waiting cluster, all six components |
 //! | connection | what is reached is one cluster |
 //! | bounds | no part of a mover leaves the water, or comes nearer to its edge than the margin |
@@ -114,6 +114,11 @@ pub fn note(plan: &Plan) -> Option<&'static str> {
     )
 }
 
+/// Where a move is to end.
+fn end_of(problem: &Problem, own: &Move) -> Option<Pose> {
+    own.to.or_else(|| Some(problem.slots.get(own.slot?)?.pose))
+}
+
 /// A body at rest.
 struct Body<'a> {
     name: String,
@@ -193,10 +198,14 @@ impl<'a> Judge<'a> {
                 let message = format!("there is no robot {}", own.robot);
                 self.add(Some(index), own.start_s, Condition::Identity, message);
             }
-            if own.slot >= problem.slots.len() {
-                let message = format!("there is no slot {} of {}", own.slot + 1, problem.slots.len());
-                self.add(Some(index), own.start_s, Condition::Identity, message);
-            }
+            let message = match (own.slot, own.to) {
+                (Some(slot), None) if slot < problem.slots.len() => continue,
+                (Some(slot), None) => format!("there is no slot {} of {}", slot + 1, problem.slots.len()),
+                (Some(slot), Some(_)) => format!("to slot {} and to another place as well", slot + 1),
+                (None, Some(_)) => continue,
+                (None, None) => "to no slot and to no other place".to_owned(),
+            };
+            self.add(Some(index), own.start_s, Condition::Identity, message);
         }
     }
 
@@ -204,11 +213,17 @@ impl<'a> Judge<'a> {
     fn play(&mut self) {
         let (problem, plan) = (self.problem, self.plan);
         let mut poses: Vec<Pose> = problem.robots.iter().map(|robot| robot.start).collect();
-        let mut moved = vec![None; problem.robots.len()];
+        let most = if plan.manner == Manner::Paper { 1 } else { problem.rules.moves_per_robot };
+        let mut moved = vec![(0, 0); problem.robots.len()];
         for (index, own) in plan.moves.iter().enumerate() {
             let Some(mover) = problem.robots.iter().position(|robot| robot.id == own.robot) else { continue };
-            if let Some(before) = moved[mover].replace(index) {
+            let (moves, before) = moved[mover];
+            moved[mover] = (moves + 1, index);
+            if moves >= most {
                 let message = format!("robot {} has moved in move {} already", own.robot, before + 1);
+                self.add(Some(index), own.start_s, Condition::V5, message);
+            } else if moves > 0 && plan.moves[before].slot.is_some() {
+                let message = format!("robot {} has come to its slot in move {}", own.robot, before + 1);
                 self.add(Some(index), own.start_s, Condition::V5, message);
             }
             let resting = bodies(problem, &poses, Some(mover));
@@ -224,13 +239,13 @@ impl<'a> Judge<'a> {
 
     /// v2.
     fn judge_slot(&mut self, index: usize, own: &Move, mover: usize) {
-        let (Some(slot), Some(robot)) = (self.problem.slots.get(own.slot), self.problem.robots.get(mover))
-        else {
+        let Some((number, slot)) = own.slot.and_then(|slot| Some((slot, self.problem.slots.get(slot)?))) else {
             return;
         };
+        let Some(robot) = self.problem.robots.get(mover) else { return };
         for wanted in slot.requires.iter().filter(|wanted| !robot.capabilities.contains(wanted)) {
             let message =
-                format!("slot {} requires {wanted:?}, robot {} brings none", own.slot + 1, robot.id);
+                format!("slot {} requires {wanted:?}, robot {} brings none", number + 1, robot.id);
             self.add(Some(index), own.start_s, Condition::V2, message);
         }
     }

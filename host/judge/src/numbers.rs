@@ -16,6 +16,8 @@ pub(super) fn check(judge: &mut Judge<'_>) {
         &[plan.energy_navigate_j, plan.energy_balance_j, plan.energy_total_j, plan.time_s],
         "a sum of the plan",
     );
+    see(None, plan.lower_bound_j.as_slice(), "lower_bound_j");
+    see(None, plan.gap.as_slice(), "gap");
     for placed in &plan.robots {
         see(None, &<[f64; 4]>::from(placed.start), &format!("start of robot {}", placed.id));
     }
@@ -25,6 +27,9 @@ pub(super) fn check(judge: &mut Judge<'_>) {
     for (index, own) in plan.moves.iter().enumerate() {
         let at = Some(index);
         see(at, own.path.as_flattened(), "a corner of the path");
+        if let Some(to) = own.to {
+            see(at, &<[f64; 4]>::from(to), "where it parks");
+        }
         see(at, &[own.start_s, own.duration_s], "a time");
         see(at, &[own.energy_navigate_j, own.energy_balance_j, own.balance_w], "an energy or power");
         for holding in &own.balance {

@@ -21,7 +21,7 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 
 use super::kinematics::{length, peak, pose_at};
-use super::{Body, Condition, Judge, SAME, distance_m, geometry, turn_rad};
+use super::{Body, Condition, Judge, SAME, distance_m, end_of, geometry, turn_rad};
 
 /// Longest way between two looks, m.
 const STEP_M: f64 = 0.005;
@@ -43,9 +43,9 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
     let problem = judge.problem;
     let robot = &problem.robots[mover];
     let Some(vehicle) = problem.vehicles.get(robot.vehicle) else { return };
-    let (Some(first), Some(slot)) = (own.actions.first(), problem.slots.get(own.slot)) else { return };
+    let (Some(first), Some(slot)) = (own.actions.first(), end_of(problem, own)) else { return };
     let box_m = vehicle.box_m;
-    let turns_on_the_spot = distance_m(first.from.position_m, slot.pose.position_m) <= SAME;
+    let turns_on_the_spot = distance_m(first.from.position_m, slot.position_m) <= SAME;
     let water_m = water_m(problem);
     let longest_m = box_m.into_iter().fold(0.0, f64::max);
     // d = k·max(L, W, H)                                                                                    (19)
@@ -61,7 +61,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
             judge.add(Some(index), action.start_s, Condition::Kinematics, message);
             return;
         };
-        if let Some((turns_s, at)) = turns(action, judge.plan.manner, first.from, slot.pose) {
+        if let Some((turns_s, at)) = turns(action, judge.plan.manner, first.from, slot) {
             for body in resting.iter().filter(|body| geometry::swings_into((at, box_m), body_box(body))) {
                 let apart_m = distance_m(at.position_m, body.pose.position_m);
                 worst(Condition::V3, &format!("no room to turn beside {}", body.name), turns_s, apart_m);
@@ -79,9 +79,9 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
             let now_s = action.start_s + t_s;
             let pose = pose_at(action, t_s);
             let from_start_m = distance_m(pose.position_m, first.from.position_m);
-            let from_slot_m = distance_m(pose.position_m, slot.pose.position_m);
+            let from_slot_m = distance_m(pose.position_m, slot.position_m);
             let docked_rad =
-                if from_slot_m < from_start_m { slot.pose.yaw_rad } else { first.from.yaw_rad };
+                if from_slot_m < from_start_m { slot.yaw_rad } else { first.from.yaw_rad };
             let hull = match judge.plan.manner {
                 Manner::Paper if !turns_on_the_spot => Pose { yaw_rad: docked_rad, ..pose },
                 _ => pose,

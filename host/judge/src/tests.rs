@@ -128,7 +128,8 @@ fn plan(problem: &Problem, manner: Manner, ways: &[Way]) -> Plan {
         let balance = waiting.take(1).map(|robot| Holding { robot, thrusts_n: vec![-3.0, 3.0, 0.0, 0.0] });
         moves.push(Move {
             robot: way.robot,
-            slot: way.slot,
+            slot: Some(way.slot),
+            to: None,
             path: vec![start, up, over(slot), slot].into_iter().map(|pose| pose.position_m).collect(),
             start_s: 0.0,
             duration_s: 0.0,
@@ -152,6 +153,9 @@ fn plan(problem: &Problem, manner: Manner, ways: &[Way]) -> Plan {
         energy_balance_j: 0.0,
         energy_total_j: 0.0,
         time_s: 0.0,
+        lower_bound_j: None,
+        gap: None,
+        proved: None,
     };
     account(&mut plan);
     plan
@@ -265,7 +269,7 @@ fn every_spoilt_plan_is_rejected_for_the_right_reason() {
             "slots swapped",
             |p| {
                 let mut plan = good(p);
-                (plan.moves[0].slot, plan.moves[1].slot) = (1, 0);
+                (plan.moves[0].slot, plan.moves[1].slot) = (Some(1), Some(0));
                 plan
             },
             &[V1, V3],
@@ -274,7 +278,7 @@ fn every_spoilt_plan_is_rejected_for_the_right_reason() {
             "no such slot",
             |p| {
                 let mut plan = good(p);
-                plan.moves[1].slot = 2;
+                plan.moves[1].slot = Some(2);
                 plan
             },
             &[Identity],

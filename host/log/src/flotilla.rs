@@ -448,7 +448,7 @@ messages! {
     Move = "flotilla_msgs" {
         /// The robot's number.
         robot: u16,
-        /// Its slot, from 0.
+        /// Its slot, from 0; 4294967295 where it parks.
         slot: u32,
         /// As the plan has it.
         planned: Energy,

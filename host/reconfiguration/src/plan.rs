@@ -68,15 +68,18 @@ pub struct Action {
     pub energy_j: f64,
 }
 
-/// One robot's way from its start to its slot.
+/// One robot's way from where it rests to its slot, or to where it parks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Move {
     /// The robot's id.
     pub robot: u16,
-    /// Index of its slot, from 0.
-    pub slot: usize,
-    /// Corners of its path, start and slot included.
+    /// Index of its slot, from 0; null where it parks.
+    pub slot: Option<usize>,
+    /// Where it parks, until it moves again; left out where it goes to a slot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<Pose>,
+    /// Corners of its path, both ends included.
     pub path: Vec<[f64; 3]>,
     /// When it begins, s.
     pub start_s: f64,
@@ -92,6 +95,20 @@ pub struct Move {
     pub balance: Vec<Holding>,
     /// What it does, in order.
     pub actions: Vec<Action>,
+}
+
+impl Move {
+    /// Where it leads, in words; slots are counted from 1.
+    #[must_use]
+    pub fn destination(&self) -> String {
+        destination(self.slot)
+    }
+}
+
+/// A slot, or a parking place, in words; slots are counted from 1.
+#[must_use]
+pub fn destination(slot: Option<usize>) -> String {
+    slot.map_or_else(|| "a parking place".to_owned(), |slot| format!("slot {}", slot + 1))
 }
 
 /// Thrusts of one waiting robot while another moves.
@@ -138,4 +155,13 @@ pub struct Plan {
     pub energy_total_j: f64,
     /// How long it takes, s.
     pub time_s: f64,
+    /// No order of moves and assignment takes less, given these routes, J; left out where nothing was proved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lower_bound_j: Option<f64>,
+    /// How much dearer than the least it can be, as a share of the least; left out where nothing was proved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap: Option<f64>,
+    /// Whether it is the least over all orders and assignments, given these routes; left out where that was not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub proved: Option<bool>,
 }

@@ -78,6 +78,9 @@ pub struct Rules {
     /// Velocity of the water that is expected, world, m/s: what it costs to swim and to wait in it is part of the plan's energies.
     #[serde(skip_serializing_if = "is_still")]
     pub current_m_s: [f64; 3],
+    /// How often a robot may move. Robots that exchange places or face about in one place move out and back; by the paper's
+    /// manner every robot moves once.
+    pub moves_per_robot: u32,
 }
 
 /// Whether water rests.
@@ -101,6 +104,7 @@ impl Default for Rules {
             dock_s: 0.0,
             battery_v: 16.0,
             current_m_s: [0.0; 3],
+            moves_per_robot: 2,
         }
     }
 }

@@ -231,6 +231,10 @@ fn check_rules(rules: &Rules) -> Result<(), ProblemError> {
     if let Some(&cells) = rules.grid_divisions.iter().find(|&&cells| !(1..=64).contains(&cells)) {
         return refuse("grid_divisions", f64::from(cells), "cells", "must lie between 1 and 64");
     }
+    if !(1..=4).contains(&rules.moves_per_robot) {
+        let moves = f64::from(rules.moves_per_robot);
+        return refuse("moves_per_robot", moves, "moves", "must lie between 1 and 4");
+    }
     if let Some(bounds_m) = rules.bounds_m {
         let [low, high] = bounds_m;
         for value in low.into_iter().chain(high) {

@@ -5,29 +5,39 @@
 //! | which configurations can wait, and what that draws | [`balance`](super::balance) |
 //! | one robot's route | [`route`](super::route) over [`search_graph`](super::search_graph), Theta* of [`grid`] |
 //! | the order of moves, and robots to slots | [`super::order`] |
+//! | places, and what is docked in them | `places` |
+//! | costs and bounds of moves | `pricer` |
 //!
-//! Pure: the same problem gives the same plan.
+//! At first every robot moves once. If no order of such moves leads to the goal, robots may park on their way, as often
+//! as [`moves_per_robot`](reconfiguration::problem::Rules::moves_per_robot) allows.
+//!
+//! Pure: the same problem gives the same plan, unless its [`Progress`] ends the search by a clock.
 
-use std::collections::HashMap;
-
-use reconfiguration::plan::{Criterion, Holding, Manner, Move, Placed, Plan};
+use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::pose::Pose;
-use reconfiguration::problem::{Problem, Robot};
-use reconfiguration::vehicle::Vehicle;
+use reconfiguration::problem::Problem;
 use thiserror::Error;
 
-use super::balance::{Balance, Unbalanced, balance};
-use super::clearance::{Clearance, Resting};
-use super::conditions::{Conditions, admits};
-use super::order::{self, MoveCosts, NoOrder, Order, State};
-use super::power::{self, PowerError, PowerLaw};
-use super::propulsion::{Propulsion, PropulsionError, Steady};
-use super::route::{Mover, Route, RouteQuery, Scratch};
-use super::search_graph::Lattice;
-use super::vector::{length, offset};
+use super::balance::Unbalanced;
+use super::conditions::Conditions;
+use super::order::paper::NoRule;
+use super::order::remaining::Remaining;
+use super::order::search::{Found, NoOrder};
+use super::order::{self, Finder, InTurn, Known, MoveCosts, Patience, Progress, State, Workers};
+use super::power::{PowerError, PowerLaw};
+use super::propulsion::PropulsionError;
+use pricer::Pricer;
 
-/// Moves priced at most before the best order known is returned unproved.
+mod parking;
+mod places;
+mod pricer;
+mod waits;
+mod write;
+
+/// Moves priced at most by [`plan`] before the best order known is returned unproved.
 pub const PATIENCE: usize = 20_000;
+/// Moves priced without any order found before robots are allowed to park.
+const ONCE_MOST: usize = 4_000;
 
 /// How the order of moves and the assignment are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,10 +70,23 @@ pub struct Planned {
     pub cost: f64,
     /// The same for the order of the paper's rule, where that leads to the end.
     pub rule_cost: Option<f64>,
+    /// No order and assignment costs less, given these routes; 0 where nothing is known.
+    pub bound: f64,
     /// Whether no order and assignment is cheaper, given these routes.
     pub proved: bool,
+    /// How often a robot may move in the orders that were compared.
+    pub moves: usize,
     /// How many moves were priced.
     pub priced: usize,
+}
+
+impl Planned {
+    /// How much dearer than the least the plan can be, as a share of the least; `None` where nothing is known of that.
+    #[must_use]
+    pub fn gap(&self) -> Option<f64> {
+        let known = Known { best: Some(self.cost), bound: self.bound, priced: self.priced };
+        if self.proved { Some(0.0) } else { known.gap() }
+    }
 }
 
 /// Why there is no plan.
@@ -86,310 +109,167 @@ pub enum PlanError {
     #[error("no order of moves to the goal was found among {priced} moves priced; there may be one")]
     OutOfPatience { priced: usize },
     /// No order of moves leads to the goal.
-    #[error("the goal cannot be reached: {why} ({states} configurations searched, every one there is)")]
+    #[error(
+        "the goal cannot be reached with one move a robot: {why} ({states} configurations searched, every one there is)"
+    )]
     Unreachable { why: String, states: usize },
+    /// No order leads there by way of parking places either.
+    #[error(
+        "no order with at most {moves} moves a robot reaches the goal: {why} ({states} configurations searched, every one \
+         there is with {berths} parking places; [rules] moves_per_robot allows more moves)"
+    )]
+    Blocked { why: String, states: usize, moves: usize, berths: usize },
 }
 
-/// Plans a reconfiguration.
+/// Plans a reconfiguration, one move priced after the other, at most [`PATIENCE`] of them.
 pub fn plan(problem: &Problem, request: &Request) -> Result<Planned, PlanError> {
+    plan_with(problem, request, &InTurn, &mut Patience(PATIENCE))
+}
+
+/// Plans a reconfiguration until the least order is proved or `progress` ends the search.
+pub fn plan_with(
+    problem: &Problem,
+    request: &Request,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<Planned, PlanError> {
     let count = problem.robots.len().max(problem.slots.len());
     if count > order::MOST {
         return Err(PlanError::TooMany { count });
     }
-    let mut pricer = MovePricer::new(problem, request)?;
-    let rule = order::by_paper(&mut pricer);
-    let rule_cost = rule.as_ref().ok().map(|order| order.cost);
-    let order = match (request.order, rule) {
-        (OrderRule::Paper, rule) => rule.map_err(|moves| PlanError::DeadEnd { moves })?,
-        (OrderRule::Exact, rule) => {
-            order::exact(&mut pricer, rule.ok(), PATIENCE).map_err(|none| match none {
+    let moves = if request.manner == Manner::Paper { 1 } else { problem.rules.moves_per_robot as usize };
+    let may_park = moves > 1 && request.order == OrderRule::Exact;
+    let pricer = Pricer::new(problem, request, (&[], 1), workers)?;
+    let mut once = Once { progress, most: if may_park { ONCE_MOST } else { usize::MAX }, gave_up: false };
+    let first = ordered(&pricer, workers, &mut once);
+    let (why, states) = match first {
+        Err(PlanError::Unreachable { why, states }) if may_park => (why, states),
+        Err(PlanError::OutOfPatience { priced }) if once.gave_up => {
+            (format!("no order was found among {priced} moves priced"), 0)
+        }
+        settled => return settled,
+    };
+    let mut berths = parking::open(problem, problem.bounds_m());
+    let mut last = PlanError::Unreachable { why: why.clone(), states };
+    for docked in [false, true] {
+        if docked {
+            berths.extend(parking::docked(problem, problem.bounds_m()));
+        }
+        if berths.is_empty() {
+            continue;
+        }
+        let pricer = Pricer::new(problem, request, (&berths, moves), workers)?;
+        let mut parked = Once { progress: &mut *once.progress, most: usize::MAX, gave_up: false };
+        match ordered(&pricer, workers, &mut parked) {
+            Err(PlanError::Unreachable { states, .. }) => {
+                let berths = pricer.layout.berths();
+                last = PlanError::Blocked { why: why.clone(), states, moves, berths };
+            }
+            settled => return settled,
+        }
+    }
+    Err(last)
+}
+
+/// Ends a search that has found nothing after so many moves priced.
+struct Once<'a> {
+    progress: &'a mut dyn Progress,
+    most: usize,
+    gave_up: bool,
+}
+
+impl Progress for Once<'_> {
+    fn report(&mut self, known: &Known) -> std::ops::ControlFlow<()> {
+        self.gave_up = known.best.is_none() && known.priced >= self.most;
+        if self.gave_up { std::ops::ControlFlow::Break(()) } else { self.progress.report(known) }
+    }
+}
+
+/// The best order by what is asked for, as a plan.
+fn ordered(
+    pricer: &Pricer<'_>,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<Planned, PlanError> {
+    let mut finder = Finder::new(pricer, workers, progress);
+    let out_of_patience = |finder: &Finder<'_, Pricer<'_>>| {
+        let priced = finder.known().priced;
+        PlanError::OutOfPatience { priced }
+    };
+    let Found { order, bound, proved } = match pricer.request.order {
+        OrderRule::Paper => match finder.by_paper() {
+            Ok(order) => Found { order, bound: 0.0, proved: false },
+            Err(NoRule::DeadEnd(moves)) => return Err(PlanError::DeadEnd { moves }),
+            Err(NoRule::Stopped) => return Err(out_of_patience(&finder)),
+        },
+        OrderRule::Exact => {
+            let found = finder.first().and_then(|()| {
+                let remaining = Remaining::new(pricer, workers, true);
+                finder.search(&remaining)
+            });
+            found.map_err(|none| match none {
                 NoOrder::Proved { states } => PlanError::Unreachable { why: pricer.obstacle(), states },
-                NoOrder::OutOfPatience => PlanError::OutOfPatience { priced: PATIENCE },
+                NoOrder::Stopped => out_of_patience(&finder),
             })?
         }
     };
-    let plan = pricer.write(&order);
-    Ok(Planned { plan, cost: order.cost, rule_cost, proved: order.proved, priced: order.priced })
+    let rule_cost = finder.rule().or_else(|| (pricer.request.order == OrderRule::Paper).then_some(order.cost));
+    let priced = finder.known().priced;
+    let Some(mut plan) = pricer.write(&order) else { return Err(out_of_patience(&finder)) };
+    let planned = Planned {
+        plan: plan.clone(),
+        cost: order.cost,
+        rule_cost,
+        bound,
+        proved,
+        moves: pricer.layout.moves(),
+        priced,
+    };
+    if pricer.request.order == OrderRule::Exact {
+        let in_joules = pricer.request.criterion == Criterion::Energy;
+        plan.lower_bound_j = in_joules.then_some(bound);
+        (plan.gap, plan.proved) = (planned.gap(), Some(proved));
+    }
+    Ok(Planned { plan, ..planned })
 }
 
-/// A configuration that waits: robots that have moved or move now, one bit each, and what is in the slots.
-type Waiting = (u16, [u8; order::MOST]);
-
-/// Computes and keeps balances, routes and costs of moves.
-struct MovePricer<'a> {
-    problem: &'a Problem,
-    request: &'a Request,
-    /// By vehicle; none for tools.
-    movers: Vec<Option<Mover>>,
-    lattice: Lattice,
-    limits_n: (f64, f64),
-    /// What every waiting cluster draws at least, W.
-    lambda_least_w: f64,
-    balances: HashMap<Waiting, Result<Balance, Unbalanced>>,
-    routes: HashMap<(State, usize, usize), Option<Route>>,
-    scratch: Scratch,
-}
-
-impl<'a> MovePricer<'a> {
-    fn new(problem: &'a Problem, request: &'a Request) -> Result<Self, PlanError> {
-        let rules = &problem.rules;
-        let steady = match request.manner {
-            Manner::Paper => Steady::Published,
-            Manner::Best => Steady::Whole,
-        };
-        let mut movers = Vec::with_capacity(problem.vehicles.len());
-        for (index, vehicle) in problem.vehicles.iter().enumerate() {
-            let swims = problem.robots.iter().any(|robot| robot.vehicle == index);
-            let mover = swims
-                .then(|| Propulsion::new(vehicle, request.law.clone(), rules.battery_v, steady))
-                .transpose()
-                .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
-            movers.push(mover.map(|propulsion| Mover::new(propulsion, rules)));
-        }
-        // Docked poses lie on the grid when it divides the box.
-        let box_m = problem.robots.first().map_or([1.0; 3], |robot| problem.vehicles[robot.vehicle].box_m);
-        let cell_m = std::array::from_fn(|k| box_m[k] / f64::from(rules.grid_divisions[k].max(1)));
-        let anchor_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
-        let lattice = Lattice::new(anchor_m, cell_m, problem.bounds_m());
-        let limits_n = power::limits_n(rules.battery_v)?;
-        let mut pricer = Self {
-            problem,
-            request,
-            movers,
-            lattice,
-            limits_n,
-            lambda_least_w: 0.0,
-            balances: HashMap::new(),
-            routes: HashMap::new(),
-            scratch: Scratch::default(),
-        };
-        pricer.lambda_least_w = pricer.least_balance_w();
-        Ok(pricer)
-    }
-
-    fn vehicle(&self, robot: usize) -> &'a Vehicle {
-        &self.problem.vehicles[self.problem.robots[robot].vehicle]
-    }
-
-    /// Tools, robots that have not moved and do not move now, and robots in slots; with the robot's index where it has
-    /// one.
-    fn bodies(&self, moved: u16, filled: &[u8; order::MOST]) -> Vec<(Pose, &'a Vehicle)> {
-        let problem = self.problem;
-        let tools = problem.tools.iter().map(|tool| (tool.pose, &problem.vehicles[tool.vehicle]));
-        let waiting = (0..problem.robots.len())
-            .filter(|&robot| moved >> robot & 1 == 0)
-            .map(|robot| (problem.robots[robot].start, self.vehicle(robot)));
-        let arrived = problem.slots.iter().zip(filled).filter_map(|(slot, &kind)| {
-            let vehicle = usize::from(kind).checked_sub(1)?;
-            Some((slot.pose, &problem.vehicles[vehicle]))
-        });
-        tools.chain(waiting).chain(arrived).collect()
-    }
-
-    fn balance(&mut self, state: &State, robot: usize) -> Result<&Balance, Unbalanced> {
-        let waiting = (state.moved | 1 << robot, state.filled);
-        if !self.balances.contains_key(&waiting) {
-            let bodies = self.bodies(waiting.0, &waiting.1);
-            let balanced = balance(&bodies, &self.request.law, self.limits_n);
-            self.balances.insert(waiting, balanced);
-        }
-        self.balances[&waiting].as_ref().map_err(|error| *error)
-    }
-
-    /// No configuration has more thrusters than all robots at all starts and in all slots at once would have: with one
-    /// tool and robots that feel nothing themselves, that is a lower bound of P_bal.
-    fn least_balance_w(&self) -> f64 {
-        let problem = self.problem;
-        let neutral = problem.robots.iter().all(|robot| {
-            let body = &problem.vehicles[robot.vehicle].body;
-            (body.weight_n - body.buoyancy_n).abs() < 1e-12
-                && (0..2).all(|k| (body.r_g_m[k] - body.r_b_m[k]).abs() < 1e-12)
-        });
-        let [tool] = problem.tools.as_slice() else { return 0.0 };
-        if !neutral {
-            return 0.0;
-        }
-        let mut members = vec![(tool.pose, &problem.vehicles[tool.vehicle])];
-        let starts = problem.robots.iter().map(|robot| (robot.start, &problem.vehicles[robot.vehicle]));
-        members.extend(starts);
-        for kind in 0..problem.vehicles.len() {
-            if problem.robots.iter().any(|robot| robot.vehicle == kind) {
-                members.extend(problem.slots.iter().map(|slot| (slot.pose, &problem.vehicles[kind])));
-            }
-        }
-        super::balance::power_of_cluster(&members, &self.request.law, self.limits_n).unwrap_or(0.0)
-    }
-
-    fn clearance(&self, state: &State, robot: usize, slot: usize) -> Clearance {
-        let bodies = self.bodies(state.moved | 1 << robot, &state.filled);
-        let half = |vehicle: &Vehicle| vehicle.box_m.map(|side| side / 2.0);
-        let resting =
-            bodies.iter().map(|(pose, vehicle)| Resting { pose: *pose, half_m: half(vehicle) }).collect();
-        let vehicle = self.vehicle(robot);
-        let (start, slot) = (self.problem.robots[robot].start, self.problem.slots[slot].pose);
-        Clearance {
-            resting,
-            half_m: half(vehicle),
-            start,
-            slot,
-            distance_m: self.problem.clearance_m(vehicle),
-            bounds_m: self.problem.bounds_m(),
-        }
-    }
-
-    /// Whether the robot's start is the slot.
-    fn stays(&self, robot: usize, slot: usize) -> bool {
-        let (start, slot) = (&self.problem.robots[robot].start, &self.problem.slots[slot].pose);
-        length(way(start, slot)) < 1e-9 && quantity::wrap_rad(start.yaw_rad - slot.yaw_rad).abs() < 1e-9
-    }
-
-    fn route(&mut self, state: &State, robot: usize, slot: usize) -> Option<&Route> {
-        let key = (*state, robot, slot);
-        if !self.routes.contains_key(&key) {
-            let lambda_w = self.balance(state, robot).ok().map(|balance| balance.power_w);
-            let route = lambda_w.and_then(|lambda_w| {
-                let clearance = self.clearance(state, robot, slot);
-                let mover = self.movers[self.problem.robots[robot].vehicle].as_ref()?;
-                let rules = &self.problem.rules;
-                let query =
-                    RouteQuery { mover, clearance: &clearance, lattice: &self.lattice, rules, lambda_w };
-                query.route(self.request.criterion, self.request.manner, &mut self.scratch)
-            });
-            self.routes.insert(key, route);
-        }
-        self.routes[&key].as_ref()
-    }
-
-    fn bound_at(&self, robot: usize, slot: usize, lambda_w: f64) -> Option<f64> {
-        let (from, to) = (&self.problem.robots[robot], &self.problem.slots[slot]);
-        if !admits(to, from) {
-            return None;
-        }
-        if self.stays(robot, slot) {
-            return Some(0.0);
-        }
-        let mover = self.movers[from.vehicle].as_ref()?;
-        let Request { criterion, manner, .. } = *self.request;
-        Some(mover.bound(criterion, manner, way(&from.start, &to.pose), lambda_w))
-    }
-
+impl Pricer<'_> {
     /// What keeps robots from moving at the start, for the error message.
-    fn obstacle(&mut self) -> String {
+    fn obstacle(&self) -> String {
         let state = State::default();
         let mut stuck = Vec::new();
-        for (robot, &Robot { id, .. }) in self.problem.robots.iter().enumerate() {
-            if let Err(reason) = self.balance(&state, robot).cloned() {
+        for (robot, own) in self.problem.robots.iter().enumerate() {
+            let id = own.id;
+            if let Err(reason) = self.lambda_w(&state, robot) {
                 let reason = match reason {
                     Unbalanced::Alone(_) => "a tool would be left alone (v4)".to_owned(),
-                    Unbalanced::OutOfReach { served, .. } => {
+                    Unbalanced::OutOfReach { .. } => {
+                        let served = self.served(robot);
                         format!("the rest could give {:.0} % of the balancing wrench (v6)", served * 100.0)
                     }
                 };
                 stuck.push(format!("robot {id} cannot leave: {reason}"));
-            } else if (0..self.problem.slots.len()).all(|slot| self.cost(&state, robot, slot).is_none()) {
-                stuck.push(format!("robot {id} finds no way to any slot (v3)"));
+            } else {
+                let hops = self.layout.hops(&state).filter(|(hop, _)| hop.ends().0 == robot);
+                let mut slots = hops.filter(|(hop, _)| self.layout.slot(hop.ends().1).is_some());
+                if slots.all(|(hop, kind)| {
+                    let (from, to) = hop.ends();
+                    self.bound(from, kind, to).is_none() || self.cost(0, &state, hop).is_none()
+                }) {
+                    stuck.push(format!("robot {id} finds no way to any slot (v3)"));
+                }
             }
         }
         if stuck.is_empty() { "every order of moves ends before it".to_owned() } else { stuck.join("; ") }
     }
 
-    /// The plan of an order.
-    fn write(&mut self, order: &Order) -> Plan {
-        let problem = self.problem;
-        let mut state = State::default();
-        let mut now_s = 0.0;
-        let mut moves = Vec::new();
-        // The robot in each slot.
-        let mut arrived: Vec<Option<usize>> = vec![None; problem.slots.len()];
-        for &(robot, slot) in &order.moves {
-            let here = state;
-            state = state.after(robot, slot, self.kind(robot));
-            if self.stays(robot, slot) {
-                arrived[slot] = Some(robot);
-                continue;
-            }
-            let Ok(Balance { power_w, thrusts_n }) = self.balance(&here, robot).cloned() else { continue };
-            // In the order of the bodies: tools, robots that have not moved, robots in slots.
-            let waiting = (0..problem.robots.len()).filter(|&other| other != robot && !here.has_moved(other));
-            let waiting = waiting.chain(arrived.iter().flatten().copied());
-            let balance = waiting
-                .zip(thrusts_n.into_iter().skip(problem.tools.len()))
-                .map(|(other, thrusts_n)| Holding { robot: problem.robots[other].id, thrusts_n })
-                .collect();
-            let Some(route) = self.route(&here, robot, slot).cloned() else { continue };
-            let mut actions = route.actions;
-            for action in &mut actions {
-                action.start_s += now_s;
-            }
-            moves.push(Move {
-                robot: problem.robots[robot].id,
-                slot,
-                path: route.path,
-                start_s: now_s,
-                duration_s: route.duration_s,
-                energy_navigate_j: route.energy_j,
-                energy_balance_j: power_w * route.duration_s,
-                balance_w: power_w,
-                balance,
-                actions,
-            });
-            now_s += route.duration_s;
-            arrived[slot] = Some(robot);
-        }
-        let sum = |of: fn(&Move) -> f64| moves.iter().map(of).sum::<f64>();
-        let (energy_navigate_j, energy_balance_j) =
-            (sum(|m| m.energy_navigate_j), sum(|m| m.energy_balance_j));
-        let placed = |robot: &Robot| Placed { id: robot.id, start: robot.start };
-        Plan {
-            problem: problem.name.clone(),
-            criterion: self.request.criterion,
-            manner: self.request.manner,
-            robots: problem.robots.iter().map(placed).collect(),
-            slots: problem.slots.iter().map(|slot| slot.pose).collect(),
-            moves,
-            energy_navigate_j,
-            energy_balance_j,
-            energy_total_j: energy_navigate_j + energy_balance_j,
-            time_s: now_s,
+    /// The share of the balancing wrench that the others could give while a robot is away from its start.
+    fn served(&self, robot: usize) -> f64 {
+        let taken = self.places.taken(&self.layout, &State::default(), robot);
+        let bodies: Vec<(Pose, _)> = taken.iter().map(|&seat| self.places.body(seat)).collect();
+        match super::balance::balance(&bodies, &self.request.law, self.limits_n) {
+            Err(Unbalanced::OutOfReach { served, .. }) => served,
+            _ => 0.0,
         }
     }
-}
-
-impl MoveCosts for MovePricer<'_> {
-    fn robots(&self) -> usize {
-        self.problem.robots.len()
-    }
-
-    fn slots(&self) -> usize {
-        self.problem.slots.len()
-    }
-
-    fn kind(&self, robot: usize) -> u8 {
-        self.problem.robots[robot].vehicle as u8
-    }
-
-    fn bound(&self, robot: usize, slot: usize) -> Option<f64> {
-        self.bound_at(robot, slot, self.lambda_least_w)
-    }
-
-    fn bound_from(&mut self, state: &State, robot: usize, slot: usize) -> Option<f64> {
-        if self.stays(robot, slot) {
-            return self.bound(robot, slot);
-        }
-        let lambda_w = self.balance(state, robot).ok()?.power_w;
-        self.bound_at(robot, slot, lambda_w)
-    }
-
-    fn cost(&mut self, state: &State, robot: usize, slot: usize) -> Option<f64> {
-        if self.stays(robot, slot) {
-            return Some(0.0);
-        }
-        let lambda_w = self.balance(state, robot).ok()?.power_w;
-        let criterion = self.request.criterion;
-        self.route(state, robot, slot).map(|route| route.cost(criterion, lambda_w))
-    }
-}
-
-fn way(from: &Pose, to: &Pose) -> [f64; 3] {
-    offset(from.position_m, to.position_m)
 }

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::ValueEnum;
 use link::faults::FaultParameters;
@@ -13,7 +14,7 @@ use reader::file::{MADE_MAX, text_from, text_of};
 use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::problem::Problem;
 use record::reconfigure::Record;
-use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
+use rov::planner::{OrderRule, PlanError, Planned, Request, plan_with};
 use rov::power::PowerLaw;
 use rov::pricing::price;
 
@@ -35,7 +36,10 @@ use crate::run::reconfigure::execution::{Executed, Options, Site, run_into, run_
 use crate::run::reconfigure::poses::LabBodies;
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 
+mod search;
 mod table;
+
+use search::{Threads, Watch};
 
 /// The scenario that is planned when none is named.
 const DEFAULT: &str = "t-to-i-far";
@@ -60,6 +64,9 @@ pub(super) struct Arguments {
     /// How order and assignment are found [default: as the manner does]
     #[arg(long, value_enum)]
     order: Option<OrderKind>,
+    /// How long a better order and assignment is looked for, s; the best one known is taken then
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
+    time_limit: f64,
     /// What thrust costs
     #[arg(long, value_enum, default_value_t = PowerKind::Fitted)]
     power: PowerKind,
@@ -191,6 +198,11 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             "--serve shows the execution of one plan: say which, by --criterion".to_owned(),
         ));
     }
+    if !(0.1..=86_400.0).contains(&arguments.time_limit) {
+        let seconds = arguments.time_limit;
+        return Err(Failure::Bad(format!("--time-limit {seconds} s: must lie between 0.1 and 86400")));
+    }
+    let limit = Duration::from_secs_f64(arguments.time_limit);
     let (mut columns, mut failures) = (Vec::new(), Vec::new());
     let mut bar = Bar::new(&scenario.problem.name);
     let wanted = wanted(arguments);
@@ -198,7 +210,8 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         bar.preparing(&format!("planning: {title}"), done as u64, wanted.len() as u64);
         let law = law(arguments.power, scenario.problem.rules.battery_v)?;
         let request = Request { criterion, manner, order, law };
-        let mut planned = match plan(&scenario.problem, &request) {
+        let mut watch = Watch::new(&mut bar, title, criterion, limit);
+        let mut planned = match plan_with(&scenario.problem, &request, &Threads::new(), &mut watch) {
             Ok(planned) => planned,
             // No such robot can be planned for, by any rule.
             Err(error @ (PlanError::Propulsion { .. } | PlanError::Power(_) | PlanError::TooMany { .. })) => {

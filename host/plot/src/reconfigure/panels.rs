@@ -4,6 +4,7 @@
 //! Over each column stands a bar for every record, as long as its move, with the number of the robot. More than four
 //! slots go on in further blocks under the first.
 
+use reconfiguration::plan::destination;
 use plotters::element::{PathElement, Rectangle};
 use plotters::style::RGBColor;
 use record::reconfigure::{Record, Sample};
@@ -63,7 +64,7 @@ pub struct Table<'t> {
 
 /// One slot: the move into it in each record (number of the record, the move).
 struct Column<'r> {
-    slot: usize,
+    slot: Option<usize>,
     moves: Vec<(usize, ExecutedMove<'r>)>,
 }
 
@@ -73,8 +74,11 @@ fn columns(records: &[Record]) -> Vec<Column<'_>> {
         .enumerate()
         .flat_map(|(n, record)| executed_move::executed_moves(record).into_iter().map(move |c| (n, c)))
         .collect();
-    let slots = all.iter().map(|(_, c)| c.planned.slot + 1).max().unwrap_or(0);
+    let slots = all.iter().filter_map(|(_, c)| Some(c.planned.slot? + 1)).max().unwrap_or(0);
+    // Moves that park come last.
     (0..slots)
+        .map(Some)
+        .chain([None])
         .map(|slot| {
             let moves = all.iter().filter(|(_, c)| c.planned.slot == slot).copied().collect();
             Column { slot, moves }
@@ -172,8 +176,8 @@ fn draw_bars(
     let (width, _) = picture::area_size(area);
     let chart_px = picture::chart_width(width);
     let left = picture::LEFT;
-    let at = records.first().and_then(|r| r.problem.slots.get(column.slot)).map(|s| s.pose.position_m);
-    let mut title = format!("To slot {}", column.slot + 1);
+    let at = records.first().and_then(|r| r.problem.slots.get(column.slot?)).map(|s| s.pose.position_m);
+    let mut title = format!("To {}", destination(column.slot));
     if let Some([x, y, z]) = at {
         title += &format!(" at ({}, {}, {}) m", number(x, 2), number(y, 2), number(z, 2));
     }

@@ -173,7 +173,8 @@ pub fn record(problem: &Problem, criterion: Criterion, manner: Manner, ways: &[W
         arrived[robot] = true;
         moves.push(Move {
             robot: problem.robots[robot].id,
-            slot,
+            slot: Some(slot),
+            to: None,
             path: [start].into_iter().chain(via.iter().copied()).chain([goal.position_m]).collect(),
             start_s: planned_s,
             duration_s,
@@ -201,6 +202,9 @@ pub fn record(problem: &Problem, criterion: Criterion, manner: Manner, ways: &[W
         energy_balance_j: balance_j,
         energy_total_j: navigate_j + balance_j,
         time_s: planned_s,
+        lower_bound_j: None,
+        gap: None,
+        proved: None,
     };
     Record { problem: problem.clone(), plan, samples }
 }

@@ -6,6 +6,7 @@
 //! d = 1.5·max(L, W, H) about the resting modules, and with dashes those about the mover's start and slot, within which
 //! hulls may come nearer and touch.
 
+use reconfiguration::plan::destination;
 use std::f64::consts::TAU;
 
 use plotters::element::PathElement;
@@ -172,8 +173,8 @@ fn draw_caption(cell: &Area<'_>, number_of_moves: usize, rest: &Rest) -> Result<
         None => format!("start; grid of {} m", number(GRID_M, 1)),
         Some(way) => {
             let id = rest.robots.get(way.robot).map_or(0, |r| r.id);
-            let (slot, seconds, joules) = (way.slot + 1, number(way.duration_s, 1), number(way.energy_j, 1));
-            format!("{number_of_moves}. robot {id} to slot {slot}: {seconds} s, {joules} J")
+            let (to, seconds, joules) = (destination(way.slot), number(way.duration_s, 1), number(way.energy_j, 1));
+            format!("{number_of_moves}. robot {id} to {to}: {seconds} s, {joules} J")
         }
     };
     let (width, _) = picture::area_size(cell);

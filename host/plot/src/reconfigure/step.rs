@@ -31,8 +31,8 @@ pub struct Resting {
 pub struct Way {
     /// The mover: index into [`Rest::robots`].
     pub robot: usize,
-    /// Its slot, from 0.
-    pub slot: usize,
+    /// Its slot, from 0; none where it parks.
+    pub slot: Option<usize>,
     /// Where it came from and where it was to go.
     pub ends: [Vec3; 2],
     /// Corners as planned.
@@ -101,13 +101,13 @@ pub fn rests(record: &Record) -> Vec<Rest> {
     }];
     for moved in executed_moves(record) {
         let planned = moved.planned;
-        let slot = problem.slots.get(planned.slot).map(|s| s.pose);
+        let end = planned.to.or_else(|| Some(problem.slots.get(planned.slot?)?.pose));
         if let Some(mover) = robots.get_mut(moved.robot) {
             // Without an execution the plan is shown.
-            if let Some(slot) = slot {
-                mover.hull = Solid::hull(level(slot), hull_of(moved.robot));
+            if let Some(end) = end {
+                mover.hull = Solid::hull(level(end), hull_of(moved.robot));
             }
-            mover.arrived = true;
+            mover.arrived = planned.slot.is_some();
         }
         if let Some(after) = moved.after {
             for (n, (resting, sample)) in robots.iter_mut().zip(&after.robots).enumerate() {
@@ -115,18 +115,19 @@ pub fn rests(record: &Record) -> Vec<Rest> {
                     resting.hull = Solid::hull(sample.eta, hull_of(n));
                 }
                 // What is marked only while it rests has arrived all the same when its move is over.
-                resting.arrived |= sample.arrived;
+                resting.arrived |= sample.arrived && !(n == moved.robot && planned.slot.is_none());
             }
         }
         let start = problem.robots.get(moved.robot).map_or([0.0; 3], |r| r.start.position_m);
+        let start = planned.actions.first().map_or(start, |first| first.from.position_m);
         left.push(start);
-        slots.retain(|(n, _)| *n != planned.slot);
+        slots.retain(|(n, _)| Some(*n) != planned.slot);
         let longest = hull_of(moved.robot).into_iter().fold(0.0, f64::max);
         let (from_s, to_s) = moved.span_s();
         let way = Way {
             robot: moved.robot,
             slot: planned.slot,
-            ends: [start, slot.map_or(start, |s| s.position_m)],
+            ends: [start, end.map_or(start, |end| end.position_m)],
             planned: planned.path.iter().copied().filter(is_near).collect(),
             executed: executed(&moved),
             duration_s: to_s - from_s,
@@ -183,7 +184,7 @@ mod tests {
             assert_eq!((rest.slots.len(), rest.left.len()), (4 - moves, moves));
         }
         let last = rests[4].way.as_ref().expect("a way");
-        assert_eq!((last.robot, last.slot), (2, 3));
+        assert_eq!((last.robot, last.slot), (2, Some(3)));
         assert!((last.clearance_m - 0.7245).abs() < 1e-12);
         assert!((rests[4].robots[2].hull.centre[0] - 1.932).abs() < 1e-12);
     }

@@ -172,7 +172,7 @@ fn odd_records_still_give_pictures() {
     broken.plan.moves[1].path[1][2] = f64::NAN;
     broken.plan.moves[1].actions[0].energy_j = f64::NAN;
     broken.plan.moves[2].robot = 77;
-    broken.plan.moves[3].slot = 9;
+    broken.plan.moves[3].slot = Some(9);
     broken.problem.name = "a name that goes on and on ".repeat(20);
     let cases = [
         ("no record", Vec::new()),

@@ -5,6 +5,8 @@ use std::io::Write;
 use reconfiguration::plan::{ActionKind, Criterion};
 use reconfiguration::problem::Problem;
 
+use rov::planner::Planned;
+
 use super::Column;
 use crate::run::reconfigure::phases::Phases;
 use crate::run::reconfigure::summary::Summary;
@@ -56,7 +58,7 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
             Criterion::Energy => "J",
             Criterion::Euclidean => "m",
         };
-        let proof = if planned.proved { ", proved least over all orders and assignments" } else { "" };
+        let proof = proof(planned);
         writeln!(out, "  {title}: {:.2} {unit}{proof} ({} moves priced)", planned.cost, planned.priced)?;
         match planned.rule_cost {
             Some(rule) if planned.proved => writeln!(
@@ -71,9 +73,9 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
             let turns = part.actions.iter().filter(|action| action.kind == ActionKind::Turn).count();
             writeln!(
                 out,
-                "    robot {} to slot {}: {} legs, {turns} turns, {:.1} s, {:.1} J and {:.2} W to balance",
+                "    robot {} to {}: {} legs, {turns} turns, {:.1} s, {:.1} J and {:.2} W to balance",
                 part.robot,
-                part.slot + 1,
+                part.destination(),
                 part.path.len().saturating_sub(1),
                 part.duration_s,
                 part.energy_navigate_j,
@@ -98,6 +100,22 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
         }
     }
     writeln!(out)
+}
+
+/// What is known of the order, and over what.
+fn proof(planned: &Planned) -> String {
+    if planned.plan.proved.is_none() {
+        return String::new();
+    }
+    let over = match planned.moves {
+        1 => "over all orders and assignments, one move a robot, by these routes".to_owned(),
+        n => format!("over all orders and assignments with at most {n} moves a robot, by these routes and parking places"),
+    };
+    match planned.gap() {
+        _ if planned.proved => format!(", proved least {over}"),
+        Some(gap) => format!(", within {:.1} % of the least {over}", 100.0 * gap),
+        None => format!(", the best known {over}"),
+    }
 }
 
 fn count(number: usize, what: &str) -> String {

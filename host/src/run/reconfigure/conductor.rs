@@ -330,14 +330,14 @@ impl<'a> Conductor<'a> {
         }
     }
 
-    /// The mover has taken hold in its slot.
+    /// The mover has taken hold in its slot, or rests where it parks.
     ///
     /// # Errors
     /// As for [`new`](Self::new); not for a plan that has come that far.
     pub fn docked(&mut self) -> Result<(), ExecutionError> {
         if let Some((robot, _)) = self.mover {
             self.bodies[robot].0 = self.trajectory.end();
-            self.arrived[robot] = true;
+            self.arrived[robot] = self.plan.moves.get(self.number).is_some_and(|of| of.slot.is_some());
             self.number += 1;
             self.begin_move()?;
         }

@@ -42,8 +42,8 @@ impl std::iter::Sum for Energy {
 pub struct MoveFigures {
     /// The robot's id.
     pub robot: u16,
-    /// Its slot, from 0.
-    pub slot: usize,
+    /// Its slot, from 0; null where it parks.
+    pub slot: Option<usize>,
     /// As the plan has it.
     pub planned: Energy,
     /// The same actions with acceleration counted, and the time to hand over the balance: what can be expected.

@@ -15,7 +15,7 @@ use link::faults::FaultParameters;
 use protocol::time::{Duration, FleetInstant};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use reconfiguration::plan::{Action, ActionKind, Criterion, Manner, Move, Placed, Plan};
+use reconfiguration::plan::{Action, ActionKind, Criterion, Manner, Move, Placed, Plan, destination};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot, Rules, Slot};
 use reconfiguration::vehicle::Vehicle;
@@ -85,9 +85,9 @@ fn show(what: &str, executed: &Executed) {
     }
     for of in &summary.moves {
         println!(
-            "  robot {} into slot {}: {:.2} J of {:.2} in {:.2} s of {:.2}; beside {:.1} mm, gap {:.1} mm, drawn in from {:.1} mm, {:.2}°",
+            "  robot {} into {}: {:.2} J of {:.2} in {:.2} s of {:.2}; beside {:.1} mm, gap {:.1} mm, drawn in from {:.1} mm, {:.2}°",
             of.robot,
-            of.slot,
+            destination(of.slot),
             of.executed.total_j,
             of.planned.total_j,
             of.executed.time_s,
@@ -125,7 +125,8 @@ fn all_arrived(executed: &Executed) {
     let last = record.samples.last().expect("samples");
     for of in &record.plan.moves {
         let index = record.problem.robots.iter().position(|robot| robot.id == of.robot).expect("known");
-        let (eta, slot) = (last.robots[index].eta, record.plan.slots[of.slot]);
+        let Some(slot) = of.slot.map(|slot| record.plan.slots[slot]) else { continue };
+        let eta = last.robots[index].eta;
         let off_m = (0..3).map(|k| (eta[k] - slot.position_m[k]).powi(2)).sum::<f64>().sqrt();
         let turned_rad = quantity::wrap_rad(eta[5] - slot.yaw_rad).abs();
         println!("  robot {} rests {:.2} mm and {turned_rad:.4} rad off its slot", of.robot, 1e3 * off_m);
@@ -321,7 +322,8 @@ fn pair(way: &[(ActionKind, [f64; 4], f64)]) -> (Problem, Plan) {
     let energy_j: f64 = actions.iter().map(|action| action.energy_j).sum();
     let moved = Move {
         robot: 7,
-        slot: 1,
+        slot: Some(1),
+        to: None,
         path: actions.iter().map(|action| action.to.position_m).collect(),
         start_s: 0.0,
         duration_s,
@@ -355,6 +357,9 @@ fn pair(way: &[(ActionKind, [f64; 4], f64)]) -> (Problem, Plan) {
         energy_balance_j: 0.0,
         energy_total_j: energy_j,
         time_s: duration_s,
+        lower_bound_j: None,
+        gap: None,
+        proved: None,
     };
     (problem, plan)
 }
@@ -449,9 +454,9 @@ fn plans_of_something_else_are_refused() {
         }
     };
     assert_eq!(refused(&|plan| plan.moves[0].robot = 8), "move 1: there is no robot 8");
-    assert_eq!(refused(&|plan| plan.moves[0].slot = 2), "move 1: there is no slot 3");
+    assert_eq!(refused(&|plan| plan.moves[0].slot = Some(2)), "move 1: there is no slot 3");
     assert_eq!(refused(&|plan| plan.moves.push(plan.moves[0].clone())), "move 2: robot 7 has moved before");
-    let ends = refused(&|plan| plan.moves[0].slot = 0);
+    let ends = refused(&|plan| plan.moves[0].slot = Some(0));
     assert!(ends.ends_with("and not in slot 1"), "{ends}");
     let gap = refused(&|plan| {
         plan.moves[0].actions.remove(2);

@@ -11,14 +11,20 @@ use super::super::ExecutionError;
 pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError> {
     let refuse =
         |number: usize, what: String| Err(ExecutionError::Misfit(format!("move {}: {what}", number + 1)));
-    for (number, Move { robot, slot, actions, .. }) in plan.moves.iter().enumerate() {
+    for (number, own @ Move { robot, slot, to, actions, .. }) in plan.moves.iter().enumerate() {
         let Some(mover) = problem.robots.iter().find(|known| known.id == *robot) else {
             return refuse(number, format!("there is no robot {robot}"));
         };
-        let Some(end) = problem.slots.get(*slot) else {
-            return refuse(number, format!("there is no slot {}", slot + 1));
+        let end = match (slot, to) {
+            (Some(slot), None) => problem.slots.get(*slot).map(|slot| slot.pose),
+            (None, to) => *to,
+            _ => None,
         };
-        if plan.moves[..number].iter().any(|earlier| earlier.robot == *robot) {
+        let Some(end) = end else {
+            return refuse(number, format!("there is no {}", own.destination()));
+        };
+        let before = plan.moves[..number].iter().rfind(|earlier| earlier.robot == *robot);
+        if before.is_some_and(|before| before.slot.is_some()) {
             return refuse(number, format!("robot {robot} has moved before"));
         }
         let (Some(first), Some(last)) = (actions.first(), actions.last()) else {
@@ -27,7 +33,7 @@ pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError
         if first.kind != ActionKind::Undock || last.kind != ActionKind::Dock {
             return refuse(number, "it does not begin with undocking and end with docking".to_owned());
         }
-        let mut at = mover.start;
+        let mut at = before.and_then(|before| before.to).unwrap_or(mover.start);
         for (index, action) in actions.iter().enumerate() {
             if !same(&at, &action.from) {
                 let from: [f64; 4] = action.from.into();
@@ -35,9 +41,9 @@ pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError
             }
             at = action.to;
         }
-        if !same(&at, &end.pose) {
+        if !same(&at, &end) {
             let at: [f64; 4] = at.into();
-            return refuse(number, format!("it ends at {at:?} and not in slot {}", slot + 1));
+            return refuse(number, format!("it ends at {at:?} and not in {}", own.destination()));
         }
     }
     Ok(())

@@ -1,0 +1,188 @@
+//! What is still to be paid at least: the heuristic of the searches.
+//!
+//! [`Remaining::Assigned`]: the cheapest assignment of the robots that wait to the empty slots, each pair at its bound in
+//! whatever state. Enough where bounds do not depend on the state.
+//!
+//! [`Remaining::Relaxed`]: where they do, since what others draw to balance depends on where they rest, the least sum over
+//! all orders with every hop at its bound in its state, that is with nothing in the way. It is found by dynamic
+//! programming from the end, over all states, so only for up to [`STATES_MOST`] of them, and without parking.
+
+use std::collections::HashMap;
+use std::sync::OnceLock;
+
+use super::assignment::{Assignment, Costs};
+use super::{DESKS, Hop, MOST, MoveCosts, State, Workers};
+
+/// Most states of the relaxed problem: those of eight equal robots are 12 870.
+pub const STATES_MOST: usize = 20_000;
+/// States of one job.
+const CHUNK: usize = 16;
+
+/// See the module's documentation.
+#[derive(Debug)]
+pub enum Remaining {
+    /// By assignment.
+    Assigned,
+    /// What is left to be paid in every state from which the relaxed goal can be reached.
+    Relaxed(HashMap<State, f64>),
+}
+
+/// A hop and what is known of its costs before it is priced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ahead {
+    /// The hop.
+    pub hop: Hop,
+    /// What it costs at least.
+    pub bound: f64,
+    /// What is to be paid after it at least.
+    pub rest: f64,
+}
+
+impl Ahead {
+    /// Both.
+    #[must_use]
+    pub fn sum(&self) -> f64 {
+        self.bound + self.rest
+    }
+}
+
+type Edges = Vec<(Hop, State, f64)>;
+
+impl Remaining {
+    /// The best that is affordable; `relax` says whether the second kind may be made.
+    pub fn new<C: MoveCosts>(costs: &C, workers: &dyn Workers, relax: bool) -> Self {
+        let relaxed = (relax && costs.depends_on_state()).then(|| relaxed(costs, workers)).flatten();
+        relaxed.map_or(Self::Assigned, Self::Relaxed)
+    }
+
+    /// The least that is still to be paid in a state; infinite if its goal is out of reach.
+    pub fn of(&self, costs: &impl MoveCosts, state: &State) -> f64 {
+        match self {
+            Self::Relaxed(known) => known.get(state).copied().unwrap_or(f64::INFINITY),
+            Self::Assigned => assigned(costs, state).map_or(f64::INFINITY, |(_, _, found)| found.cost),
+        }
+    }
+
+    /// Every hop of a state, least sum first.
+    pub fn ahead(&self, costs: &impl MoveCosts, state: &State, found: &mut Vec<Ahead>) {
+        found.clear();
+        let layout = costs.layout();
+        let fits = |hop: Hop| costs.may_fill(layout.filled(&layout.after(state, hop)));
+        match self {
+            Self::Relaxed(known) => {
+                for (hop, _) in layout.hops(state) {
+                    let Some(rest) = known.get(&layout.after(state, hop)) else { continue };
+                    if let Some(bound) = costs.bound_from(state, hop) {
+                        found.push(Ahead { hop, bound, rest: *rest });
+                    }
+                }
+            }
+            Self::Assigned => {
+                let Some((rows, columns, best)) = assigned(costs, state) else { return };
+                let forced = best.forced();
+                for (row, &(from, kind)) in rows.iter().enumerate() {
+                    for (column, &to) in columns.iter().enumerate() {
+                        let hop = Hop::new(from, to);
+                        let sum = forced[row][column];
+                        if let Some(bound) = costs.bound(from, kind, to)
+                            && sum.is_finite()
+                            && fits(hop)
+                        {
+                            found.push(Ahead { hop, bound, rest: (sum - bound).max(0.0) });
+                        }
+                    }
+                    let parks = layout.hops(state).filter(|(hop, _)| hop.ends().0 == from);
+                    for (hop, _) in parks.filter(|(hop, _)| layout.slot(hop.ends().1).is_none()) {
+                        if let Some(bound) = costs.bound(from, kind, hop.ends().1) {
+                            // A way round is no shorter than what was bounded.
+                            found.push(Ahead { hop, bound, rest: (best.cost - bound).max(0.0) });
+                        }
+                    }
+                }
+            }
+        }
+        found.sort_by(|a, b| a.sum().total_cmp(&b.sum()).then(a.hop.cmp(&b.hop)));
+    }
+}
+
+/// The robots that wait, the empty slots, and the cheapest assignment.
+fn assigned(costs: &impl MoveCosts, state: &State) -> Option<(Vec<(usize, u8)>, Vec<usize>, Assignment)> {
+    let layout = costs.layout();
+    let rows: Vec<(usize, u8)> = layout.waiting(state).collect();
+    let slots = layout.robots()..layout.robots() + layout.slots();
+    let columns: Vec<usize> = slots.filter(|&slot| layout.occupant(state, slot).is_none()).collect();
+    let mut matrix: Costs = [[f64::INFINITY; MOST]; MOST];
+    for (row, &(from, kind)) in rows.iter().enumerate() {
+        for (column, &to) in columns.iter().enumerate() {
+            matrix[row][column] = costs.bound(from, kind, to).unwrap_or(f64::INFINITY);
+        }
+    }
+    let found = Assignment::new(&matrix, rows.len(), columns.len())?;
+    Some((rows, columns, found))
+}
+
+/// `None` for more states than [`STATES_MOST`].
+fn relaxed<C: MoveCosts>(costs: &C, workers: &dyn Workers) -> Option<HashMap<State, f64>> {
+    let layout = costs.layout();
+    if layout.berths() > 0 {
+        return None;
+    }
+    // All states by the number of moves made, in a fixed order.
+    let mut layers = vec![vec![State::default()]];
+    let mut count = 1;
+    for _ in 0..layout.robots() {
+        let mut next: Vec<State> = Vec::new();
+        for state in layers.last()? {
+            let hops = layout.hops(state).filter(|&(hop, kind)| {
+                let (from, to) = hop.ends();
+                costs.bound(from, kind, to).is_some()
+            });
+            next.extend(hops.map(|(hop, _)| layout.after(state, hop)));
+            // Many come more than once.
+            if next.len() > 4 * STATES_MOST {
+                next.sort_unstable();
+                next.dedup();
+                if count + next.len() > STATES_MOST {
+                    return None;
+                }
+            }
+        }
+        next.sort_unstable();
+        next.dedup();
+        next.retain(|state| costs.may_fill(layout.filled(state)));
+        count += next.len();
+        if count > STATES_MOST {
+            return None;
+        }
+        layers.push(next);
+    }
+    let mut known: HashMap<State, f64> = layers.pop()?.into_iter().map(|state| (state, 0.0)).collect();
+    for layer in layers.iter().rev() {
+        let chunks: Vec<&[State]> = layer.chunks(CHUNK).collect();
+        for group in chunks.chunks(DESKS) {
+            let edges: Vec<OnceLock<Vec<Edges>>> = group.iter().map(|_| OnceLock::new()).collect();
+            workers.run(group.len(), &|job| {
+                let all = group[job].iter().map(|state| {
+                    let hops = layout.hops(state).filter_map(|(hop, _)| {
+                        let after = layout.after(state, hop);
+                        known.contains_key(&after).then_some(())?;
+                        Some((hop, after, costs.bound_from(state, hop)?))
+                    });
+                    hops.collect()
+                });
+                // Each number comes once.
+                let _ = edges[job].set(all.collect());
+            });
+            for (states, edges) in group.iter().zip(edges) {
+                for (state, edges) in states.iter().zip(edges.into_inner().unwrap_or_default()) {
+                    let ways = edges.iter().map(|(_, after, bound)| bound + known[after]);
+                    let least = ways.fold(f64::INFINITY, f64::min);
+                    if least.is_finite() {
+                        known.insert(*state, least);
+                    }
+                }
+            }
+        }
+    }
+    Some(known)
+}

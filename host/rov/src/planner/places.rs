@@ -1,0 +1,142 @@
+//! Where robots can rest, and which of them would be docked to each other or in each other's way there.
+//!
+//! A *seat* is a vehicle in a place. Everything that only depends on two seats is worked out once: whether their
+//! connectors meet (18), and whether their boxes overlap.
+
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::Problem;
+use reconfiguration::vehicle::Vehicle;
+
+use super::super::configuration::{LevelBox, holds};
+use super::super::order::{Layout, State};
+
+/// Places of a problem: starts, slots, parking places.
+#[derive(Debug)]
+pub(super) struct Places<'a> {
+    problem: &'a Problem,
+    /// Of every place.
+    poses: Vec<Pose>,
+    /// [seat][seat] for all seats, tools last.
+    docked: Vec<Vec<bool>>,
+    overlapping: Vec<Vec<bool>>,
+    /// Kinds of robots: a vehicle, and the slots where it may rest.
+    vehicle_of_kind: Vec<usize>,
+}
+
+impl<'a> Places<'a> {
+    /// With parking places at `berths`.
+    pub(super) fn new(
+        problem: &'a Problem,
+        layout: &Layout,
+        vehicle_of_kind: &[usize],
+        berths: &[Pose],
+    ) -> Self {
+        let starts = problem.robots.iter().map(|robot| robot.start);
+        let slots = problem.slots.iter().map(|slot| slot.pose);
+        let parked = (0..layout.moves() - 1).flat_map(|_| berths[..layout.berths()].iter().copied());
+        let poses: Vec<Pose> = starts.chain(slots).chain(parked).collect();
+        let mut places = Self {
+            problem,
+            poses,
+            docked: Vec::new(),
+            overlapping: Vec::new(),
+            vehicle_of_kind: vehicle_of_kind.to_vec(),
+        };
+        let seats: Vec<(Pose, &Vehicle)> =
+            (0..places.seats() + problem.tools.len()).map(|seat| places.body(seat)).collect();
+        let table = |holds: &dyn Fn(usize, usize) -> bool| {
+            let row = |i: usize| (0..seats.len()).map(|j| i != j && holds(i.min(j), i.max(j))).collect();
+            (0..seats.len()).map(row).collect()
+        };
+        let reach = |seat: usize| seats[seat].1.box_m.iter().map(|side| side * side).sum::<f64>().sqrt();
+        let near = |i: usize, j: usize| {
+            let [a, b] = [seats[i].0.position_m, seats[j].0.position_m];
+            let apart = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+            // Connectors may stand out from the box: twice its diagonal is far enough.
+            apart <= reach(i) + reach(j)
+        };
+        let box_of = |seat: usize| LevelBox::around(seats[seat].0, seats[seat].1);
+        places.docked = table(&|i, j| near(i, j) && holds(seats[i], seats[j]).is_some());
+        places.overlapping = table(&|i, j| near(i, j) && box_of(i).overlaps(&box_of(j)));
+        places
+    }
+
+    /// Seats without those of the tools.
+    fn seats(&self) -> usize {
+        self.poses.len() * self.problem.vehicles.len()
+    }
+
+    fn seat(&self, place: usize, kind: u8) -> usize {
+        place * self.problem.vehicles.len() + self.vehicle_of_kind[usize::from(kind)]
+    }
+
+    /// Where a place is.
+    pub(super) fn pose(&self, place: usize) -> Pose {
+        self.poses[place]
+    }
+
+    /// Pose and vehicle of a seat.
+    pub(super) fn body(&self, seat: usize) -> (Pose, &'a Vehicle) {
+        let (problem, kinds) = (self.problem, self.problem.vehicles.len());
+        match seat.checked_sub(self.seats()) {
+            Some(tool) => (problem.tools[tool].pose, &problem.vehicles[problem.tools[tool].vehicle]),
+            None => (self.poses[seat / kinds], &problem.vehicles[seat % kinds]),
+        }
+    }
+
+    /// Seats that are taken while the robot of `away` moves: tools, then robots by their places.
+    pub(super) fn taken(&self, layout: &Layout, state: &State, away: usize) -> Vec<usize> {
+        let tools = self.seats()..self.seats() + self.problem.tools.len();
+        let places = (0..layout.places()).filter(|&place| place != away);
+        let robots = places.filter_map(|place| Some(self.seat(place, layout.occupant(state, place)?)));
+        tools.chain(robots).collect()
+    }
+
+    /// Whether a robot of that kind in a place would overlap one of the seats.
+    pub(super) fn is_blocked(&self, place: usize, kind: u8, taken: &[usize]) -> bool {
+        let own = &self.overlapping[self.seat(place, kind)];
+        taken.iter().any(|&other| own[other])
+    }
+
+    /// Clusters of seats, each ascending by the index in `taken`.
+    pub(super) fn clusters(&self, taken: &[usize]) -> Vec<Vec<usize>> {
+        let mut left: Vec<usize> = taken.to_vec();
+        let mut found = Vec::new();
+        while !left.is_empty() {
+            let (mut cluster, mut next) = (vec![left.remove(0)], 0);
+            while let Some(&seat) = cluster.get(next) {
+                let row = &self.docked[seat];
+                left.retain(|&other| {
+                    if row[other] {
+                        cluster.push(other);
+                    }
+                    !row[other]
+                });
+                next += 1;
+            }
+            cluster.sort_unstable();
+            found.push(cluster);
+        }
+        found
+    }
+
+    /// Whether robots in these slots, whatever their kinds, and all tools may be one cluster.
+    pub(super) fn is_one_cluster(&self, layout: &Layout, slots: &[usize], kinds: &[Vec<u8>]) -> bool {
+        let tools = (self.seats()..self.seats() + self.problem.tools.len()).map(|seat| vec![seat]);
+        let filled = slots.iter().map(|&slot| {
+            kinds[slot].iter().map(|&kind| self.seat(layout.robots() + slot, kind)).collect()
+        });
+        let nodes: Vec<Vec<usize>> = tools.chain(filled).collect();
+        let (mut seen, mut next) = (vec![0], 0);
+        while let Some(&node) = seen.get(next) {
+            for other in 0..nodes.len() {
+                let meet = nodes[node].iter().any(|&a| nodes[other].iter().any(|&b| self.docked[a][b]));
+                if meet && !seen.contains(&other) {
+                    seen.push(other);
+                }
+            }
+            next += 1;
+        }
+        seen.len() == nodes.len()
+    }
+}

@@ -1,0 +1,376 @@
+//! Costs of moves: what a route takes, and bounds of that.
+//!
+//! A bound of a move is what its route costs with nothing but the tools in the water, for a few powers λ that others may
+//! draw meanwhile. The least over all routes of E + λT is concave in λ, so between two of these powers the chord lies
+//! below it. Where robots may park on their way the straight-line bound is used, for which no detour is a short cut.
+
+use std::sync::{Mutex, PoisonError};
+
+use reconfiguration::plan::{Criterion, Manner};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::Problem;
+use reconfiguration::vehicle::Vehicle;
+
+use super::super::balance::{Unbalanced, power_of_cluster};
+use super::super::clearance::{Clearance, Resting};
+use super::super::conditions::{Conditions, admits};
+use super::super::order::{DESKS, Hop, Layout, MoveCosts, State, Workers};
+use super::super::power;
+use super::super::propulsion::{Propulsion, Steady};
+use super::super::route::{Mover, Route, RouteQuery, Scratch};
+use super::super::search_graph::Lattice;
+use super::super::vector::{length, offset};
+use super::places::Places;
+use super::waits::{Waits, feels_nothing};
+use super::{PlanError, Request};
+
+/// Poses that differ by less are the same, m and rad.
+const SAME: f64 = 1e-6;
+/// Powers of others, above the least, that bounds are worked out for, W.
+const POWERS_W: [f64; 4] = [0.0, 0.7, 2.0, 5.0];
+/// What rounding may take off a bound.
+const ROUNDING: f64 = 1.0 - 1e-9;
+/// Goals that are looked through to keep a choice of slots one cluster.
+const GOALS_MOST: usize = 20_000;
+
+/// Where robots go from and to, and what is in their way.
+#[derive(Clone, Copy)]
+struct Way {
+    vehicle: usize,
+    from: Pose,
+    to: Pose,
+}
+
+/// See the module's documentation.
+pub(super) struct Pricer<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) request: &'a Request,
+    pub(super) layout: Layout,
+    pub(super) places: Places<'a>,
+    pub(super) limits_n: (f64, f64),
+    waits: Waits,
+    /// By vehicle; none for tools.
+    movers: Vec<Option<Mover>>,
+    /// One for every move that is priced at a time.
+    desks: Vec<Mutex<Scratch>>,
+    lattice: Lattice,
+    bounds_m: [[f64; 3]; 2],
+    vehicle_of_kind: Vec<usize>,
+    /// Kinds by slot that may rest there.
+    admitted: Vec<Vec<u8>>,
+    /// Whether what others draw depends on where they rest.
+    balances: bool,
+    lambda_least_w: f64,
+    /// [place][kind][place]: at the powers; nothing where a robot may not rest.
+    bounds: Vec<Option<[f64; POWERS_W.len()]>>,
+    /// Sets of slots that are a goal; none where every one is.
+    goals: Option<Vec<u32>>,
+}
+
+impl<'a> Pricer<'a> {
+    /// For robots that may make so many moves, by way of these berths.
+    pub(super) fn new(
+        problem: &'a Problem,
+        request: &'a Request,
+        (berths, moves): (&[Pose], usize),
+        workers: &dyn Workers,
+    ) -> Result<Self, PlanError> {
+        let rules = &problem.rules;
+        let limits_n = power::limits_n(rules.battery_v)?;
+        let kinds = Kinds::of(problem);
+        let slots = problem.slots.len();
+        let layout = Layout::new(kinds.of_robot, kinds.settled, slots).with_berths(berths.len(), moves);
+        let places = Places::new(problem, &layout, &kinds.vehicle, berths);
+        // Docked poses lie on the grid when it divides the box.
+        let box_m = problem.robots.first().map_or([1.0; 3], |robot| problem.vehicles[robot.vehicle].box_m);
+        let cell_m = std::array::from_fn(|k| box_m[k] / f64::from(rules.grid_divisions[k].max(1)));
+        let anchor_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
+        let bounds_m = problem.bounds_m();
+        let neutral = problem.robots.iter().all(|robot| feels_nothing(&problem.vehicles[robot.vehicle]));
+        let mut pricer = Self {
+            problem,
+            request,
+            layout,
+            places,
+            limits_n,
+            waits: Waits::new(&request.law, limits_n),
+            movers: movers(problem, request)?,
+            desks: (0..DESKS).map(|_| Mutex::default()).collect(),
+            lattice: Lattice::new(anchor_m, cell_m, bounds_m),
+            bounds_m,
+            vehicle_of_kind: kinds.vehicle,
+            admitted: kinds.admitted,
+            balances: !(neutral && problem.tools.is_empty()),
+            lambda_least_w: 0.0,
+            bounds: Vec::new(),
+            goals: None,
+        };
+        if neutral {
+            pricer.lambda_least_w = pricer.least_balance_w();
+        }
+        pricer.goals = pricer.goals();
+        pricer.bounds = pricer.all_bounds(workers);
+        Ok(pricer)
+    }
+
+    /// No configuration has more thrusters than all robots at all starts and in all slots at once would have: with one
+    /// tool and robots that feel nothing themselves, that is a lower bound of P_bal.
+    fn least_balance_w(&self) -> f64 {
+        let problem = self.problem;
+        let [tool] = problem.tools.as_slice() else { return 0.0 };
+        if self.layout.berths() > 0 {
+            return 0.0;
+        }
+        let mut members = vec![(tool.pose, &problem.vehicles[tool.vehicle])];
+        members.extend(problem.robots.iter().map(|robot| (robot.start, &problem.vehicles[robot.vehicle])));
+        for kind in 0..problem.vehicles.len() {
+            if problem.robots.iter().any(|robot| robot.vehicle == kind) {
+                members.extend(problem.slots.iter().map(|slot| (slot.pose, &problem.vehicles[kind])));
+            }
+        }
+        power_of_cluster(&members, &self.request.law, self.limits_n).unwrap_or(0.0)
+    }
+
+    /// Sets of as many slots as there are robots that are one cluster with all tools, where there are more slots.
+    fn goals(&self) -> Option<Vec<u32>> {
+        let (robots, slots) = (self.layout.robots(), self.layout.slots());
+        if slots == robots {
+            return None;
+        }
+        let sets = (0..1_u32 << slots).filter(|set| set.count_ones() as usize == robots);
+        let sets = sets.take(GOALS_MOST).filter(|set| {
+            let filled: Vec<usize> = (0..slots).filter(|slot| set >> slot & 1 == 1).collect();
+            self.places.is_one_cluster(&self.layout, &filled, &self.admitted)
+        });
+        Some(sets.collect())
+    }
+
+    fn all_bounds(&self, workers: &dyn Workers) -> Vec<Option<[f64; POWERS_W.len()]>> {
+        let places = self.layout.places();
+        let kinds = self.vehicle_of_kind.len();
+        let mut found = vec![None; places * kinds * places];
+        let mut ways: Vec<(usize, Way)> = Vec::new();
+        for from in (0..places).filter(|&from| self.layout.slot(from).is_none()) {
+            for kind in 0..kinds {
+                if from < self.layout.robots() && usize::from(self.layout.kind(from)) != kind {
+                    continue;
+                }
+                for to in self.layout.robots()..places {
+                    let allowed = self.layout.slot(to).is_none_or(|slot| self.admitted[slot].contains(&(kind as u8)));
+                    if allowed && from != to {
+                        let (from_pose, to_pose) = (self.places.pose(from), self.places.pose(to));
+                        let vehicle = self.vehicle_of_kind[kind];
+                        let index = (from * kinds + kind) * places + to;
+                        ways.push((index, Way { vehicle, from: from_pose, to: to_pose }));
+                    }
+                }
+            }
+        }
+        let answers: Vec<Mutex<Vec<_>>> = (0..DESKS).map(|_| Mutex::default()).collect();
+        workers.run(DESKS, &|desk| {
+            let own = ways.iter().skip(desk).step_by(DESKS);
+            let own = own.map(|(index, way)| (*index, self.bounds_of(desk, way))).collect();
+            *answers[desk].lock().unwrap_or_else(PoisonError::into_inner) = own;
+        });
+        for answers in answers {
+            for (index, bounds) in answers.into_inner().unwrap_or_else(PoisonError::into_inner) {
+                found[index] = bounds;
+            }
+        }
+        found
+    }
+
+    /// Bounds of one way at the powers; `None` if there is none even in open water.
+    fn bounds_of(&self, desk: usize, way: &Way) -> Option<[f64; POWERS_W.len()]> {
+        let Request { criterion, manner, .. } = *self.request;
+        if is_same(&way.from, &way.to) {
+            return Some([0.0; POWERS_W.len()]);
+        }
+        let mut found = [0.0; POWERS_W.len()];
+        let powers = POWERS_W.map(|power_w| self.lambda_least_w + power_w);
+        let parks = self.layout.berths() > 0;
+        if parks || manner == Manner::Paper {
+            let mover = self.movers[way.vehicle].as_ref()?;
+            let way_m = offset(way.from.position_m, way.to.position_m);
+            return Some(powers.map(|lambda_w| mover.bound(criterion, manner, way_m, lambda_w)));
+        }
+        let tools = self.problem.tools.iter().map(|tool| (tool.pose, &self.problem.vehicles[tool.vehicle]));
+        let tools: Vec<(Pose, &Vehicle)> = tools.collect();
+        for (k, &lambda_w) in powers.iter().enumerate() {
+            if k > 0 && (criterion == Criterion::Euclidean || !self.balances) {
+                found[k] = found[0];
+                continue;
+            }
+            let route = self.route(desk, way, &tools, lambda_w)?;
+            found[k] = route.cost(criterion, lambda_w) * ROUNDING;
+        }
+        Some(found)
+    }
+
+    fn bound_at(&self, from: usize, kind: u8, to: usize, lambda_w: f64) -> Option<f64> {
+        let (places, kinds) = (self.layout.places(), self.vehicle_of_kind.len());
+        let bounds = self.bounds[(from * kinds + usize::from(kind)) * places + to].as_ref()?;
+        let above_w = (lambda_w - self.lambda_least_w).max(0.0);
+        let k = POWERS_W.iter().rposition(|&power_w| power_w <= above_w).unwrap_or(0);
+        Some(match (POWERS_W.get(k + 1), bounds.get(k + 1)) {
+            (Some(next_w), Some(next)) => {
+                let share = (above_w - POWERS_W[k]) / (next_w - POWERS_W[k]);
+                bounds[k] + share * (next - bounds[k])
+            }
+            _ => bounds[k],
+        })
+    }
+
+    fn route(&self, desk: usize, way: &Way, resting: &[(Pose, &Vehicle)], lambda_w: f64) -> Option<Route> {
+        let half = |vehicle: &Vehicle| vehicle.box_m.map(|side| side / 2.0);
+        let vehicle = &self.problem.vehicles[way.vehicle];
+        let clearance = Clearance {
+            resting: resting
+                .iter()
+                .map(|(pose, vehicle)| Resting { pose: *pose, half_m: half(vehicle) })
+                .collect(),
+            half_m: half(vehicle),
+            start: way.from,
+            slot: way.to,
+            distance_m: self.problem.clearance_m(vehicle),
+            bounds_m: self.bounds_m,
+        };
+        let mover = self.movers[way.vehicle].as_ref()?;
+        let query = RouteQuery {
+            mover,
+            clearance: &clearance,
+            lattice: &self.lattice,
+            rules: &self.problem.rules,
+            lambda_w,
+        };
+        let mut scratch = self.desks[desk].lock().unwrap_or_else(PoisonError::into_inner);
+        query.route(self.request.criterion, self.request.manner, &mut scratch)
+    }
+
+    /// The vehicle that hops, and its ends.
+    fn way(&self, state: &State, hop: Hop) -> Option<Way> {
+        let (from, to) = hop.ends();
+        let kind = self.layout.occupant(state, from)?;
+        let vehicle = self.vehicle_of_kind[usize::from(kind)];
+        Some(Way { vehicle, from: self.places.pose(from), to: self.places.pose(to) })
+    }
+
+    /// Whether a hop is none: the robot rests where it is to go.
+    pub(super) fn stays(&self, hop: Hop) -> bool {
+        let (from, to) = hop.ends();
+        is_same(&self.places.pose(from), &self.places.pose(to))
+    }
+
+    /// What the others draw while the robot of a place is away, W.
+    pub(super) fn lambda_w(&self, state: &State, away: usize) -> Result<f64, Unbalanced> {
+        if !self.balances {
+            return Ok(0.0);
+        }
+        self.waits.power_w(&self.places, &self.places.taken(&self.layout, state, away))
+    }
+
+    /// The route of a hop, while others draw `lambda_w`.
+    pub(super) fn route_of(&self, desk: usize, state: &State, hop: Hop, lambda_w: f64) -> Option<Route> {
+        let way = self.way(state, hop)?;
+        let taken = self.places.taken(&self.layout, state, hop.ends().0);
+        let resting: Vec<(Pose, &Vehicle)> = taken.iter().map(|&seat| self.places.body(seat)).collect();
+        self.route(desk, &way, &resting, lambda_w)
+    }
+}
+
+impl MoveCosts for Pricer<'_> {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn bound(&self, from: usize, kind: u8, to: usize) -> Option<f64> {
+        self.bound_at(from, kind, to, self.lambda_least_w)
+    }
+
+    fn bound_from(&self, state: &State, hop: Hop) -> Option<f64> {
+        let (from, to) = hop.ends();
+        let kind = self.layout.occupant(state, from)?;
+        if self.stays(hop) {
+            return self.bound(from, kind, to);
+        }
+        let taken = self.places.taken(&self.layout, state, from);
+        if self.places.is_blocked(to, kind, &taken) {
+            return None;
+        }
+        let lambda_w = if self.balances { self.waits.power_w(&self.places, &taken).ok()? } else { 0.0 };
+        self.bound_at(from, kind, to, lambda_w)
+    }
+
+    fn cost(&self, desk: usize, state: &State, hop: Hop) -> Option<f64> {
+        if self.stays(hop) {
+            return Some(0.0);
+        }
+        let lambda_w = self.lambda_w(state, hop.ends().0).ok()?;
+        let route = self.route_of(desk, state, hop, lambda_w)?;
+        Some(route.cost(self.request.criterion, lambda_w))
+    }
+
+    fn depends_on_state(&self) -> bool {
+        // Without what others draw it is the overlaps that are known before a price.
+        self.balances && self.request.criterion == Criterion::Energy
+    }
+
+    fn may_fill(&self, filled: u32) -> bool {
+        self.goals.as_ref().is_none_or(|goals| goals.iter().any(|goal| goal & filled == filled))
+    }
+}
+
+fn is_same(from: &Pose, to: &Pose) -> bool {
+    length(offset(from.position_m, to.position_m)) < SAME
+        && quantity::wrap_rad(from.yaw_rad - to.yaw_rad).abs() < SAME
+}
+
+fn movers(problem: &Problem, request: &Request) -> Result<Vec<Option<Mover>>, PlanError> {
+    let rules = &problem.rules;
+    let steady = match request.manner {
+        Manner::Paper => Steady::Published,
+        Manner::Best => Steady::Whole,
+    };
+    let mut movers = Vec::with_capacity(problem.vehicles.len());
+    for (index, vehicle) in problem.vehicles.iter().enumerate() {
+        let swims = problem.robots.iter().any(|robot| robot.vehicle == index);
+        let mover = swims
+            .then(|| Propulsion::new(vehicle, request.law.clone(), rules.battery_v, steady))
+            .transpose()
+            .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
+        movers.push(mover.map(|propulsion| Mover::new(propulsion, rules)));
+    }
+    Ok(movers)
+}
+
+/// Robots that are alike: the same vehicle, and the same slots where it may rest.
+struct Kinds {
+    of_robot: Vec<u8>,
+    vehicle: Vec<usize>,
+    settled: Vec<u8>,
+    admitted: Vec<Vec<u8>>,
+}
+
+impl Kinds {
+    fn of(problem: &Problem) -> Self {
+        let mut kinds: Vec<(usize, Vec<bool>)> = Vec::new();
+        let mut of_robot = Vec::new();
+        for robot in &problem.robots {
+            let may: Vec<bool> = problem.slots.iter().map(|slot| admits(slot, robot)).collect();
+            let kind = (robot.vehicle, may);
+            let known = kinds.iter().position(|known| *known == kind);
+            of_robot.push(known.unwrap_or(kinds.len()) as u8);
+            if known.is_none() {
+                kinds.push(kind);
+            }
+        }
+        let vehicle: Vec<usize> = kinds.iter().map(|(vehicle, _)| *vehicle).collect();
+        // In a slot only the vehicle counts.
+        let first = |of: &usize| vehicle.iter().position(|other| other == of).unwrap_or(0) as u8;
+        let settled = vehicle.iter().map(first).collect();
+        let admitted = (0..problem.slots.len())
+            .map(|slot| (0..kinds.len()).filter(|&kind| kinds[kind].1[slot]).map(|kind| kind as u8).collect())
+            .collect();
+        Self { of_robot, vehicle, settled, admitted }
+    }
+}
