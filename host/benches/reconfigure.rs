@@ -32,7 +32,7 @@ fn route(bench: &mut Bench, problem: &Problem) {
         start: robot.start,
         slot: problem.slots[3].pose,
         distance_m: problem.clearance_m(vehicle),
-        bounds_m: problem.bounds_m(),
+        water: problem.bounds_m().into(),
     };
     let cell_m = std::array::from_fn(|k| vehicle.box_m[k] / f64::from(rules.grid_divisions[k]));
     let lattice = Lattice::new(problem.robots[0].start.position_m, cell_m, problem.bounds_m());

@@ -17,6 +17,7 @@
 use reconfiguration::pose::Pose;
 
 use super::vector::{dot, offset};
+use super::water::Water;
 
 /// Hulls may overlap by this much on their way past each other, m: rounding of poses that touch.
 pub const TOUCH_M: f64 = 1e-6;
@@ -43,8 +44,8 @@ pub struct Clearance {
     pub slot: Pose,
     /// d of (19), m; also the radius of the dock zones.
     pub distance_m: f64,
-    /// Corners of the water, m: no part of a hull leaves it.
-    pub bounds_m: [[f64; 3]; 2],
+    /// The water: no part of a hull leaves it.
+    pub water: Water,
 }
 
 /// Part of a leg, in shares of its length.
@@ -54,8 +55,8 @@ impl Clearance {
     /// Whether the straight leg is free for the hull at heading `yaw_rad`.
     #[must_use]
     pub fn leg_is_free(&self, from_m: [f64; 3], to_m: [f64; 3], yaw_rad: f64) -> bool {
-        let reach_m = self.reach_m(yaw_rad);
-        if !self.is_inside(from_m, reach_m) || !self.is_inside(to_m, reach_m) {
+        let is_inside = |at_m| self.water.holds(at_m, self.half_m, yaw_rad, TOUCH_M);
+        if !is_inside(from_m) || !is_inside(to_m) {
             return false;
         }
         // Most of the water is far from all bodies: only those near the leg are looked at closely.
@@ -81,8 +82,7 @@ impl Clearance {
     #[must_use]
     pub fn turn_is_free(&self, at_m: [f64; 3]) -> bool {
         let radius_m = self.half_m[0].hypot(self.half_m[1]);
-        let inside = self.is_inside(at_m, [radius_m, radius_m, self.half_m[2]]);
-        inside
+        self.water.holds_cylinder(at_m, radius_m, self.half_m[2], TOUCH_M)
             && self.resting.iter().all(|body| {
                 let apart_m = offset(body.pose.position_m, at_m);
                 if apart_m[2].abs() >= self.half_m[2] + body.half_m[2] - TOUCH_M {
@@ -93,17 +93,6 @@ impl Clearance {
                 let [dx, dy] = [(x.abs() - body.half_m[0]).max(0.0), (y.abs() - body.half_m[1]).max(0.0)];
                 dx.hypot(dy) >= radius_m - TOUCH_M
             })
-    }
-
-    /// Half the hull's extent in the world.
-    fn reach_m(&self, yaw_rad: f64) -> [f64; 3] {
-        let ([length, width, height], (sin, cos)) = (self.half_m, yaw_rad.sin_cos());
-        [length * cos.abs() + width * sin.abs(), length * sin.abs() + width * cos.abs(), height]
-    }
-
-    fn is_inside(&self, at_m: [f64; 3], reach_m: [f64; 3]) -> bool {
-        let [low, high] = self.bounds_m;
-        (0..3).all(|k| at_m[k] - reach_m[k] >= low[k] - TOUCH_M && at_m[k] + reach_m[k] <= high[k] + TOUCH_M)
     }
 
     /// The parts of a leg outside the dock zones.
@@ -208,7 +197,7 @@ mod tests {
             start: Pose::from([-1.0, 0.0, 0.0, 0.0]),
             slot: Pose::from([1.5, 0.0, 0.0, 0.0]),
             distance_m: 0.7245,
-            bounds_m: [[-4.0; 3], [4.0; 3]],
+            water: [[-4.0; 3], [4.0; 3]].into(),
         }
     }
 

@@ -20,15 +20,20 @@ use thiserror::Error;
 use super::balance::{Balance, Unbalanced, balance};
 use super::clearance::{Clearance, Resting};
 use super::conditions::{Conditions, admits};
+use super::frame::Framed;
 use super::order::{self, MoveCosts, NoOrder, Order, State};
 use super::power::{self, PowerError, PowerLaw};
 use super::propulsion::{Propulsion, PropulsionError, Steady};
 use super::route::{Mover, Route, RouteQuery};
 use super::search_graph::Lattice;
 use super::vector::{length, offset};
+use super::water::Water;
 
 /// Moves priced at most before the best order known is returned unproved.
 pub const PATIENCE: usize = 20_000;
+
+/// Poses that differ by less are the same, m and rad.
+const SAME: f64 = 1e-6;
 
 /// How the order of moves and the assignment are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,13 +96,19 @@ pub enum PlanError {
     Unreachable { why: String, states: usize },
 }
 
-/// Plans a reconfiguration.
+/// Plans a reconfiguration, in its own [frame](super::frame).
 pub fn plan(problem: &Problem, request: &Request) -> Result<Planned, PlanError> {
     let count = problem.robots.len().max(problem.slots.len());
     if count > order::MOST {
         return Err(PlanError::TooMany { count });
     }
-    let mut pricer = MovePricer::new(problem, request)?;
+    let framed = Framed::of(problem);
+    let planned = plan_in_frame(&framed, request)?;
+    Ok(Planned { plan: framed.into_world(planned.plan, problem), ..planned })
+}
+
+fn plan_in_frame(framed: &Framed, request: &Request) -> Result<Planned, PlanError> {
+    let mut pricer = MovePricer::new(framed, request)?;
     let rule = order::by_paper(&mut pricer);
     let rule_cost = rule.as_ref().ok().map(|order| order.cost);
     let order = match (request.order, rule) {
@@ -119,6 +130,7 @@ type Waiting = (u16, [u8; order::MOST]);
 /// Computes and keeps balances, routes and costs of moves.
 struct MovePricer<'a> {
     problem: &'a Problem,
+    water: Water,
     request: &'a Request,
     /// By vehicle; none for tools.
     movers: Vec<Option<Mover>>,
@@ -132,7 +144,8 @@ struct MovePricer<'a> {
 }
 
 impl<'a> MovePricer<'a> {
-    fn new(problem: &'a Problem, request: &'a Request) -> Result<Self, PlanError> {
+    fn new(framed: &'a Framed, request: &'a Request) -> Result<Self, PlanError> {
+        let Framed { problem, water, .. } = framed;
         let rules = &problem.rules;
         let steady = match request.manner {
             Manner::Paper => Steady::Published,
@@ -151,10 +164,11 @@ impl<'a> MovePricer<'a> {
         let box_m = problem.robots.first().map_or([1.0; 3], |robot| problem.vehicles[robot.vehicle].box_m);
         let cell_m = std::array::from_fn(|k| box_m[k] / f64::from(rules.grid_divisions[k].max(1)));
         let anchor_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
-        let lattice = Lattice::new(anchor_m, cell_m, problem.bounds_m());
+        let lattice = Lattice::new(anchor_m, cell_m, water.extent_m());
         let limits_n = power::limits_n(rules.battery_v)?;
         let mut pricer = Self {
             problem,
+            water: *water,
             request,
             movers,
             lattice,
@@ -234,14 +248,14 @@ impl<'a> MovePricer<'a> {
             start,
             slot,
             distance_m: self.problem.clearance_m(vehicle),
-            bounds_m: self.problem.bounds_m(),
+            water: self.water,
         }
     }
 
     /// Whether the robot's start is the slot.
     fn stays(&self, robot: usize, slot: usize) -> bool {
         let (start, slot) = (&self.problem.robots[robot].start, &self.problem.slots[slot].pose);
-        length(way(start, slot)) < 1e-9 && quantity::wrap_rad(start.yaw_rad - slot.yaw_rad).abs() < 1e-9
+        length(way(start, slot)) < SAME && quantity::wrap_rad(start.yaw_rad - slot.yaw_rad).abs() < SAME
     }
 
     fn route(&mut self, state: &State, robot: usize, slot: usize) -> Option<&Route> {

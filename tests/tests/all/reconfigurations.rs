@@ -294,7 +294,7 @@ impl<'a> Oracle<'a> {
             start,
             slot: goal,
             distance_m: problem.clearance_m(vehicle),
-            bounds_m: problem.bounds_m(),
+            water: problem.bounds_m().into(),
         };
         let (mover, lattice, rules) = (&self.mover, &self.lattice, &problem.rules);
         let query = RouteQuery { mover, clearance: &clearance, lattice, rules, lambda_w };
