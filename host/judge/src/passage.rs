@@ -131,22 +131,24 @@ impl Water {
         let room_m = 2.0 * problem.rules.clearance_factor * longest_m;
         let robots = problem.robots.iter().map(|robot| robot.start);
         let slots = problem.slots.iter().map(|slot| slot.pose);
-        let poses: Vec<Pose> = robots.chain(slots).chain(problem.tools.iter().map(|tool| tool.pose)).collect();
+        let poses: Vec<Pose> =
+            robots.chain(slots).chain(problem.tools.iter().map(|tool| tool.pose)).collect();
         let mean = |k: usize| poses.iter().map(|pose| pose.position_m[k]).sum::<f64>() / poses.len() as f64;
         let centre_m = [mean(0), mean(1)];
-        let out_m = |pose: &Pose| {
-            f64::hypot(pose.position_m[0] - centre_m[0], pose.position_m[1] - centre_m[1])
-        };
+        let out_m =
+            |pose: &Pose| f64::hypot(pose.position_m[0] - centre_m[0], pose.position_m[1] - centre_m[1]);
         let far_m = poses.iter().map(out_m).fold(0.0, f64::max);
         let reach_m = longest_m / 2.0 * 2.0_f64.sqrt();
+        let heights = problem.vehicles.iter().map(|vehicle| vehicle.box_m[2]);
+        let deep_m = heights.fold(0.0, f64::max) / 2.0 + room_m;
         let depths = || poses.iter().map(|pose| pose.position_m[2]);
         Self::Round {
             centre_m,
             // A box around a circle reaches √2 of its radius far.
             radius_m: 2.0_f64.sqrt() * (far_m + reach_m + room_m),
             depths_m: [
-                depths().fold(f64::INFINITY, f64::min) - longest_m / 2.0 - room_m,
-                depths().fold(f64::NEG_INFINITY, f64::max) + longest_m / 2.0 + room_m,
+                depths().fold(f64::INFINITY, f64::min) - deep_m,
+                depths().fold(f64::NEG_INFINITY, f64::max) + deep_m,
             ],
         }
     }

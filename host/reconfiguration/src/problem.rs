@@ -74,6 +74,10 @@ pub struct Rules {
     pub dock_s: f64,
     /// Battery voltage, V.
     pub battery_v: f64,
+    /// Whether the robots that wait have to stay one cluster, tools included. The paper's text does not ask for it.
+    pub one_cluster: bool,
+    /// Greatest roll or pitch at which the restoring moment may take what thrusters cannot, rad. *Assumed*, 10°.
+    pub tilt_limit_rad: f64,
 }
 
 impl Default for Rules {
@@ -91,6 +95,8 @@ impl Default for Rules {
             undock_s: 0.0,
             dock_s: 0.0,
             battery_v: 16.0,
+            one_cluster: false,
+            tilt_limit_rad: 0.17,
         }
     }
 }

@@ -173,8 +173,7 @@ impl Places<'_> {
         let problem = self.problem;
         let tools = problem.tools.iter().map(|tool| tool.pose);
         let robots = problem.robots.iter().map(|robot| robot.start);
-        let references: Vec<Pose> =
-            if problem.tools.is_empty() { robots.collect() } else { tools.collect() };
+        let references: Vec<Pose> = if problem.tools.is_empty() { robots.collect() } else { tools.collect() };
         let steps_per_m = self.steps_per_m();
         let seen = references.iter().map(|pose| {
             let frame = Frame { origin_m: pose.position_m, yaw_rad: pose.yaw_rad, steps_per_m };

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use grid::theta::Search;
 use reconfiguration::plan::{Criterion, Holding, Manner, Move, Placed, Plan};
 use reconfiguration::pose::Pose;
-use reconfiguration::problem::{Problem, Robot};
+use reconfiguration::problem::{Problem, Robot, Rules};
 use reconfiguration::vehicle::Vehicle;
 use thiserror::Error;
 
@@ -77,8 +77,20 @@ pub struct Planned {
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum PlanError {
     /// Its thrusters' forces cannot be computed.
-    #[error("{vehicle}: {source}")]
-    Propulsion { vehicle: String, source: PropulsionError },
+    #[error("robot {robot}, {vehicle}: {source}")]
+    Propulsion { robot: u16, vehicle: String, source: PropulsionError },
+    /// A speed that it has not the thrust for.
+    #[error(
+        "robot {robot}, {vehicle}: [rules] {key} = {asked} {unit} takes more thrust than there is: {attainable:.2} {unit} can be reached"
+    )]
+    BeyondThrust {
+        robot: u16,
+        vehicle: String,
+        key: &'static str,
+        asked: f64,
+        unit: &'static str,
+        attainable: f64,
+    },
     /// Nothing is known of the thrusters at this voltage.
     #[error(transparent)]
     Power(#[from] PowerError),
@@ -153,12 +165,19 @@ impl<'a> MovePricer<'a> {
         };
         let mut movers = Vec::with_capacity(problem.vehicles.len());
         for (index, vehicle) in problem.vehicles.iter().enumerate() {
-            let swims = problem.robots.iter().any(|robot| robot.vehicle == index);
-            let mover = swims
-                .then(|| Propulsion::new(vehicle, request.law.clone(), rules.battery_v, steady))
-                .transpose()
-                .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
-            movers.push(mover.map(|propulsion| Mover::new(propulsion, rules)));
+            // Tools do not swim.
+            let Some(robot) = problem.robots.iter().find(|robot| robot.vehicle == index) else {
+                movers.push(None);
+                continue;
+            };
+            let name = || vehicle.name.clone();
+            let propulsion = Propulsion::new(vehicle, request.law.clone(), rules, steady)
+                .map_err(|source| PlanError::Propulsion { robot: robot.id, vehicle: name(), source })?;
+            if let Some((key, asked, unit, attainable)) = beyond_thrust(&propulsion, rules, request.manner) {
+                let robot = robot.id;
+                return Err(PlanError::BeyondThrust { robot, vehicle: name(), key, asked, unit, attainable });
+            }
+            movers.push(Some(Mover::new(propulsion, rules)));
         }
         // Docked poses lie on the grid when it divides the box.
         let box_m = problem.robots.first().map_or([1.0; 3], |robot| problem.vehicles[robot.vehicle].box_m);
@@ -205,7 +224,7 @@ impl<'a> MovePricer<'a> {
         let waiting = (state.moved | 1 << robot, state.filled);
         if !self.balances.contains_key(&waiting) {
             let bodies = self.bodies(waiting.0, &waiting.1);
-            let balanced = balance(&bodies, &self.request.law, self.limits_n);
+            let balanced = balance(&bodies, &self.request.law, self.limits_n, &self.problem.rules);
             self.balances.insert(waiting, balanced);
         }
         self.balances[&waiting].as_ref().map_err(|error| *error)
@@ -232,7 +251,8 @@ impl<'a> MovePricer<'a> {
                 members.extend(problem.slots.iter().map(|slot| (slot.pose, &problem.vehicles[kind])));
             }
         }
-        super::balance::power_of_cluster(&members, &self.request.law, self.limits_n).unwrap_or(0.0)
+        let (law, rules) = (&self.request.law, &problem.rules);
+        super::balance::power_of_cluster(&members, law, self.limits_n, rules).unwrap_or(0.0)
     }
 
     fn clearance(&self, state: &State, robot: usize, slot: usize) -> Clearance {
@@ -296,6 +316,7 @@ impl<'a> MovePricer<'a> {
             if let Err(reason) = self.balance(&state, robot).cloned() {
                 let reason = match reason {
                     Unbalanced::Alone(_) => "a tool would be left alone (v4)".to_owned(),
+                    Unbalanced::Apart(..) => "the rest would not be one cluster (one_cluster)".to_owned(),
                     Unbalanced::OutOfReach { served, .. } => {
                         format!("the rest could give {:.0} % of the balancing wrench (v6)", served * 100.0)
                     }
@@ -351,7 +372,8 @@ impl<'a> MovePricer<'a> {
             now_s += route.duration_s;
             arrived[slot] = Some(robot);
         }
-        let sum = |of: fn(&Move) -> f64| moves.iter().map(of).sum::<f64>();
+        // An empty sum of floats is −0.
+        let sum = |of: fn(&Move) -> f64| moves.iter().map(of).sum::<f64>() + 0.0;
         let (energy_navigate_j, energy_balance_j) =
             (sum(|m| m.energy_navigate_j), sum(|m| m.energy_balance_j));
         let placed = |robot: &Robot| Placed { id: robot.id, start: robot.start };
@@ -403,6 +425,33 @@ impl MoveCosts for MovePricer<'_> {
         let criterion = self.request.criterion;
         self.route(state, robot, slot).map(|route| route.cost(criterion, lambda_w))
     }
+}
+
+/// The rule that asks for a speed which the thrusters do not give, ahead or turning, and what they do give.
+fn beyond_thrust(
+    propulsion: &Propulsion,
+    rules: &Rules,
+    manner: Manner,
+) -> Option<(&'static str, f64, &'static str, f64)> {
+    let (speed, rate) = match manner {
+        Manner::Paper => (("speed_m_s", rules.speed_m_s), ("yaw_rate_rad_s", rules.yaw_rate_rad_s)),
+        Manner::Best => (("speeds_m_s", rules.speeds_m_s[0]), ("yaw_rates_rad_s", rules.yaw_rates_rad_s[0])),
+    };
+    [(speed, 0, "m/s"), (rate, 5, "rad/s")].into_iter().find_map(|((key, asked), axis, unit)| {
+        let can = |speed: f64| {
+            let nu = std::array::from_fn(|k| if k == axis { speed } else { 0.0 });
+            propulsion.power_w(&nu, &[0.0; 6]).is_some()
+        };
+        if can(asked) {
+            return None;
+        }
+        let (mut low, mut high) = (0.0, asked);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if can(middle) { low = middle } else { high = middle }
+        }
+        Some((key, asked, unit, low))
+    })
 }
 
 fn way(from: &Pose, to: &Pose) -> [f64; 3] {

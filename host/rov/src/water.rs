@@ -41,7 +41,8 @@ impl Water {
     #[must_use]
     pub fn holds(&self, at_m: [f64; 3], half_m: [f64; 3], yaw_rad: f64, touch_m: f64) -> bool {
         let ([length, width, height], (sin, cos)) = (half_m, (yaw_rad - self.yaw_rad).sin_cos());
-        let reach_m = [length * cos.abs() + width * sin.abs(), length * sin.abs() + width * cos.abs(), height];
+        let reach_m =
+            [length * cos.abs() + width * sin.abs(), length * sin.abs() + width * cos.abs(), height];
         self.reaches_no_edge(at_m, reach_m, touch_m)
     }
 

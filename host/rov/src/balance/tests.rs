@@ -11,7 +11,7 @@ fn vehicle(name: &str) -> Vehicle {
 
 fn balanced(bodies: &[(Pose, &Vehicle)]) -> Result<Balance, Unbalanced> {
     let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
-    balance(bodies, &law, power::limits_n(BATTERY_V).expect("in the table"))
+    balance(bodies, &law, power::limits_n(BATTERY_V).expect("in the table"), &Rules::default())
 }
 
 fn at(x: f64, y: f64) -> Pose {
@@ -70,6 +70,39 @@ fn a_tool_alone_and_a_tool_too_heavy_are_refused() {
         Err(Unbalanced::OutOfReach { body: 0, served }) => {
             assert!((served - 0.18).abs() < 1e-3, "{served}");
         }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn two_clusters_are_refused_where_one_is_asked_for() {
+    let robot = vehicle("bluerov1");
+    let bodies = [(at(0.0, 0.0), &robot), (at(0.483, 0.0), &robot), (at(3.0, 0.0), &robot)];
+    let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
+    let limits_n = power::limits_n(BATTERY_V).expect("in the table");
+    let rules = Rules { one_cluster: true, ..Rules::default() };
+    assert_eq!(balance(&bodies, &law, limits_n, &rules), Err(Unbalanced::Apart(0, 2)));
+    assert!(balance(&bodies[..2], &law, limits_n, &rules).is_ok());
+}
+
+#[test]
+fn stability_takes_the_pitch_that_no_thruster_of_a_bluerov2_can() {
+    // A tool that pitches by 0.3 N·m under a robot of 112.8 N with its centre of gravity 2 cm down: sin θ = 0.3/2.2556.
+    let (robot, mut tool) = (vehicle("bluerov2"), vehicle("tool-20n"));
+    tool.body.r_g_m = [0.015, 0.0, 0.0];
+    let bodies = [(at(0.0, 0.0), &tool), (at(-0.47, 0.0), &robot)];
+    let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
+    let limits_n = power::limits_n(BATTERY_V).expect("in the table");
+    let with =
+        |tilt_limit_rad: f64| balance(&bodies, &law, limits_n, &Rules { tilt_limit_rad, ..Rules::default() });
+    // The heave of −2 N of the robot stands 0.47 m behind the tool; about the robot itself it pitches nothing.
+    let tilt_rad = (0.3_f64 / (11.5 * 9.80665 * 0.02)).asin();
+    let held = with(tilt_rad + 1e-3).expect("within the limit");
+    let [_, thrusts_n] = held.thrusts_n.as_slice() else { panic!("two bodies: {held:?}") };
+    // Buoyant by 2 N, and up is where the two push: one newton down each.
+    assert!((thrusts_n[4] + 1.0).abs() < 1e-6 && (thrusts_n[5] + 1.0).abs() < 1e-6, "{thrusts_n:?}");
+    match with(tilt_rad - 1e-3) {
+        Err(Unbalanced::OutOfReach { body: 0, served }) => assert!(served > 0.9, "{served}"),
         other => panic!("{other:?}"),
     }
 }
