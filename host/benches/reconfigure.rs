@@ -21,7 +21,7 @@ fn route(bench: &mut Bench, problem: &Problem) {
     let (rules, robot) = (&problem.rules, &problem.robots[3]);
     let vehicle = &problem.vehicles[robot.vehicle];
     let law = PowerLaw::fitted(rules.battery_v).expect("in the table");
-    let propulsion = Propulsion::new(vehicle, law, rules.battery_v, Steady::Whole).expect("six thrusters");
+    let propulsion = Propulsion::new(vehicle, law, rules, Steady::Whole).expect("six thrusters");
     let mover = Mover::new(propulsion, rules);
     let half_m = vehicle.box_m.map(|side| side / 2.0);
     let others = problem.robots.iter().filter(|other| other.id != robot.id).map(|other| other.start);
@@ -32,7 +32,7 @@ fn route(bench: &mut Bench, problem: &Problem) {
         start: robot.start,
         slot: problem.slots[3].pose,
         distance_m: problem.clearance_m(vehicle),
-        bounds_m: problem.bounds_m(),
+        water: problem.bounds_m().into(),
     };
     let cell_m = std::array::from_fn(|k| vehicle.box_m[k] / f64::from(rules.grid_divisions[k]));
     let lattice = Lattice::new(problem.robots[0].start.position_m, cell_m, problem.bounds_m());

@@ -210,7 +210,13 @@ fn out_of_the_water(problem: &Problem, plan: &mut Plan, rng: &mut ChaCha8Rng) ->
     let [low, high] = problem.bounds_m();
     let mut at_m = plan.moves[index].path[0];
     let axis = rng.random_range(0..3);
-    at_m[axis] = if rng.random_bool(0.5) { low[axis] } else { high[axis] };
+    // Water that is not given is as large as the judge takes it, at most twice as wide as what is around everything.
+    let out_m = if problem.rules.bounds_m.is_some() {
+        0.0
+    } else {
+        2.0 * (0..3).map(|k| (high[k] - low[k]).powi(2)).sum::<f64>().sqrt()
+    };
+    at_m[axis] = if rng.random_bool(0.5) { low[axis] - out_m } else { high[axis] + out_m };
     by_way_of(problem, plan, index, at_m)
 }
 

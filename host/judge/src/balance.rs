@@ -4,7 +4,7 @@
 //! F_g = Σ (0, 0, W_i − B_i),   M_g = Σ r_Gi × (0, 0, W_i) − r_Bi × (0, 0, B_i)          (3)–(5), level
 //! F_u = Σ R_z(ψ)·e·u,          M_u = Σ (p + R_z(ψ)·l) × R_z(ψ)·e·u                      (16)
 //! F_c = Σ R_z(ψ)·(d_l + d_q|c_i|)·c_i,   M_c = Σ p × F_c,i − R_z(ψ)·(c_i × M_A c_i),   c_i = R_z(ψ)ᵀc
-//! F_g + F_u + F_c = 0,   M_g + M_u + M_c = 0
+//! F_g + F_u + F_c = 0,   M_g + M_u + M_c = 0,   or |M_x, M_y left| ≤ sin θ · Σ (z_G W − z_B B) at the limit of tilt θ
 //! ```
 //!
 //! F_c, M_c are what a current c of the rules does to bodies at rest: drag and the Munk moment. All vectors are in the world (north-east-down), from the mean of the cluster's body origins. With W = m·g and
@@ -57,8 +57,15 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, resting: &[
         if thrusts[body].replace(&holding.thrusts_n).is_some() {
             wrong.push((Condition::V6, format!("{name} balances twice")));
         }
+        let thrusters = &resting[body].vehicle.thrusters;
         for (number, &thrust_n) in holding.thrusts_n.iter().enumerate() {
+            let failed = thrusters.get(number).is_some_and(|thruster| thruster.failed);
             match limits_n {
+                _ if failed && thrust_n.abs() > SHARE => {
+                    let message =
+                        format!("{name}: thruster {} is out of order and pushes {thrust_n:.3} N", number + 1);
+                    wrong.push((Condition::Thrusters, message));
+                }
                 Some([least_n, greatest_n])
                     if thrust_n < least_n - SHARE || thrust_n > greatest_n + SHARE =>
                 {
@@ -82,7 +89,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, resting: &[
     cluster.iter().enumerate().for_each(|(body, &cluster)| members.entry(cluster).or_default().push(body));
     for members in members.into_values() {
         let own = members.iter().map(|&body| (&resting[body], thrusts[body].unwrap_or_default()));
-        if let Some(message) = unbalanced(&own.collect::<Vec<_>>(), current) {
+        if let Some(message) = unbalanced(&own.collect::<Vec<_>>(), current, judge.problem.rules.tilt_limit_rad) {
             wrong.push((Condition::V6, message));
         }
     }
@@ -92,12 +99,14 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, resting: &[
 }
 
 /// What is left of force and moment on a cluster, if that is too much.
-fn unbalanced(cluster: &[(&Body<'_>, &[f64])], current: Vector) -> Option<String> {
+fn unbalanced(cluster: &[(&Body<'_>, &[f64])], current: Vector, tilt_limit_rad: f64) -> Option<String> {
     let count = cluster.len() as f64;
     let origin = cluster.iter().fold([0.0; 3], |sum, (body, _)| plus(sum, body.pose.position_m));
     let origin = origin.map(|x| x / count);
     let (mut restoring, mut pushed) = ([[0.0; 3]; 2], [[0.0; 3]; 2]);
     let mut effort = [0.0; 2];
+    // Σ z·W − z·B: tilted by θ, the cluster turns itself back by sin θ of it.
+    let mut stiffness_nm = 0.0;
     for (body, thrusts) in cluster {
         let (sin, cos) = body.pose.yaw_rad.sin_cos();
         let turned = |v: Vector| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]];
@@ -106,6 +115,7 @@ fn unbalanced(cluster: &[(&Body<'_>, &[f64])], current: Vector) -> Option<String
         let forces = [(own.r_g_m, own.mass_kg * GRAVITY_M_S2), (own.r_b_m, -own.buoyancy_n)];
         for (arm, force_n) in forces {
             let force = [0.0, 0.0, force_n];
+            stiffness_nm += place(arm)[2] * force_n;
             restoring = [plus(restoring[0], force), plus(restoring[1], cross(place(arm), force))];
         }
         // The water that passes it.
@@ -124,7 +134,11 @@ fn unbalanced(cluster: &[(&Body<'_>, &[f64])], current: Vector) -> Option<String
     }
     let units = ["N", "N·m"];
     for k in 0..2 {
-        let left = plus(restoring[k], pushed[k]);
+        let mut left = plus(restoring[k], pushed[k]);
+        // A stable cluster holds roll and pitch itself, at a tilt within the limit.
+        if k == 1 && f64::hypot(left[0], left[1]) <= stiffness_nm * tilt_limit_rad.sin() * (1.0 + SHARE) {
+            (left[0], left[1]) = (0.0, 0.0);
+        }
         // Opposite weights and buoyancies cancel to rounding, so there is an absolute floor too.
         if size(left) > SHARE * size(restoring[k]).max(effort[k]) + 1e-9 {
             let names: Vec<&str> = cluster.iter().map(|(body, _)| body.name.as_str()).collect();

@@ -52,9 +52,14 @@ pub(super) fn overlap(first: (Pose, [f64; 3]), second: (Pose, [f64; 3])) -> bool
     if apart_m >= (size_a[2] + size_b[2]) / 2.0 - TOUCH_M {
         return false;
     }
+    // Seen from the first: far from the world's origin the products of the areas lose what is asked for.
+    let [own, other] = [a, b].map(|pose| {
+        let position_m = std::array::from_fn(|k| pose.position_m[k] - a.position_m[k]);
+        Pose { position_m, ..pose }
+    });
     // The first a touch smaller all around.
-    let mut common = outline(a, [size_a[0] - 2.0 * TOUCH_M, size_a[1] - 2.0 * TOUCH_M]);
-    let fence = outline(b, [size_b[0], size_b[1]]);
+    let mut common = outline(own, [size_a[0] - 2.0 * TOUCH_M, size_a[1] - 2.0 * TOUCH_M]);
+    let fence = outline(other, [size_b[0], size_b[1]]);
     for k in 0..4 {
         common = clipped(&common, fence[k], fence[(k + 1) % 4]);
     }
@@ -166,6 +171,9 @@ mod tests {
         // Corner against corner, both turned alike: diagonal apart.
         assert!(beside(0.85, 0.85, 0.0, FRAC_PI_4) && !beside(0.86, 0.86, 0.0, FRAC_PI_4));
         assert!(!overlap(([5.0, 5.0, 0.0, 1.0].into(), unit), (Pose::default(), unit)));
+        // The same a million metres away.
+        let far = |x: f64| ([1e6 + x, -1e6, 0.0, FRAC_PI_4].into(), unit);
+        assert!(overlap(far(0.0), far(1.41)) && !overlap(far(0.0), far(1.42)));
     }
 
     #[test]

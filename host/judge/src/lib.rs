@@ -10,10 +10,10 @@
 //! | v3 | farther than d (19) from its own start and its own slot, its centre keeps d to the centre of everything at rest; everywhere, boxes do not overlap |
 //! | v4 | every tool keeps a connection while a robot is away |
 //! | v5 | no robot moves more often than `moves_per_robot` allows (once by the paper's manner): a resting robot stays connected |
-//! | v6 | thrusts balance weight and buoyancy of every waiting cluster, all six components |
-//! | connection | what is reached is one cluster |
+//! | v6 | thrusts balance weight and buoyancy of every waiting cluster, all six components; roll and pitch may be left to its stability |
+//! | connection | what is reached is one cluster, and what waits where the rules ask for it |
 //! | bounds | no part of a mover leaves the water, or comes nearer to its edge than the margin |
-//! | thrusters | no thrust beyond the measured table at the battery's voltage |
+//! | thrusters | no thrust beyond the measured table at the battery's voltage, none of a thruster out of order |
 //! | kinematics | legs are straight, turns in place, durations follow from speed and acceleration |
 //! | continuity, timing, energy, number | no robot jumps; no gaps; sums add up; everything is finite |
 //! | identity | the plan speaks of this problem |
@@ -56,7 +56,7 @@ pub enum Condition {
     V5,
     /// v6: waiting clusters are balanced.
     V6,
-    /// What is reached is one cluster.
+    /// What is reached is one cluster, and what waits where the rules ask for it.
     Connection,
     /// The water.
     Bounds,
@@ -231,6 +231,7 @@ impl<'a> Judge<'a> {
             kinematics::check(self, index, own, poses[mover]);
             passage::check(self, index, own, mover, &resting);
             self.judge_tools(index, own, &resting);
+            self.judge_waiting(index, own, &resting);
             balance::check(self, index, own, &resting);
             poses[mover] = own.actions.last().map_or(poses[mover], |last| last.to);
         }
@@ -260,6 +261,22 @@ impl<'a> Judge<'a> {
                     format!("{} is left alone while robot {} is away", resting[tool].name, own.robot);
                 self.add(Some(index), own.start_s, Condition::V4, message);
             }
+        }
+    }
+
+    /// One cluster, where the rules ask for it.
+    fn judge_waiting(&mut self, index: usize, own: &Move, resting: &[Body<'_>]) {
+        if !self.problem.rules.one_cluster {
+            return;
+        }
+        let cluster = connections::clusters(resting);
+        if let Some(apart) = cluster.iter().position(|&other| other != cluster[0]) {
+            let (first, other) = (&resting[0].name, &resting[apart].name);
+            let message = format!(
+                "what waits while robot {} is away is not one cluster (one_cluster): no connection between {first} and {other}",
+                own.robot
+            );
+            self.add(Some(index), own.start_s, Condition::Connection, message);
         }
     }
 

@@ -11,6 +11,9 @@
 //!
 //! | where the mover turns | the upright cylinder around its box overlaps no box at rest, and lies in the water |
 //!
+//! Water that is not given is round, so that it depends on no heading: about the mean of start and goal, as wide as any box
+//! around them with room of twice d on every side would reach.
+//!
 //! By the paper's rules the box is taken to be turned as at the start where its centre is nearer to the start, and as in the slot
 //! where it is nearer to the slot. It turns, in this sense, where the one becomes the other, if the two headings differ.
 
@@ -46,7 +49,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
     let (Some(first), Some(slot)) = (own.actions.first(), end_of(problem, own)) else { return };
     let box_m = vehicle.box_m;
     let turns_on_the_spot = distance_m(first.from.position_m, slot.position_m) <= SAME;
-    let water_m = water_m(problem);
+    let water = Water::of(problem);
     let longest_m = box_m.into_iter().fold(0.0, f64::max);
     // d = k·max(L, W, H)                                                                                    (19)
     let d_m = problem.rules.clearance_factor * longest_m;
@@ -106,11 +109,9 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                     worst(Condition::Bounds, EDGE, now_s, room_m);
                 }
             }
-            let [least, greatest] = geometry::extent_m(hull, box_m);
-            for k in 0..3 {
-                let room_m = (least[k] - water_m[0][k]).min(water_m[1][k] - greatest[k]);
+            for (what, room_m) in water.room_m(hull, box_m) {
                 if room_m < -1e-3 {
-                    worst(Condition::Bounds, ["x", "y", "z"][k], now_s, room_m);
+                    worst(Condition::Bounds, what, now_s, room_m);
                 }
             }
         }
@@ -177,29 +178,66 @@ fn looks(action: &Action) -> Option<impl Iterator<Item = f64>> {
     Some((0..=looks as u32).map(move |k| duration_s * f64::from(k) / looks))
 }
 
-/// Corners of the water: those given, or twice the greatest clearance around every box at start and goal.
-fn water_m(problem: &Problem) -> [[f64; 3]; 2] {
-    if let Some(bounds_m) = problem.rules.bounds_m {
-        return bounds_m;
-    }
-    let sides = problem.vehicles.iter().flat_map(|vehicle| vehicle.box_m);
-    let room_m = 2.0 * problem.rules.clearance_factor * sides.fold(0.0, f64::max);
-    let placed = problem.robots.iter().map(|robot| (robot.start, robot.vehicle));
-    let tools = problem.tools.iter().map(|tool| (tool.pose, tool.vehicle));
-    let slots = problem.slots.iter().flat_map(|slot| {
-        let brings = |wanted: &String, id: usize| problem.robots[id].capabilities.contains(wanted);
-        (0..problem.robots.len())
-            .filter(move |&robot| slot.requires.iter().all(|wanted| brings(wanted, robot)))
-            .map(|robot| (slot.pose, problem.robots[robot].vehicle))
-    });
-    let mut water_m = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for (pose, vehicle) in placed.chain(tools).chain(slots) {
-        let Some(vehicle) = problem.vehicles.get(vehicle) else { continue };
-        let [least, greatest] = geometry::extent_m(pose, vehicle.box_m);
-        for k in 0..3 {
-            water_m[0][k] = water_m[0][k].min(least[k] - room_m);
-            water_m[1][k] = water_m[1][k].max(greatest[k] + room_m);
+/// The water of a problem.
+enum Water {
+    /// Between two corners, as given.
+    Corners([[f64; 3]; 2]),
+    /// Round.
+    Round { centre_m: [f64; 2], radius_m: f64, depths_m: [f64; 2] },
+}
+
+impl Water {
+    /// As given, or around every box at start and goal.
+    fn of(problem: &Problem) -> Self {
+        if let Some(corners_m) = problem.rules.bounds_m {
+            return Self::Corners(corners_m);
+        }
+        let sides = problem.vehicles.iter().flat_map(|vehicle| vehicle.box_m);
+        let longest_m = sides.fold(0.0, f64::max);
+        let room_m = 2.0 * problem.rules.clearance_factor * longest_m;
+        let robots = problem.robots.iter().map(|robot| robot.start);
+        let slots = problem.slots.iter().map(|slot| slot.pose);
+        let poses: Vec<Pose> =
+            robots.chain(slots).chain(problem.tools.iter().map(|tool| tool.pose)).collect();
+        let mean = |k: usize| poses.iter().map(|pose| pose.position_m[k]).sum::<f64>() / poses.len() as f64;
+        let centre_m = [mean(0), mean(1)];
+        let out_m =
+            |pose: &Pose| f64::hypot(pose.position_m[0] - centre_m[0], pose.position_m[1] - centre_m[1]);
+        let far_m = poses.iter().map(out_m).fold(0.0, f64::max);
+        let reach_m = longest_m / 2.0 * 2.0_f64.sqrt();
+        let heights = problem.vehicles.iter().map(|vehicle| vehicle.box_m[2]);
+        let deep_m = heights.fold(0.0, f64::max) / 2.0 + room_m;
+        let depths = || poses.iter().map(|pose| pose.position_m[2]);
+        Self::Round {
+            centre_m,
+            // A box around a circle reaches √2 of its radius far.
+            radius_m: 2.0_f64.sqrt() * (far_m + reach_m + room_m),
+            depths_m: [
+                depths().fold(f64::INFINITY, f64::min) - deep_m,
+                depths().fold(f64::NEG_INFINITY, f64::max) + deep_m,
+            ],
         }
     }
-    water_m
+
+    /// How far a box is from the edges, m; negative beyond one.
+    fn room_m(&self, hull: Pose, box_m: [f64; 3]) -> Vec<(&'static str, f64)> {
+        let [least, greatest] = geometry::extent_m(hull, box_m);
+        match self {
+            Self::Corners([low, high]) => ["x", "y", "z"]
+                .into_iter()
+                .enumerate()
+                .map(|(k, axis)| (axis, (least[k] - low[k]).min(high[k] - greatest[k])))
+                .collect(),
+            Self::Round { centre_m, radius_m, depths_m } => {
+                let far = |k: usize| (greatest[k] - centre_m[k]).abs().max((least[k] - centre_m[k]).abs());
+                // A box may be nearer than the corner of its extent, by half of its diagonal at most.
+                let out_m = f64::hypot(far(0), far(1)).min(
+                    f64::hypot(hull.position_m[0] - centre_m[0], hull.position_m[1] - centre_m[1])
+                        + f64::hypot(box_m[0], box_m[1]) / 2.0,
+                );
+                let deep_m = (least[2] - depths_m[0]).min(depths_m[1] - greatest[2]);
+                vec![("its width", radius_m - out_m), ("z", deep_m)]
+            }
+        }
+    }
 }

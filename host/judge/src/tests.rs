@@ -14,8 +14,12 @@ const TOP_M: f64 = -0.8;
 
 /// Two pairs of upright thrusters, 0.1 m before and behind the centre.
 fn hull(name: &str, mass_kg: f64, thrusters: bool) -> Vehicle {
-    let thruster =
-        |x: f64| Thruster { position_m: [x, 0.0, 0.0], direction: [0.0, 0.0, 1.0], reversed: false };
+    let thruster = |x: f64| Thruster {
+        position_m: [x, 0.0, 0.0],
+        direction: [0.0, 0.0, 1.0],
+        reversed: false,
+        failed: false,
+    };
     Vehicle {
         name: name.to_owned(),
         box_m: [0.4, 0.3, 0.2],

@@ -81,6 +81,10 @@ pub struct Rules {
     /// How often a robot may move. Robots that exchange places or face about in one place move out and back; by the paper's
     /// manner every robot moves once.
     pub moves_per_robot: u32,
+    /// Whether the robots that wait have to stay one cluster, tools included. The paper's text does not ask for it.
+    pub one_cluster: bool,
+    /// Greatest roll or pitch at which the restoring moment may take what thrusters cannot, rad. *Assumed*, 10°.
+    pub tilt_limit_rad: f64,
 }
 
 /// Whether water rests.
@@ -105,6 +109,8 @@ impl Default for Rules {
             battery_v: 16.0,
             current_m_s: [0.0; 3],
             moves_per_robot: 2,
+            one_cluster: false,
+            tilt_limit_rad: 0.17,
         }
     }
 }

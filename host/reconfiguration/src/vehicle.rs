@@ -41,6 +41,9 @@ pub struct Thruster {
     /// Whether the wires are swapped, so that positive thrust needs a pulse below neutral.
     #[serde(default)]
     pub reversed: bool,
+    /// Whether it is out of order: it pushes nothing.
+    #[serde(default)]
+    pub failed: bool,
 }
 
 /// A face that can dock to another connector (g4): two hold when they meet, facing each other.

@@ -19,11 +19,22 @@
 //! - The measured table is no convex law. Its lower convex envelope is minimised exactly, as a linear program
 //!   (`simplex`); the power told is the table's own for these thrusts.
 //! - The greatest s of a demand out of reach is a linear program too.
+//!
+//! Roll and pitch that no thruster can push in may be left to the restoring moment ([`Allocator::with_passive`]):
+//!
+//! ```text
+//! T u = s (τ − E p),   p = (R E)⁺ R τ,   R = I − T T⁺,   s |p| ≤ S sin θ
+//! ```
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | E, p | the columns of K and M of the unit matrix, the moments left to stability | 1, N·m |
+//! | S | stiffness z_G W − z_B B: the moment at a tilt θ is S sin θ | N·m |
 
 mod dual;
 mod simplex;
 
-use nalgebra::{DMatrix, Matrix6xX, Vector6};
+use nalgebra::{DMatrix, Matrix6, Matrix6xX, Vector2, Vector6};
 
 use super::configuration_matrix::{AXES, ConfigurationMatrix};
 use super::power::PowerLaw;
@@ -78,6 +89,16 @@ pub struct Allocator {
     /// T⁺, one row a thruster, where the columns of the working thrusters are independent.
     direct: Option<Vec<Vector6<f64>>>,
     full_rank: bool,
+    passive: Option<Passive>,
+}
+
+/// What stability takes of a demand.
+#[derive(Clone, Debug)]
+struct Passive {
+    /// p of a demand, one row for K and one for M.
+    map: [Vector6<f64>; 2],
+    /// Greatest size of p, N·m.
+    most_nm: f64,
 }
 
 impl Allocator {
@@ -119,7 +140,51 @@ impl Allocator {
             pseudo_inverse.row_iter().map(|row| Vector6::from_iterator(row.iter().copied())).collect()
         });
         let full_rank = kept.len() == 6;
-        Ok(Self { matrix, limits_n: limits_n.to_vec(), law, rows, whiten, direct, full_rank })
+        Ok(Self { matrix, limits_n: limits_n.to_vec(), law, rows, whiten, direct, full_rank, passive: None })
+    }
+
+    /// The same thrusters on a body whose own stability takes up to `most_nm` of roll and pitch where no thruster can
+    /// push. What thrusters can do they do.
+    #[must_use]
+    pub fn with_passive(mut self, most_nm: f64) -> Self {
+        if self.full_rank || most_nm <= 0.0 {
+            return self;
+        }
+        // R = I − T T⁺
+        let mut residual = Matrix6::identity();
+        for axis in 0..6 {
+            let unit = Vector6::ith(axis, 1.0);
+            let reached = self.matrix.matrix() * (self.rows.transpose() * self.whitened(&unit));
+            residual.set_column(axis, &(unit - reached));
+        }
+        // p = (R E)⁺ R τ
+        let levelled = residual.fixed_columns::<2>(3).into_owned();
+        let inverse = levelled.pseudo_inverse(1e-6).unwrap_or_default();
+        let map = inverse * residual;
+        self.passive = Some(Passive { map: [0, 1].map(|k| map.row(k).transpose()), most_nm });
+        self
+    }
+
+    /// Whether the thrusters, or stability where it helps, can push along `demand` at all.
+    #[must_use]
+    pub fn reaches(&self, demand: &[f64; 6]) -> bool {
+        let (tau, _) = self.relieved(Vector6::from(*demand));
+        let reached = self.matrix.matrix() * (self.rows.transpose() * self.whitened(&tau));
+        (tau - reached).norm() <= 1e-6 * tau.norm()
+    }
+
+    /// W τ.
+    fn whitened(&self, tau: &Vector6<f64>) -> Vector6<f64> {
+        let target = &self.whiten * tau;
+        Vector6::from_iterator(target.iter().copied())
+    }
+
+    /// s (τ − E p) and s.
+    fn relieved(&self, tau: Vector6<f64>) -> (Vector6<f64>, f64) {
+        let Some(Passive { map, most_nm }) = &self.passive else { return (tau, 1.0) };
+        let p = Vector2::new(map[0].dot(&tau), map[1].dot(&tau));
+        let share = if p.norm() > *most_nm { most_nm / p.norm() } else { 1.0 };
+        (share * (tau - Vector6::new(0.0, 0.0, 0.0, p.x, p.y, 0.0)), share)
     }
 
     /// Wrench T u of thrusts u, N and N·m.
@@ -157,23 +222,27 @@ impl Allocator {
         if thrusts_n.len() != self.matrix.thrusters() {
             return Err(AllocationError::Room { room: thrusts_n.len(), thrusters: self.matrix.thrusters() });
         }
-        let tau = Vector6::from(*demand);
+        let (tau, share) = self.relieved(Vector6::from(*demand));
+        Ok(share * self.serve(&tau, thrusts_n))
+    }
+
+    /// The greatest share of τ that the thrusters give, at least power.
+    fn serve(&self, tau: &Vector6<f64>, thrusts_n: &mut [f64]) -> f64 {
         if let Some(pseudo_inverse) = &self.direct {
-            return Ok(self.solve_directly(pseudo_inverse, &tau, thrusts_n));
+            return self.solve_directly(pseudo_inverse, tau, thrusts_n);
         }
-        let target = &self.whiten * tau;
-        let target = Vector6::from_iterator(target.iter().copied());
+        let target = self.whitened(tau);
         let reached = self.matrix.matrix() * (self.rows.transpose() * target);
-        if target.norm() == 0.0 || self.out_of_range(&tau, &reached) {
+        if target.norm() == 0.0 || self.out_of_range(tau, &reached) {
             thrusts_n.fill(0.0);
-            return Ok(if tau.norm() == 0.0 { 1.0 } else { 0.0 });
+            return if tau.norm() == 0.0 { 1.0 } else { 0.0 };
         }
         let smooth = !matches!(self.law, PowerLaw::Table(_));
         if smooth && let Some(u) = dual::solve(&self.rows, &target, &self.limits_n, &self.law) {
             thrusts_n.copy_from_slice(&u);
-            return Ok(1.0);
+            return 1.0;
         }
-        Ok(self.solve_linear(&target, thrusts_n))
+        self.solve_linear(&target, thrusts_n)
     }
 
     /// u = s T⁺ τ, with the greatest s that the limits allow.

@@ -24,6 +24,7 @@ use quantity::wrap_rad;
 use reconfiguration::pose::Pose;
 
 use super::vector::{dot, offset};
+use super::water::Water;
 
 /// Headings that differ by less are the same, rad.
 const SAME_RAD: f64 = 1e-9;
@@ -53,8 +54,8 @@ pub struct Clearance {
     pub slot: Pose,
     /// d of (19), m; also the radius of the dock zones.
     pub distance_m: f64,
-    /// Corners of the water, m: no part of a hull leaves it.
-    pub bounds_m: [[f64; 3]; 2],
+    /// The water: no part of a hull leaves it.
+    pub water: Water,
 }
 
 /// Part of a leg, in shares of its length.
@@ -64,8 +65,7 @@ impl Clearance {
     /// Whether the straight leg is free for the hull at heading `yaw_rad`.
     #[must_use]
     pub fn leg_is_free(&self, from_m: [f64; 3], to_m: [f64; 3], yaw_rad: f64) -> bool {
-        let reach_m = self.reach_m(yaw_rad);
-        if !self.is_inside(from_m, reach_m) || !self.is_inside(to_m, reach_m) {
+        if !self.water.holds_leg([from_m, to_m], self.half_m, yaw_rad, TOUCH_M) {
             return false;
         }
         // Most of the water is far from all bodies: only those near the leg are looked at closely.
@@ -121,8 +121,7 @@ impl Clearance {
     #[must_use]
     pub fn turn_is_free(&self, at_m: [f64; 3]) -> bool {
         let radius_m = self.half_m[0].hypot(self.half_m[1]);
-        let inside = self.is_inside(at_m, [radius_m, radius_m, self.half_m[2]]);
-        inside
+        self.water.holds_cylinder(at_m, radius_m, self.half_m[2], TOUCH_M)
             && self.resting.iter().all(|body| {
                 let apart_m = offset(body.pose.position_m, at_m);
                 if apart_m[2].abs() >= self.half_m[2] + body.half_m[2] - TOUCH_M {
@@ -133,17 +132,6 @@ impl Clearance {
                 let [dx, dy] = [(x.abs() - body.half_m[0]).max(0.0), (y.abs() - body.half_m[1]).max(0.0)];
                 dx.hypot(dy) >= radius_m - TOUCH_M
             })
-    }
-
-    /// Half the hull's extent in the world.
-    fn reach_m(&self, yaw_rad: f64) -> [f64; 3] {
-        let ([length, width, height], (sin, cos)) = (self.half_m, yaw_rad.sin_cos());
-        [length * cos.abs() + width * sin.abs(), length * sin.abs() + width * cos.abs(), height]
-    }
-
-    fn is_inside(&self, at_m: [f64; 3], reach_m: [f64; 3]) -> bool {
-        let [low, high] = self.bounds_m;
-        (0..3).all(|k| at_m[k] - reach_m[k] >= low[k] - TOUCH_M && at_m[k] + reach_m[k] <= high[k] + TOUCH_M)
     }
 
     /// The parts of a leg outside the dock zones.
@@ -248,7 +236,7 @@ mod tests {
             start: Pose::from([-1.0, 0.0, 0.0, 0.0]),
             slot: Pose::from([1.5, 0.0, 0.0, 0.0]),
             distance_m: 0.7245,
-            bounds_m: [[-4.0; 3], [4.0; 3]],
+            water: [[-4.0; 3], [4.0; 3]].into(),
         }
     }
 

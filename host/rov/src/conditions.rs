@@ -16,6 +16,7 @@
 
 use super::configuration::{LevelBox, TOUCH_M, clusters, holds};
 use super::vector::{length, offset};
+use fitting::is_possible;
 use matching::crowd;
 use quantity::{ParameterError, Range, check_ranges, check_within};
 use reconfiguration::pose::Pose;
@@ -23,6 +24,7 @@ use reconfiguration::problem::{Problem, Robot, Rules, Slot};
 use reconfiguration::vehicle::Vehicle;
 pub use refusal::{Configuration, Place, ProblemError};
 
+mod fitting;
 mod matching;
 mod refusal;
 
@@ -101,7 +103,8 @@ impl Conditions for Problem {
             }
         }
         check_configuration(Configuration::Start, &start(self), self.robots.len())?;
-        check_configuration(Configuration::Goal, &goal(self), self.robots.len())
+        check_configuration(Configuration::Goal, &goal(self), self.robots.len())?;
+        check_fitting(self)
     }
 }
 
@@ -202,6 +205,30 @@ fn check_slots(problem: &Problem) -> Result<(), ProblemError> {
     }
 }
 
+/// Robots of several kinds fit into the slots without being in each other, in some assignment. Two slots for which no
+/// pair of kinds does are named before.
+fn check_fitting(problem: &Problem) -> Result<(), ProblemError> {
+    let boxed = |robot: usize, slot: usize| {
+        let kind = problem.vehicles.get(problem.robots[robot].vehicle)?;
+        Some(LevelBox::around(problem.slots[slot].pose, kind))
+    };
+    let tools: Vec<LevelBox> = tools(problem)
+        .flat_map(|tool| tool.kinds.into_iter().map(move |kind| LevelBox::around(tool.pose, kind)))
+        .collect();
+    let fits = |robot: usize, slot: usize| {
+        admits(&problem.slots[slot], &problem.robots[robot])
+            && boxed(robot, slot).is_some_and(|own| !tools.iter().any(|tool| own.overlaps(tool)))
+    };
+    let clash = |a: (usize, usize), b: (usize, usize)| match (boxed(a.0, a.1), boxed(b.0, b.1)) {
+        (Some(a), Some(b)) => a.overlaps(&b),
+        _ => false,
+    };
+    match is_possible(problem.robots.len(), problem.slots.len(), &fits, &clash) {
+        Some(false) => Err(ProblemError::NoFit),
+        Some(true) | None => Ok(()),
+    }
+}
+
 fn check_rules(rules: &Rules) -> Result<(), ProblemError> {
     check_ranges(&[
         ("clearance_factor", rules.clearance_factor, "", Range::NonNegative),
@@ -211,6 +238,7 @@ fn check_rules(rules: &Rules) -> Result<(), ProblemError> {
         ("yaw_acceleration_rad_s2", rules.yaw_acceleration_rad_s2, "rad/s²", Range::Positive),
         ("undock_s", rules.undock_s, "s", Range::NonNegative),
         ("dock_s", rules.dock_s, "s", Range::NonNegative),
+        ("tilt_limit_rad", rules.tilt_limit_rad, "rad", Range::Share),
     ])?;
     for value in rules.current_m_s {
         check_within(&[("current_m_s", value, "m/s", -10.0..=10.0, "must lie between -10 and 10")])?;

@@ -35,6 +35,9 @@ const PLANES: usize = 120;
 const BETWEEN: usize = 2;
 const SAMPLING: f64 = 0.995;
 
+/// Stands for a motion that thrusters do not give, W; infinity would make what lies beside it no number.
+const BEYOND_W: f64 = 1e12;
+
 /// Electric power of a robot by direction in its body and speed.
 #[derive(Clone, Debug)]
 pub struct PowerMap {
@@ -56,7 +59,7 @@ impl PowerMap {
                 let [x, y, z] = unit(azimuth_rad(azimuth as f64), elevation_rad(elevation as f64));
                 powers_w.extend(speeds_m_s.iter().map(|&v| {
                     let nu = [v * x, v * y, v * z, 0.0, 0.0, 0.0];
-                    propulsion.power_w(&nu, &[0.0; 6]).unwrap_or(f64::INFINITY)
+                    propulsion.power_w(&nu, &[0.0; 6]).unwrap_or(BEYOND_W)
                 }));
             }
         }

@@ -67,6 +67,12 @@ impl Hydrostatics {
         }
     }
 
+    /// Stiffness S = z_G W − z_B B about a level axis at depth `z_m`, N·m: tilted by θ, S sin θ turns the body back.
+    #[must_use]
+    pub fn stiffness_nm(&self, z_m: f64) -> f64 {
+        (self.r_g_m.z - z_m) * self.weight_n - (self.r_b_m.z - z_m) * self.buoyancy_n
+    }
+
     /// Restoring wrench g(η) (5) when the world's downward axis is `down` in the body frame: Rᵀ[0, 0, 1].
     #[must_use]
     pub fn restoring(&self, down: &Vector3<f64>) -> Vector6<f64> {

@@ -20,6 +20,7 @@ use thiserror::Error;
 
 use super::balance::Unbalanced;
 use super::conditions::Conditions;
+use super::frame::Framed;
 use super::order::paper::NoRule;
 use super::order::remaining::Remaining;
 use super::order::search::{Found, NoOrder};
@@ -31,6 +32,7 @@ use pricer::Pricer;
 mod parking;
 mod places;
 mod pricer;
+mod speeds;
 mod waits;
 mod write;
 
@@ -94,8 +96,20 @@ impl Planned {
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum PlanError {
     /// Its thrusters' forces cannot be computed.
-    #[error("{vehicle}: {source}")]
-    Propulsion { vehicle: String, source: PropulsionError },
+    #[error("robot {robot}, {vehicle}: {source}")]
+    Propulsion { robot: u16, vehicle: String, source: PropulsionError },
+    /// A speed that it has not the thrust for.
+    #[error(
+        "robot {robot}, {vehicle}: [rules] {key} = {asked} {unit} takes more thrust than there is: {attainable:.2} {unit} can be reached"
+    )]
+    BeyondThrust {
+        robot: u16,
+        vehicle: String,
+        key: &'static str,
+        asked: f64,
+        unit: &'static str,
+        attainable: f64,
+    },
     /// Nothing is known of the thrusters at this voltage.
     #[error(transparent)]
     Power(#[from] PowerError),
@@ -121,7 +135,7 @@ pub enum PlanError {
     Blocked { why: String, states: usize, moves: usize, berths: usize },
 }
 
-/// Plans a reconfiguration, one move priced after the other, at most [`PATIENCE`] of them.
+/// Plans a reconfiguration in its own [frame](super::frame), one move priced after the other, at most [`PATIENCE`] of them.
 pub fn plan(problem: &Problem, request: &Request) -> Result<Planned, PlanError> {
     plan_with(problem, request, &InTurn, &mut Patience(PATIENCE))
 }
@@ -137,9 +151,21 @@ pub fn plan_with(
     if count > order::MOST {
         return Err(PlanError::TooMany { count });
     }
+    let framed = Framed::of(problem);
+    let planned = plan_in_frame(&framed, request, workers, progress)?;
+    Ok(Planned { plan: framed.into_world(planned.plan, problem), ..planned })
+}
+
+fn plan_in_frame(
+    framed: &Framed,
+    request: &Request,
+    workers: &dyn Workers,
+    progress: &mut dyn Progress,
+) -> Result<Planned, PlanError> {
+    let Framed { problem, water, .. } = framed;
     let moves = if request.manner == Manner::Paper { 1 } else { problem.rules.moves_per_robot as usize };
     let may_park = moves > 1 && request.order == OrderRule::Exact;
-    let pricer = Pricer::new(problem, request, (&[], 1), workers)?;
+    let pricer = Pricer::new(framed, request, (&[], 1), workers)?;
     let mut once = Once { progress, most: if may_park { ONCE_MOST } else { usize::MAX }, gave_up: false };
     let first = ordered(&pricer, workers, &mut once);
     let (why, states) = match first {
@@ -149,16 +175,16 @@ pub fn plan_with(
         }
         settled => return settled,
     };
-    let mut berths = parking::open(problem, problem.bounds_m());
+    let mut berths = parking::open(problem, water);
     let mut last = PlanError::Unreachable { why: why.clone(), states };
     for docked in [false, true] {
         if docked {
-            berths.extend(parking::docked(problem, problem.bounds_m()));
+            berths.extend(parking::docked(problem, water));
         }
         if berths.is_empty() {
             continue;
         }
-        let pricer = Pricer::new(problem, request, (&berths, moves), workers)?;
+        let pricer = Pricer::new(framed, request, (&berths, moves), workers)?;
         let mut parked = Once { progress: &mut *once.progress, most: usize::MAX, gave_up: false };
         match ordered(&pricer, workers, &mut parked) {
             Err(PlanError::Unreachable { states, .. }) => {
@@ -243,6 +269,7 @@ impl Pricer<'_> {
             if let Err(reason) = self.lambda_w(&state, robot) {
                 let reason = match reason {
                     Unbalanced::Alone(_) => "a tool would be left alone (v4)".to_owned(),
+                    Unbalanced::Apart(..) => "the rest would not be one cluster (one_cluster)".to_owned(),
                     Unbalanced::OutOfReach { .. } => {
                         let served = self.served(robot);
                         format!("the rest could give {:.0} % of the balancing wrench (v6)", served * 100.0)
@@ -267,7 +294,7 @@ impl Pricer<'_> {
     fn served(&self, robot: usize) -> f64 {
         let taken = self.places.taken(&self.layout, &State::default(), robot);
         let bodies: Vec<(Pose, _)> = taken.iter().map(|&seat| self.places.body(seat)).collect();
-        match super::balance::balance(&bodies, &self.request.law, self.limits_n) {
+        match super::balance::balance(&bodies, &self.request.law, self.limits_n, &self.problem.rules) {
             Err(Unbalanced::OutOfReach { served, .. }) => served,
             _ => 0.0,
         }

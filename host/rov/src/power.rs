@@ -27,6 +27,8 @@
 
 mod t200;
 
+use reconfiguration::vehicle::Vehicle;
+
 /// Least thrust whose power is trusted in the fit, N: five least counts of the current.
 const FIT_FROM_N: f64 = 4.0;
 
@@ -214,6 +216,11 @@ pub fn limits_n(voltage_v: f64) -> Result<(f64, f64), PowerError> {
     let points = t200::at(voltage_v).ok_or(PowerError::Voltage { voltage_v })?;
     let over = |pick: fn(f64, f64) -> f64| points.iter().map(|point| point.thrust_n).fold(0.0, pick);
     Ok((over(f64::min), over(f64::max)))
+}
+
+/// Limits of each of a vehicle's thrusters, N: `limits_n`, or nothing where one is out of order.
+pub fn limits_of(vehicle: &Vehicle, limits_n: (f64, f64)) -> impl Iterator<Item = (f64, f64)> + '_ {
+    vehicle.thrusters.iter().map(move |thruster| if thruster.failed { (0.0, 0.0) } else { limits_n })
 }
 
 /// Least squares of ln P = ln c + p ln |u| over the points of one direction.

@@ -20,6 +20,7 @@
 //! Assumptions and limits: level attitude; still water; thrust as at the bollard (the paper's section VI-A says why).
 
 use nalgebra::Vector6;
+use reconfiguration::problem::Rules;
 use reconfiguration::vehicle::Vehicle;
 use thiserror::Error;
 
@@ -40,10 +41,14 @@ const GAUSS: [(f64, f64); 5] = [
 
 /// Why a vehicle cannot be costed.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum PropulsionError {
-    /// Its thrusters cannot push in every direction.
+    /// Its thrusters are none.
     #[error(transparent)]
     Thruster(#[from] ThrusterError),
+    /// Its thrusters cannot push in every direction that is needed.
+    #[error("{source}: {condition}")]
+    Rank { source: ThrusterError, condition: &'static str },
     /// Nothing is known of its power.
     #[error(transparent)]
     Power(#[from] PowerError),
@@ -95,18 +100,37 @@ pub struct Propulsion {
 }
 
 impl Propulsion {
-    /// For a robot with full batteries at `battery_v`.
+    /// For a robot with full batteries, under the rules' voltage and limit of tilt. Roll and pitch that its working
+    /// thrusters cannot push in are left to its stability.
     pub fn new(
         vehicle: &Vehicle,
         law: PowerLaw,
-        battery_v: f64,
+        rules: &Rules,
         steady: Steady,
     ) -> Result<Self, PropulsionError> {
         let matrix = ConfigurationMatrix::of_vehicle(vehicle)?;
-        matrix.require_full_rank()?;
-        let limits_n = vec![power::limits_n(battery_v)?; matrix.thrusters()];
-        let allocator = Allocator::new(matrix, &limits_n, law)?;
+        let limits_n: Vec<(f64, f64)> =
+            power::limits_of(vehicle, power::limits_n(rules.battery_v)?).collect();
+        let working: Vec<bool> = limits_n.iter().map(|(low, high)| high > low).collect();
+        let rank = matrix.restricted(&working).require_full_rank();
         let dynamics = Dynamics::new(&Cluster::of(&vehicle.body))?;
+        let stiffness_nm = dynamics.cluster().hydrostatics().stiffness_nm(0.0);
+        let allocator =
+            Allocator::new(matrix, &limits_n, law)?.with_passive(stiffness_nm * rules.tilt_limit_rad.sin());
+        if let Err(source) = rank {
+            // Without sway a robot gets everywhere, bow or stern ahead.
+            for (axis, condition) in [
+                (3, "roll is not balanced (v6)"),
+                (4, "pitch is not balanced (v6)"),
+                (0, "surge is needed to get to a slot (v1)"),
+                (2, "heave is needed to get to a slot (v1)"),
+                (5, "yaw is needed to get to a slot (v1)"),
+            ] {
+                if !allocator.reaches(&std::array::from_fn(|k| f64::from(u8::from(k == axis)))) {
+                    return Err(PropulsionError::Rank { source, condition });
+                }
+            }
+        }
         Ok(Self { steady, dynamics, allocator, thrusters: vehicle.thrusters.len() })
     }
 

@@ -68,7 +68,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
     time_limit: f64,
     /// What thrust costs
-    #[arg(long, value_enum, default_value_t = PowerKind::Fitted)]
+    #[arg(long, value_enum, default_value_t = PowerKind::Table)]
     power: PowerKind,
     /// Judge this plan (a file, or - for standard input) instead of making one
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["criterion", "order"])]
@@ -135,10 +135,10 @@ enum OrderKind {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum PowerKind {
-    /// A smooth law through the T200's measured table
-    Fitted,
-    /// The table itself
+    /// The T200's measured table
     Table,
+    /// A smooth law through its upper part
+    Fitted,
     /// Proportional to the square of thrust, through the table's greatest forward thrust
     Quadratic,
 }
@@ -156,8 +156,42 @@ struct Remote {
 struct Column {
     /// Its heading, and the name of its files.
     title: &'static str,
+    criterion: Criterion,
+    manner: Manner,
+    made: Result<Made, NotMade>,
+}
+
+impl Column {
+    fn made(&self) -> Option<&Made> {
+        self.made.as_ref().ok()
+    }
+
+    fn executed(&self) -> Option<&Executed> {
+        self.made()?.executed.as_ref()
+    }
+}
+
+/// A plan, and what its execution came to.
+struct Made {
     planned: Planned,
     executed: Option<Executed>,
+}
+
+/// Why a column has no plan.
+enum NotMade {
+    /// None was found.
+    NotFound(String),
+    /// It breaks a condition, whichever planner made it: it is not handed out.
+    Refused(String),
+}
+
+impl std::fmt::Display for NotMade {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotFound(why) => f.write_str(why),
+            Self::Refused(why) => write!(f, "the plan breaks a condition: {why}"),
+        }
+    }
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
@@ -203,7 +237,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Bad(format!("--time-limit {seconds} s: must lie between 0.1 and 86400")));
     }
     let limit = Duration::from_secs_f64(arguments.time_limit);
-    let (mut columns, mut failures) = (Vec::new(), Vec::new());
+    let mut columns = Vec::new();
     let mut bar = Bar::new(&scenario.problem.name);
     let wanted = wanted(arguments);
     for (done, &(title, criterion, manner, order)) in wanted.iter().enumerate() {
@@ -211,44 +245,39 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         let law = law(arguments.power, scenario.problem.rules.battery_v)?;
         let request = Request { criterion, manner, order, law };
         let mut watch = Watch::new(&mut bar, title, criterion, limit);
-        let mut planned = match plan_with(&scenario.problem, &request, &Threads::new(), &mut watch) {
-            Ok(planned) => planned,
+        let made = match plan_with(&scenario.problem, &request, &Threads::new(), &mut watch) {
+            Ok(planned) => judged(&scenario.problem, planned, &request),
             // No such robot can be planned for, by any rule.
             Err(error @ (PlanError::Propulsion { .. } | PlanError::Power(_) | PlanError::TooMany { .. })) => {
                 return Err(Failure::Bad(format!("{}: {error}", arguments.scenario)));
             }
-            Err(error) => {
-                failures.push(format!("{title}: {error}"));
-                continue;
-            }
+            Err(error) => Err(NotMade::NotFound(error.to_string())),
         };
-        if let Err(error) = price(&scenario.problem, &mut planned.plan, &request.law) {
-            failures.push(format!("{title}: {error}"));
-            continue;
-        }
-        // A plan that breaks a condition is not handed out, whichever planner made it.
-        if let Some(violation) = judge::verify(&scenario.problem, &planned.plan).first() {
-            return Err(Failure::Could(format!("{title}: the plan breaks a condition: {violation}")));
-        }
-        columns.push(Column { title, planned, executed: None });
+        columns.push(Column { title, criterion, manner, made });
     }
-    // One that leads nowhere does not keep the others from being shown.
-    if columns.is_empty() {
-        return Err(Failure::Could(failures.join("; ")));
-    }
-    for failure in &failures {
-        bar.note(failure);
-    }
+    // A column that leads nowhere does not keep the others from being shown; it is named among them.
+    let failures = columns.iter().filter_map(|column| Some((column.title, column.made.as_ref().err()?)));
+    let failures: Vec<(&str, &NotMade)> = failures.collect();
+    let is_defect = failures.iter().any(|(_, why)| matches!(why, NotMade::Refused(_)));
+    let named: Vec<String> = failures.iter().map(|(title, why)| format!("{title}: {why}")).collect();
+    let all_failed = failures.len() == columns.len();
     if arguments.json {
         drop(bar);
-        return print_json(&columns);
+        print_json(&scenario.problem, &columns)?;
+        return if all_failed || is_defect { Err(Failure::Could(named.join("; "))) } else { Ok(()) };
+    }
+    if all_failed {
+        return Err(Failure::Could(named.join("; ")));
     }
     let folder = Folder::of(arguments.out.as_deref(), &scenario.problem.name)?;
     let mut logs = Vec::new();
     if !arguments.plan_only {
         signal::watch();
-        let several = columns.len() > 1;
+        let several = columns.iter().filter(|column| column.made.is_ok()).count() > 1;
         for (index, column) in columns.iter_mut().enumerate() {
+            if column.made.is_err() {
+                continue;
+            }
             bar.note(&format!("executing: {}", column.title));
             let name = if several { format!("log-{}.mcap", column.title) } else { "log.mcap".to_owned() };
             let (console, tap) = console(bound.take());
@@ -256,13 +285,20 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
             logs.push(path);
             let log = (log, index);
             let executed = execute(arguments, &scenario, column, log, (remote.take(), console), &mut bar);
-            column.executed = Some(executed.inspect_err(|_| folder.discard(&logs))?);
+            let executed = executed.inspect_err(|_| folder.discard(&logs))?;
+            if let Ok(made) = &mut column.made {
+                made.executed = Some(executed);
+            }
         }
     }
     drop(bar);
     let mut complaints: Vec<String> = Vec::new();
-    for Column { title, executed, .. } in &columns {
-        let said = executed.as_ref().map_or_else(Vec::new, |executed| executed.summary.complaints());
+    for column in &columns {
+        let title = column.title;
+        if let Err(why @ NotMade::Refused(_)) = &column.made {
+            complaints.push(format!("{title}: {why}"));
+        }
+        let said = column.executed().map_or_else(Vec::new, |executed| executed.summary.complaints());
         complaints.extend(said.iter().map(|why| format!("{title}: {why}")));
     }
     // What was measured is told before anything is written, and written whether or not it could be told.
@@ -275,10 +311,27 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     all_said(complaints)
 }
 
-fn print_json(columns: &[Column]) -> Result<(), Failure> {
+/// What stands in the place of a plan that was not made.
+#[derive(serde::Serialize)]
+struct FailedPlan<'a> {
+    problem: &'a str,
+    criterion: Criterion,
+    manner: Manner,
+    failure: String,
+}
+
+fn print_json(problem: &Problem, columns: &[Column]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     for column in columns {
-        let line = serde_json::to_string(&column.planned.plan);
+        let line = match &column.made {
+            Ok(made) => serde_json::to_string(&made.planned.plan),
+            Err(why) => serde_json::to_string(&FailedPlan {
+                problem: &problem.name,
+                criterion: column.criterion,
+                manner: column.manner,
+                failure: why.to_string(),
+            }),
+        };
         let line = line.map_err(|error| Failure::Could(format!("plan: {error}")))?;
         written(writeln!(out, "{line}"))?;
     }
@@ -286,6 +339,15 @@ fn print_json(columns: &[Column]) -> Result<(), Failure> {
 }
 
 /// Executes a plan on the chosen radio.
+/// A plan priced in the current of its rules, unless the judge refuses it: no plan that breaks a condition is handed out, whichever planner made it.
+fn judged(problem: &Problem, mut planned: Planned, request: &Request) -> Result<Made, NotMade> {
+    price(problem, &mut planned.plan, &request.law).map_err(|error| NotMade::NotFound(error.to_string()))?;
+    match judge::verify(problem, &planned.plan).first() {
+        None => Ok(Made { planned, executed: None }),
+        Some(violation) => Err(NotMade::Refused(violation.to_string())),
+    }
+}
+
 fn execute(
     arguments: &Arguments,
     scenario: &ReconfigureScenario,
@@ -294,7 +356,10 @@ fn execute(
     (remote, console): (Option<Remote>, Option<Console>),
     bar: &mut Bar,
 ) -> Result<Executed, Failure> {
-    let (problem, plan) = (&scenario.problem, &column.planned.plan);
+    let Some(Made { planned: Planned { plan, .. }, .. }) = column.made() else {
+        return Err(Failure::Could(format!("{}: there is no plan", column.title)));
+    };
+    let problem = &scenario.problem;
     let log = (log, Title { name: column.title.to_owned(), index });
     let faults = FaultParameters { loss: arguments.loss, ..FaultParameters::default() };
     let law = law(arguments.power, problem.rules.battery_v)?;
@@ -329,29 +394,33 @@ fn execute(
 /// Plans, figures and pictures.
 fn save(problem: &Problem, columns: &[Column], logs: Vec<PathBuf>, folder: &Folder) -> Files {
     let mut files = folder.files();
-    for (path, column) in logs.into_iter().zip(columns) {
-        files.log(path, column.executed.as_ref().and_then(|executed| executed.log_failure.clone()));
+    let made = || columns.iter().filter_map(|column| Some((column.title, column.made()?)));
+    for (path, (_, made)) in logs.into_iter().zip(made()) {
+        files.log(path, made.executed.as_ref().and_then(|executed| executed.log_failure.clone()));
     }
-    for column in columns {
-        let path = folder.path.join(format!("plan-{}.json", column.title));
-        files.json(path, serde_json::to_string_pretty(&column.planned.plan));
+    for (title, made) in made() {
+        let path = folder.path.join(format!("plan-{title}.json"));
+        files.json(path, serde_json::to_string_pretty(&made.planned.plan));
     }
     let summaries: serde_json::Map<_, _> = columns
         .iter()
         .filter_map(|column| {
-            let summary = serde_json::to_value(&column.executed.as_ref()?.summary).ok()?;
+            let summary = match &column.made {
+                Ok(made) => serde_json::to_value(&made.executed.as_ref()?.summary).ok()?,
+                Err(why) => serde_json::json!({ "failure": why.to_string() }),
+            };
             Some((column.title.to_owned(), summary))
         })
         .collect();
     if !summaries.is_empty() {
         files.json(folder.path.join("summary.json"), serde_json::to_string_pretty(&summaries));
     }
-    let record = |column: &Column| match &column.executed {
+    let record = |(_, made): (&str, &Made)| match &made.executed {
         Some(executed) => executed.record.clone(),
         // The pictures show what was planned.
-        None => Record { problem: problem.clone(), plan: column.planned.plan.clone(), samples: Vec::new() },
+        None => Record { problem: problem.clone(), plan: made.planned.plan.clone(), samples: Vec::new() },
     };
-    let records: Vec<Record> = columns.iter().map(record).collect();
+    let records: Vec<Record> = made().map(record).collect();
     let pictures = plot::reconfigure::write_all(&records, &folder.path);
     pictures.into_iter().for_each(|picture| files.add(picture));
     files

@@ -6,6 +6,7 @@ mod any_angle;
 mod closed_loop;
 mod execution;
 mod experiments;
+mod frames;
 mod hardware_in_loop;
 mod house;
 mod planner;

@@ -49,7 +49,7 @@ fn judged(problem: &Problem, planned: &Planned, what: &str) {
 fn mover(problem: &Problem, manner: Manner) -> Mover {
     let steady = if manner == Manner::Paper { Steady::Published } else { Steady::Whole };
     let vehicle = &problem.vehicles[problem.robots[0].vehicle];
-    let propulsion = Propulsion::new(vehicle, law(problem), problem.rules.battery_v, steady);
+    let propulsion = Propulsion::new(vehicle, law(problem), &problem.rules, steady);
     Mover::new(propulsion.expect("six thrusters"), &problem.rules)
 }
 
@@ -285,7 +285,7 @@ impl<'a> Oracle<'a> {
             }
         }
         let limits_n = limits_n(problem.rules.battery_v).expect("in the table");
-        let lambda_w = balance(&bodies, &law(problem), limits_n).ok()?.power_w;
+        let lambda_w = balance(&bodies, &law(problem), limits_n, &problem.rules).ok()?.power_w;
         let half = |vehicle: &Vehicle| vehicle.box_m.map(|side| side / 2.0);
         let vehicle = &problem.vehicles[problem.robots[robot].vehicle];
         let clearance = Clearance {
@@ -294,7 +294,7 @@ impl<'a> Oracle<'a> {
             start,
             slot: goal,
             distance_m: problem.clearance_m(vehicle),
-            bounds_m: problem.bounds_m(),
+            water: problem.bounds_m().into(),
         };
         let (mover, lattice, rules) = (&self.mover, &self.lattice, &problem.rules);
         let query = RouteQuery { mover, clearance: &clearance, lattice, rules, lambda_w };

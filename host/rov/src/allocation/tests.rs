@@ -263,6 +263,7 @@ fn of_three_parallel_thrusters_the_split_is_the_one_of_a_fine_grid() {
                 position_m: [0.0, y, 0.0],
                 direction: [1.0, 0.0, 0.0],
                 reversed: false,
+                failed: false,
             })
             .to_vec(),
         ..bluerov1()

@@ -102,6 +102,9 @@ pub enum ProblemError {
     /// Two in each other.
     #[error("{first} and {second} overlap by {depth_m:.3} m")]
     Overlap { first: Place, second: Place, depth_m: f64 },
+    /// v1: boxes of different kinds that no assignment keeps apart.
+    #[error("every assignment of robots to slots leaves two boxes in each other")]
+    NoFit,
     /// v4: a tool without a connection.
     #[error("tool {} is left alone: it has no connection at the {configuration}", tool + 1)]
     ToolAlone { tool: usize, configuration: Configuration },

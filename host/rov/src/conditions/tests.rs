@@ -4,7 +4,8 @@ use reconfiguration::vehicle::Thruster;
 use super::*;
 
 fn hull(name: &str, box_m: [f64; 3], thrusters: usize) -> Vehicle {
-    let thruster = Thruster { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], reversed: false };
+    let thruster =
+        Thruster { position_m: [0.0; 3], direction: [1.0, 0.0, 0.0], reversed: false, failed: false };
     let robot = Vehicle::built_in("bluerov1").expect("it comes with the program");
     Vehicle {
         name: name.to_owned(),
@@ -188,4 +189,33 @@ fn what_a_choice_of_robots_can_mend_is_no_mistake() {
     problem.slots[0].requires = vec!["sonar".to_owned()];
     let said = problem.check().expect_err("overlap").to_string();
     assert_eq!(said, "slot 1 and tool 1 overlap by 0.100 m");
+}
+
+/// A long robot fits beside a short one in a gap for both; two long ones do not, wherever they are put.
+#[test]
+fn boxes_that_overlap_in_every_assignment_are_named() {
+    let with = |long: usize| {
+        let mut problem = good();
+        problem.tools.clear();
+        problem.vehicles.push(hull("long", [0.6, 0.3, 0.2], 1));
+        problem.slots.push(Slot { pose: [1.3, 0.0, 0.0, 0.0].into(), requires: Vec::new() });
+        problem.slots[1].pose.position_m[0] = 0.9;
+        problem.robots.push(Robot {
+            id: 3,
+            start: [-1.2, 0.0, 0.0, 0.0].into(),
+            ..problem.robots[0].clone()
+        });
+        // In a row, docked: the long ones last.
+        let mut x = -0.2;
+        for (n, robot) in problem.robots.iter_mut().enumerate() {
+            let (vehicle, length) = if n + long >= 3 { (2, 0.6) } else { (0, 0.4) };
+            robot.vehicle = vehicle;
+            robot.start.position_m[0] = x - length / 2.0;
+            x -= length;
+        }
+        problem.check()
+    };
+    // Slots at 0.4, 0.9 and 1.3: the long one goes to the first.
+    assert_eq!(with(1), Ok(()));
+    assert_eq!(with(2).expect_err("two long ones").to_string(), ProblemError::NoFit.to_string());
 }

@@ -4,6 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reconfiguration::vehicle::Vehicle;
 
+use reconfiguration::problem::Rules;
+
 use super::*;
 use crate::power::PowerLaw;
 use crate::propulsion::Steady;
@@ -13,7 +15,10 @@ const HEADINGS: [Heading; 4] = [Heading::Held(0.0), Heading::Held(0.7), Heading:
 fn map(speeds_m_s: [f64; 2], steady: Steady) -> PowerMap {
     let robot = Vehicle::built_in("bluerov1").expect("it comes with the program");
     let law = PowerLaw::fitted(16.0).expect("in the table");
-    PowerMap::new(&Propulsion::new(&robot, law, 16.0, steady).expect("six thrusters"), speeds_m_s)
+    PowerMap::new(
+        &Propulsion::new(&robot, law, &Rules::default(), steady).expect("six thrusters"),
+        speeds_m_s,
+    )
 }
 
 /// The paper's constant speed, and the range that legs may take.
@@ -129,7 +134,7 @@ fn no_leg_from_rest_to_rest_is_cheaper_than_the_bound() {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let robot = Vehicle::built_in("bluerov1").expect("it comes with the program");
     let law = PowerLaw::fitted(16.0).expect("in the table");
-    let propulsion = Propulsion::new(&robot, law, 16.0, Steady::Whole).expect("six thrusters");
+    let propulsion = Propulsion::new(&robot, law, &Rules::default(), Steady::Whole).expect("six thrusters");
     let any = PowerMap::new(&propulsion, [0.1, 0.5]);
     for lambda_w in [0.0, 0.2, 3.2] {
         let [held, free] =

@@ -100,7 +100,13 @@ impl TrackingController {
         let thrusters: Vec<(&Vehicle, Pose)> =
             members.iter().map(|&(pose, vehicle)| (vehicle, pose)).collect();
         let matrix = ConfigurationMatrix::of_cluster(&thrusters, &origin)?;
-        Ok(Self { dynamics, allocator: Allocator::new(matrix, limits_n, law)?, delay_s, unknown: None })
+        let depths = members.iter().map(|(pose, _)| pose.position_m[2] - origin.position_m[2]);
+        let depth_m = depths.sum::<f64>() / members.len() as f64;
+        let stable = dynamics.cluster().hydrostatics().stiffness_nm(depth_m) > 0.0;
+        // What no thruster can turn, stability does: the demand there is nothing that others should give way to.
+        let passive_nm = if stable { f64::INFINITY } else { 0.0 };
+        let allocator = Allocator::new(matrix, limits_n, law)?.with_passive(passive_nm);
+        Ok(Self { dynamics, allocator, delay_s, unknown: None })
     }
 
     /// Tells a_u as [`Observer::unknown`](super::observer::Observer::unknown) has it, for all that follows.
@@ -172,6 +178,8 @@ fn beyond(error: &Vector3<f64>, still: f64) -> Vector3<f64> {
 
 #[cfg(test)]
 mod tests {
+    use reconfiguration::problem::Rules;
+
     use super::super::super::balance::balance;
     use super::super::super::power::limits_n;
     use super::super::super::propulsion::{Propulsion, Steady};
@@ -197,7 +205,7 @@ mod tests {
         let pose = Pose::from([1.0, 2.0, 3.0, 0.7]);
         let controller = controller(&[(pose, &robot)]);
         let law = PowerLaw::fitted(16.0).expect("in the table");
-        let propulsion = Propulsion::new(&robot, law, 16.0, Steady::Whole).expect("six degrees of freedom");
+        let propulsion = Propulsion::new(&robot, law, &Rules::default(), Steady::Whole).expect("six");
         let turned = |v: [f64; 3]| {
             let q = UnitQuaternion::from_euler_angles(0.0, 0.0, 0.7);
             <[f64; 3]>::from(q * Vector3::from(v))
@@ -231,7 +239,8 @@ mod tests {
             (Pose::from([0.0, 0.0, 0.0, 0.0]), &tool),
         ];
         let law = PowerLaw::fitted(16.0).expect("in the table");
-        let planned = balance(&members, &law, limits_n(16.0).expect("in the table")).expect("balanced");
+        let planned = balance(&members, &law, limits_n(16.0).expect("in the table"), &Rules::default())
+            .expect("balanced");
         let here = Reference::at_rest(members[0].0);
         let state = State::from_eta(&[0.0, -0.33, 0.0, 0.0, 0.0, 0.0], &[0.0; 6]);
         let (thrusts_n, served) =

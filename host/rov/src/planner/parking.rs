@@ -11,9 +11,11 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
 
+use super::super::clearance::TOUCH_M;
 use super::super::conditions::Conditions;
 use super::super::configuration::{LevelBox, connectors};
 use super::super::vector::{dot, length, offset, turned};
+use super::super::water::Water;
 
 /// Most places in open water, and most that are docked.
 const OPEN_MOST: usize = 6;
@@ -23,7 +25,7 @@ const OUT_MOST: usize = 24;
 const STEP: f64 = 0.25;
 
 /// Places in open water.
-pub(super) fn open(problem: &Problem, bounds_m: [[f64; 3]; 2]) -> Vec<Pose> {
+pub(super) fn open(problem: &Problem, water: &Water) -> Vec<Pose> {
     let Some(first) = problem.robots.first() else { return Vec::new() };
     let yaw_rad = first.start.yaw_rad;
     let clearance_m = problem.robots.iter().map(|robot| problem.clearance_m(&problem.vehicles[robot.vehicle]));
@@ -46,7 +48,7 @@ pub(super) fn open(problem: &Problem, bounds_m: [[f64; 3]; 2]) -> Vec<Pose> {
             };
             let fits = |pose: &Pose| {
                 let all = problem.robots.iter().map(|robot| &problem.vehicles[robot.vehicle]);
-                all.map(|vehicle| LevelBox::around(*pose, vehicle)).all(|own| own.is_within(bounds_m))
+                all.into_iter().all(|vehicle| water.holds(pose.position_m, half_m(vehicle), pose.yaw_rad, TOUCH_M))
             };
             found.extend(place.filter(is_clear).take(1).filter(fits));
         }
@@ -55,7 +57,7 @@ pub(super) fn open(problem: &Problem, bounds_m: [[f64; 3]; 2]) -> Vec<Pose> {
 }
 
 /// Places on faces of what rests at the start or in the end.
-pub(super) fn docked(problem: &Problem, bounds_m: [[f64; 3]; 2]) -> Vec<Pose> {
+pub(super) fn docked(problem: &Problem, water: &Water) -> Vec<Pose> {
     let Some(vehicle) = problem.robots.first().and_then(|robot| problem.vehicles.get(robot.vehicle)) else {
         return Vec::new();
     };
@@ -70,7 +72,7 @@ pub(super) fn docked(problem: &Problem, bounds_m: [[f64; 3]; 2]) -> Vec<Pose> {
                     let own = LevelBox::around(pose, vehicle);
                     let is_free =
                         all.iter().all(|(other, of)| !own.overlaps(&LevelBox::around(*other, of)));
-                    if is_free && own.is_within(bounds_m) {
+                    if is_free && water.holds(pose.position_m, half_m(vehicle), pose.yaw_rad, TOUCH_M) {
                         found.push(pose);
                     }
                 }
@@ -96,6 +98,11 @@ fn chosen(mut found: Vec<Pose>, ends: &[Pose], apart_m: f64, most: usize) -> Vec
         }
     }
     chosen
+}
+
+/// Half its length, width and height, m.
+fn half_m(vehicle: &Vehicle) -> [f64; 3] {
+    vehicle.box_m.map(|side| side / 2.0)
 }
 
 /// Starts and slots.

@@ -14,13 +14,16 @@ use reconfiguration::vehicle::Vehicle;
 use super::super::balance::{Unbalanced, power_of_cluster};
 use super::super::clearance::{Clearance, Resting};
 use super::super::conditions::{Conditions, admits};
+use super::super::frame::Framed;
 use super::super::order::{DESKS, Hop, Layout, MoveCosts, State, Workers};
 use super::super::power;
 use super::super::propulsion::{Propulsion, Steady};
 use super::super::route::{Mover, Route, RouteQuery, Scratch};
 use super::super::search_graph::Lattice;
 use super::super::vector::{length, offset};
+use super::super::water::Water;
 use super::places::Places;
+use super::speeds::{Beyond, beyond_thrust};
 use super::waits::{Waits, feels_nothing};
 use super::{PlanError, Request};
 
@@ -54,7 +57,7 @@ pub(super) struct Pricer<'a> {
     /// One for every move that is priced at a time.
     desks: Vec<Mutex<Scratch>>,
     lattice: Lattice,
-    bounds_m: [[f64; 3]; 2],
+    water: &'a Water,
     vehicle_of_kind: Vec<usize>,
     /// Kinds by slot that may rest there.
     admitted: Vec<Vec<u8>>,
@@ -70,11 +73,12 @@ pub(super) struct Pricer<'a> {
 impl<'a> Pricer<'a> {
     /// For robots that may make so many moves, by way of these berths.
     pub(super) fn new(
-        problem: &'a Problem,
+        framed: &'a Framed,
         request: &'a Request,
         (berths, moves): (&[Pose], usize),
         workers: &dyn Workers,
     ) -> Result<Self, PlanError> {
+        let Framed { problem, water, .. } = framed;
         let rules = &problem.rules;
         let limits_n = power::limits_n(rules.battery_v)?;
         let kinds = Kinds::of(problem);
@@ -85,7 +89,6 @@ impl<'a> Pricer<'a> {
         let box_m = problem.robots.first().map_or([1.0; 3], |robot| problem.vehicles[robot.vehicle].box_m);
         let cell_m = std::array::from_fn(|k| box_m[k] / f64::from(rules.grid_divisions[k].max(1)));
         let anchor_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
-        let bounds_m = problem.bounds_m();
         let neutral = problem.robots.iter().all(|robot| feels_nothing(&problem.vehicles[robot.vehicle]));
         let mut pricer = Self {
             problem,
@@ -93,11 +96,11 @@ impl<'a> Pricer<'a> {
             layout,
             places,
             limits_n,
-            waits: Waits::new(&request.law, limits_n),
+            waits: Waits::new(&request.law, limits_n, rules),
             movers: movers(problem, request)?,
             desks: (0..DESKS).map(|_| Mutex::default()).collect(),
-            lattice: Lattice::new(anchor_m, cell_m, bounds_m),
-            bounds_m,
+            lattice: Lattice::new(anchor_m, cell_m, water.extent_m()),
+            water,
             vehicle_of_kind: kinds.vehicle,
             admitted: kinds.admitted,
             balances: !(neutral && problem.tools.is_empty()),
@@ -128,7 +131,7 @@ impl<'a> Pricer<'a> {
                 members.extend(problem.slots.iter().map(|slot| (slot.pose, &problem.vehicles[kind])));
             }
         }
-        power_of_cluster(&members, &self.request.law, self.limits_n).unwrap_or(0.0)
+        power_of_cluster(&members, &self.request.law, self.limits_n, &problem.rules).unwrap_or(0.0)
     }
 
     /// Sets of as many slots as there are robots that are one cluster with all tools, where there are more slots.
@@ -233,7 +236,7 @@ impl<'a> Pricer<'a> {
             start: way.from,
             slot: way.to,
             distance_m: self.problem.clearance_m(vehicle),
-            bounds_m: self.bounds_m,
+            water: self.water.clone(),
         };
         let mover = self.movers[way.vehicle].as_ref()?;
         let query = RouteQuery {
@@ -333,12 +336,18 @@ fn movers(problem: &Problem, request: &Request) -> Result<Vec<Option<Mover>>, Pl
     };
     let mut movers = Vec::with_capacity(problem.vehicles.len());
     for (index, vehicle) in problem.vehicles.iter().enumerate() {
-        let swims = problem.robots.iter().any(|robot| robot.vehicle == index);
-        let mover = swims
-            .then(|| Propulsion::new(vehicle, request.law.clone(), rules.battery_v, steady))
-            .transpose()
-            .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
-        movers.push(mover.map(|propulsion| Mover::new(propulsion, rules)));
+        // Tools do not swim.
+        let Some(robot) = problem.robots.iter().find(|robot| robot.vehicle == index) else {
+            movers.push(None);
+            continue;
+        };
+        let (robot, name) = (robot.id, || vehicle.name.clone());
+        let propulsion = Propulsion::new(vehicle, request.law.clone(), rules, steady)
+            .map_err(|source| PlanError::Propulsion { robot, vehicle: name(), source })?;
+        if let Some(Beyond { key, asked, unit, attainable }) = beyond_thrust(&propulsion, rules, request.manner) {
+            return Err(PlanError::BeyondThrust { robot, vehicle: name(), key, asked, unit, attainable });
+        }
+        movers.push(Some(Mover::new(propulsion, rules)));
     }
     Ok(movers)
 }

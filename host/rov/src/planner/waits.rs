@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
 use reconfiguration::pose::Pose;
+use reconfiguration::problem::Rules;
 use reconfiguration::vehicle::Vehicle;
 
 use super::super::balance::{Unbalanced, power_of_cluster};
@@ -21,18 +22,25 @@ const KEPT_MOST: usize = 500_000;
 pub(super) struct Waits {
     law: PowerLaw,
     limits_n: (f64, f64),
+    rules: Rules,
     known: Mutex<HashMap<Vec<u16>, Option<f64>>>,
 }
 
 impl Waits {
-    pub(super) fn new(law: &PowerLaw, limits_n: (f64, f64)) -> Self {
-        Self { law: law.clone(), limits_n, known: Mutex::default() }
+    pub(super) fn new(law: &PowerLaw, limits_n: (f64, f64), rules: &Rules) -> Self {
+        Self { law: law.clone(), limits_n, rules: rules.clone(), known: Mutex::default() }
     }
 
     /// Power that balances what rests, W; why it cannot be balanced otherwise. The reason names no share.
     pub(super) fn power_w(&self, places: &Places<'_>, taken: &[usize]) -> Result<f64, Unbalanced> {
         let mut power_w = 0.0;
-        for cluster in places.clusters(taken) {
+        let clusters = places.clusters(taken);
+        if let [first, second, ..] = clusters.as_slice()
+            && self.rules.one_cluster
+        {
+            return Err(Unbalanced::Apart(first[0], second[0]));
+        }
+        for cluster in clusters {
             let members: Vec<(Pose, &Vehicle)> = cluster.iter().map(|&seat| places.body(seat)).collect();
             if members.iter().all(|(_, vehicle)| feels_nothing(vehicle)) {
                 continue;
@@ -43,7 +51,7 @@ impl Waits {
             let key: Vec<u16> = cluster.iter().map(|&seat| seat as u16).collect();
             let known = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&key).copied();
             let own_w = known.unwrap_or_else(|| {
-                let own_w = power_of_cluster(&members, &self.law, self.limits_n);
+                let own_w = power_of_cluster(&members, &self.law, self.limits_n, &self.rules);
                 let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
                 if known.len() < KEPT_MOST {
                     known.insert(key, own_w);

@@ -31,7 +31,7 @@ impl Pricer<'_> {
             }
             let taken = self.places.taken(layout, &here, from);
             let bodies: Vec<(Pose, &Vehicle)> = taken.iter().map(|&seat| self.places.body(seat)).collect();
-            let thrusts_n = balance(&bodies, &self.request.law, self.limits_n).ok()?.thrusts_n;
+            let thrusts_n = balance(&bodies, &self.request.law, self.limits_n, &problem.rules).ok()?.thrusts_n;
             let lambda_w = self.lambda_w(&here, from).ok()?;
             // In the order of the bodies: tools, then robots by their places.
             let balance = others
@@ -60,7 +60,8 @@ impl Pricer<'_> {
             });
             now_s += route.duration_s;
         }
-        let sum = |of: fn(&Move) -> f64| moves.iter().map(of).sum::<f64>();
+        // An empty sum of floats is −0.
+        let sum = |of: fn(&Move) -> f64| moves.iter().map(of).sum::<f64>() + 0.0;
         let (energy_navigate_j, energy_balance_j) =
             (sum(|m| m.energy_navigate_j), sum(|m| m.energy_balance_j));
         let placed = |robot: &Robot| Placed { id: robot.id, start: robot.start };

@@ -18,7 +18,7 @@ const DIRECTIONS: [[f64; 3]; 6] = [
 fn propulsion(steady: Steady) -> Propulsion {
     let robot = Vehicle::built_in("bluerov1").expect("it comes with the program");
     let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
-    Propulsion::new(&robot, law, BATTERY_V, steady).expect("six thrusters")
+    Propulsion::new(&robot, law, &Rules::default(), steady).expect("six thrusters")
 }
 
 /// ∫ P dt over a trapezoid of speed by the midpoint rule, and how long it lasts.

@@ -7,7 +7,7 @@ use reconfiguration::problem::Problem;
 
 use rov::planner::Planned;
 
-use super::Column;
+use super::{Column, Made};
 use crate::run::reconfigure::phases::Phases;
 use crate::run::reconfigure::summary::Summary;
 
@@ -27,10 +27,10 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
         write!(out, "{:>11}", column.title)?;
     }
     writeln!(out)?;
-    let mut row = |name: &str, of: &dyn Fn(&Column) -> f64| -> std::io::Result<()> {
+    let mut row = |name: &str, of: &dyn Fn(&Made) -> f64| -> std::io::Result<()> {
         write!(out, "  {name:<34}")?;
         for column in columns {
-            write!(out, "{:>11.2}", of(column))?;
+            write!(out, "{:>11}", figure(column.made().map_or(f64::NAN, of)))?;
         }
         writeln!(out)
     };
@@ -38,9 +38,9 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
     row("         to balance, J", &|c| c.planned.plan.energy_balance_j)?;
     row("         total, J", &|c| c.planned.plan.energy_total_j)?;
     row("         time, s", &|c| c.planned.plan.time_s)?;
-    if columns.iter().all(|column| column.executed.is_some()) {
+    if columns.iter().filter_map(Column::made).all(|made| made.executed.is_some()) {
         let energy =
-            |c: &Column, of: fn(&Summary) -> f64| c.executed.as_ref().map_or(f64::NAN, |e| of(&e.summary));
+            |c: &Made, of: fn(&Summary) -> f64| c.executed.as_ref().map_or(f64::NAN, |e| of(&e.summary));
         row("executed: to navigate, J", &|c| energy(c, |s| s.executed.navigate_j))?;
         row("          to balance, J", &|c| energy(c, |s| s.executed.balance_j))?;
         row("          total, J", &|c| energy(c, |s| s.executed.total_j))?;
@@ -53,7 +53,18 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
         row("          by the T200 table, J", &|c| energy(c, |s| s.by_table.total_j))?;
     }
     writeln!(out)?;
-    for Column { title, planned, .. } in columns {
+    for Column { title, made, .. } in columns {
+        let planned = match made {
+            Ok(made) => &made.planned,
+            Err(why) => {
+                writeln!(out, "  {title}: no plan: {why}")?;
+                continue;
+            }
+        };
+        if planned.plan.moves.is_empty() {
+            writeln!(out, "  {title}: nothing to do, every robot is in a slot")?;
+            continue;
+        }
         let unit = match planned.plan.criterion {
             Criterion::Energy => "J",
             Criterion::Euclidean => "m",
@@ -83,11 +94,12 @@ pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column])
             )?;
         }
     }
-    for Column { title, executed, .. } in columns {
-        if let Some(executed) = executed {
+    for column in columns {
+        let title = column.title;
+        if let Some(executed) = column.executed() {
             writeln!(out, "  {title}:\n{}", Phases::of(&executed.record))?;
         }
-        let Some(summary) = executed.as_ref().map(|executed| &executed.summary) else { continue };
+        let Some(summary) = column.executed().map(|executed| &executed.summary) else { continue };
         for gap in &summary.gaps {
             writeln!(
                 out,
@@ -115,6 +127,15 @@ fn proof(planned: &Planned) -> String {
         _ if planned.proved => format!(", proved least {over}"),
         Some(gap) => format!(", within {:.1} % of the least {over}", 100.0 * gap),
         None => format!(", the best known {over}"),
+    }
+}
+
+/// With two decimals; a dash for what there is none of, no minus before zero.
+fn figure(value: f64) -> String {
+    match format!("{value:.2}") {
+        _ if !value.is_finite() => "–".to_owned(),
+        zero if zero == "-0.00" => "0.00".to_owned(),
+        digits => digits,
     }
 }
 

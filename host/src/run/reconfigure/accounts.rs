@@ -109,7 +109,7 @@ fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy,
     let Some(vehicle) = robot.and_then(|robot| problem.vehicles.get(robot.vehicle)) else {
         return Ok(Energy::default());
     };
-    let propulsion = Propulsion::new(vehicle, law.clone(), rules.battery_v, Steady::Whole)?;
+    let propulsion = Propulsion::new(vehicle, law.clone(), rules, Steady::Whole)?;
     let (mut energy_j, mut time_s) = (0.0, 0.0);
     for action in &planned.actions {
         let trajectory = ReferenceTrajectory::new(action, rules);

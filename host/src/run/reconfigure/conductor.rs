@@ -135,7 +135,8 @@ impl<'a> Conductor<'a> {
         check(problem, plan)?;
         let count = problem.robots.len();
         let thrusters = bodies.iter().take(count).map(|(_, vehicle)| vehicle.thrusters.len());
-        let working = bodies.iter().map(|(_, vehicle)| vec![true; vehicle.thrusters.len()]).collect();
+        let works = |vehicle: &Vehicle| vehicle.thrusters.iter().map(|own| !own.failed).collect();
+        let working = bodies.iter().map(|(_, vehicle)| works(vehicle)).collect();
         let limits_n = power::limits_n(problem.rules.battery_v)?;
         let lead = Lead::new(thrusters, limits_n, PERIOD_S);
         let nowhere = Action {

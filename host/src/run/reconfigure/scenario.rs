@@ -69,6 +69,9 @@ struct RobotTable {
     start: Pose,
     #[serde(default)]
     capabilities: Vec<String>,
+    /// Thrusters out of order, from 1.
+    #[serde(default)]
+    failed: Vec<usize>,
 }
 
 #[derive(Deserialize)]
@@ -117,29 +120,39 @@ impl ReconfigureScenario {
             }
         }
 
-        let mut known: Vec<(String, Vehicle)> = Vec::new();
-        let mut kind = |table: &str, index: usize, name: &str| -> Result<usize, FileError> {
-            if let Some(kind) = known.iter().position(|(known, _)| known == name) {
-                return Ok(kind);
-            }
-            let vehicle = vehicle(name, folder)?.ok_or_else(|| {
-                let known = vehicle::there_are(name);
-                let message = format!(
-                    "vehicle = {name:?}: no such file, and no built-in vehicle of that name ({known})"
-                );
-                invalid(document.mistake_in(&[table, &index.to_string()], "vehicle", message))
-            })?;
-            known.push((name.to_owned(), vehicle));
-            Ok(known.len() - 1)
-        };
+        // A robot with a thruster out of order is a kind of its own.
+        let mut known: Vec<((String, Vec<usize>), Vehicle)> = Vec::new();
+        let mut kind =
+            |table: &str, index: usize, name: &str, mut failed: Vec<usize>| -> Result<usize, FileError> {
+                failed.sort_unstable();
+                failed.dedup();
+                let key = (name.to_owned(), failed);
+                if let Some(kind) = known.iter().position(|(known, _)| *known == key) {
+                    return Ok(kind);
+                }
+                let vehicle = vehicle(name, folder)?.ok_or_else(|| {
+                    let known = vehicle::there_are(name);
+                    let message = format!(
+                        "vehicle = {name:?}: no such file, and no built-in vehicle of that name ({known})"
+                    );
+                    invalid(document.mistake_in(&[table, &index.to_string()], "vehicle", message))
+                })?;
+                let (_, failed) = &key;
+                let vehicle = without(vehicle, failed).map_err(|message| {
+                    invalid(document.mistake_in(&[table, &index.to_string()], "failed", message))
+                })?;
+                known.push((key, vehicle));
+                Ok(known.len() - 1)
+            };
         let mut robots = Vec::new();
         for (index, robot) in tables.robots.into_iter().enumerate() {
-            let RobotTable { id, vehicle, start, capabilities } = robot;
-            robots.push(Robot { id, vehicle: kind("robot", index, &vehicle)?, start, capabilities });
+            let RobotTable { id, vehicle, start, capabilities, failed } = robot;
+            let vehicle = kind("robot", index, &vehicle, failed)?;
+            robots.push(Robot { id, vehicle, start, capabilities });
         }
         let mut tools = Vec::new();
         for (index, tool) in tables.tools.into_iter().enumerate() {
-            tools.push(Tool { vehicle: kind("tool", index, &tool.vehicle)?, pose: tool.pose });
+            tools.push(Tool { vehicle: kind("tool", index, &tool.vehicle, Vec::new())?, pose: tool.pose });
         }
         let vehicles: Vec<Vehicle> = known.into_iter().map(|(_, vehicle)| vehicle).collect();
         for robot in &mut robots {
@@ -191,12 +204,29 @@ fn key(error: &ProblemError, problem: &Problem) -> Vec<String> {
         E::IdZero => keys("robot", robot(0), "id"),
         E::IdTwice { id } => keys("robot", robot(id), "id"),
         E::NoThrusters { id, .. } => keys("robot", robot(id), "vehicle"),
-        E::TooFewSlots { .. } => vec!["slot".to_owned()],
+        E::TooFewSlots { .. } | E::NoFit => vec!["slot".to_owned()],
         E::MissingCapability { slot, .. } => keys("slot", slot, "requires"),
         E::NoAssignment { ref robots, .. } => {
             keys("robot", robots.first().map_or(0, |&id| robot(id)), "capabilities")
         }
     }
+}
+
+/// The vehicle with those of its thrusters out of order, counted from 1.
+fn without(mut vehicle: Vehicle, failed: &[usize]) -> Result<Vehicle, String> {
+    let count = vehicle.thrusters.len();
+    for &number in failed {
+        let thruster = number.checked_sub(1).and_then(|index| vehicle.thrusters.get_mut(index));
+        let thruster = thruster
+            .ok_or_else(|| format!("failed = {failed:?}: {} has thrusters 1 to {count}", vehicle.name))?;
+        thruster.failed = true;
+    }
+    if !failed.is_empty() {
+        let numbers: Vec<String> = failed.iter().map(ToString::to_string).collect();
+        let plural = if failed.len() == 1 { "" } else { "s" };
+        vehicle.name = format!("{} without thruster{plural} {}", vehicle.name, numbers.join(", "));
+    }
+    Ok(vehicle)
 }
 
 /// The built-in vehicle of that name, or that of a file in `folder`; `None` if there is neither.

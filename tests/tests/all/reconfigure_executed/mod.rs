@@ -286,8 +286,7 @@ fn pair(way: &[(ActionKind, [f64; 4], f64)]) -> (Problem, Plan) {
     let rules = Rules::default();
     let start = [Pose::from([0.0; 4]), Pose::from([0.0, 0.33, 0.0, 0.0])];
     let slots = [start[0], Pose::from([-0.483, 0.0, 0.0, 0.0])];
-    let propulsion =
-        Propulsion::new(&robot, law(), rules.battery_v, Steady::Whole).expect("six degrees of freedom");
+    let propulsion = Propulsion::new(&robot, law(), &rules, Steady::Whole).expect("six degrees of freedom");
     let mut actions: Vec<Action> = Vec::new();
     let mut at = start[1];
     let mut act = |kind: ActionKind, to: [f64; 4], speed: f64| {
