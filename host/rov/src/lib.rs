@@ -23,6 +23,7 @@ pub mod dynamics;
 pub mod guidance;
 pub mod hydrostatics;
 pub mod order;
+pub mod parallel;
 pub mod planner;
 pub mod power;
 pub mod propulsion;
