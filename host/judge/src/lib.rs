@@ -18,6 +18,8 @@
 //! | continuity, timing, energy, number | no robot jumps; no gaps; sums add up; everything is finite |
 //! | identity | the plan speaks of this problem |
 //!
+//! A plan whose moves overlap in time (it has intervals) is played back in time: `meanwhile` says what is looked at.
+//!
 //! Limits. Motion is sampled every 5 mm and 0.01 rad at most. Between two samples a box corner of a BlueROV1 is never
 //! farther than 2.5 mm + 0.005 rad · 0.29 m = 4 mm from where it was looked at, and boxes may run into each other by
 //! 1 mm before they overlap: what is deeper than 5 mm is always found, and so is a clearance broken by 3 mm over more than 5 mm of
@@ -34,6 +36,7 @@ mod balance;
 mod connections;
 mod geometry;
 mod kinematics;
+mod meanwhile;
 mod numbers;
 mod passage;
 
@@ -211,13 +214,22 @@ impl<'a> Judge<'a> {
                 let message = format!("robot {} has moved in move {} already", own.robot, before + 1);
                 self.add(Some(index), own.start_s, Condition::V5, message);
             }
-            let resting = bodies(problem, &poses, Some(mover));
+            // Of moves that overlap only tools are known to rest all the time.
+            let resting = match plan.is_parallel() {
+                true => bodies(problem, &[], None),
+                false => bodies(problem, &poses, Some(mover)),
+            };
             self.judge_slot(index, own, mover);
             kinematics::check(self, index, own, poses[mover]);
             passage::check(self, index, own, mover, &resting);
-            self.judge_tools(index, own, &resting);
-            balance::check(self, index, own, &resting);
+            if !plan.is_parallel() {
+                self.judge_tools(index, own, &resting);
+                balance::check(self, (Some(index), own.start_s), &own.balance, &resting);
+            }
             poses[mover] = own.actions.last().map_or(poses[mover], |last| last.to);
+        }
+        if plan.is_parallel() {
+            meanwhile::check(self);
         }
         self.judge_end(&poses);
     }

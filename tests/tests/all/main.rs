@@ -8,6 +8,7 @@ mod execution;
 mod experiments;
 mod hardware_in_loop;
 mod house;
+mod parallel;
 mod planner;
 mod plans;
 mod reach;

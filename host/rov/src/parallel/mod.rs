@@ -51,12 +51,7 @@ pub const HAND_OVER_S: f64 = 0.3;
 ///
 /// # Errors
 /// [`PlanError`] for robots that cannot be costed.
-pub fn overlapped(
-    problem: &Problem,
-    plan: &Plan,
-    law: &PowerLaw,
-    weight_w: f64,
-) -> Result<Plan, PlanError> {
+pub fn overlapped(problem: &Problem, plan: &Plan, law: &PowerLaw, weight_w: f64) -> Result<Plan, PlanError> {
     search::Search::new(problem, plan, law)?.best(weight_w)
 }
 

@@ -30,8 +30,12 @@ fn problem(starts: &[[f64; 4]], slots: &[[f64; 4]], tool: Option<[f64; 4]>) -> P
 
 fn both(problem: &Problem, weight_w: f64) -> (Plan, Plan) {
     let law = PowerLaw::fitted(16.0).expect("in the table");
-    let request =
-        Request { criterion: Criterion::Energy, manner: Manner::Best, order: OrderRule::Exact, law: law.clone() };
+    let request = Request {
+        criterion: Criterion::Energy,
+        manner: Manner::Best,
+        order: OrderRule::Exact,
+        law: law.clone(),
+    };
     let one_by_one = plan(problem, &request).expect("planned").plan;
     let together = overlapped(problem, &one_by_one, &law, weight_w).expect("robots");
     (one_by_one, together)
@@ -45,7 +49,10 @@ const W: f64 = 0.33;
 fn robots_that_have_nothing_to_balance_leave_together() {
     let row = |x: f64| [0.0, 1.0, 2.0, 3.0].map(|k| [x, k * W, 0.0, 0.0]);
     let (one_by_one, together) = both(&problem(&row(0.0), &row(6.0 * L), None), 1e3);
-    println!("{:.1} s, {:.1} J; {:.1} s, {:.1} J", one_by_one.time_s, one_by_one.energy_total_j, together.time_s, together.energy_total_j);
+    println!(
+        "{:.1} s, {:.1} J; {:.1} s, {:.1} J",
+        one_by_one.time_s, one_by_one.energy_total_j, together.time_s, together.energy_total_j
+    );
     assert!(together.is_parallel() && !one_by_one.is_parallel());
     assert!(together.time_s < 0.6 * one_by_one.time_s, "{} s of {} s", together.time_s, one_by_one.time_s);
     assert!(together.energy_total_j <= one_by_one.energy_total_j * (1.0 + 1e-9));
@@ -60,11 +67,17 @@ fn robots_that_have_nothing_to_balance_leave_together() {
 #[test]
 fn a_tool_is_never_left_alone_and_balance_is_shared() {
     let starts = [[-L, 0.0, 0.0, 0.0], [L, 0.0, 0.0, 0.0], [0.0, W, 0.0, 0.0], [0.0, -W, 0.0, 0.0]];
-    let slots = [[0.0, W, 0.0, 0.0], [0.0, -W, 0.0, 0.0], [0.0, 2.0 * W, 0.0, 0.0], [0.0, -2.0 * W, 0.0, 0.0]];
+    let slots =
+        [[0.0, W, 0.0, 0.0], [0.0, -W, 0.0, 0.0], [0.0, 2.0 * W, 0.0, 0.0], [0.0, -2.0 * W, 0.0, 0.0]];
     let (one_by_one, together) = both(&problem(&starts, &slots, Some([0.0; 4])), 0.0);
-    println!("{:.1} s, {:.1} J; {:.1} s, {:.1} J", one_by_one.time_s, one_by_one.energy_total_j, together.time_s, together.energy_total_j);
+    println!(
+        "{:.1} s, {:.1} J; {:.1} s, {:.1} J",
+        one_by_one.time_s, one_by_one.energy_total_j, together.time_s, together.energy_total_j
+    );
     assert!(together.energy_total_j <= one_by_one.energy_total_j);
-    assert!(together.intervals.iter().all(|interval| !interval.balance.is_empty() && interval.balance_w > 0.0));
+    assert!(
+        together.intervals.iter().all(|interval| !interval.balance.is_empty() && interval.balance_w > 0.0)
+    );
     // The same again is the same.
     assert_eq!(both(&problem(&starts, &slots, Some([0.0; 4])), 0.0).1, together);
 }

@@ -85,12 +85,7 @@ pub(super) struct Timetable<'a> {
 
 impl<'a> Timetable<'a> {
     /// For moves at one or more paces each, in an order in which one after the other is possible.
-    pub fn new(
-        problem: &'a Problem,
-        law: &'a PowerLaw,
-        limits_n: (f64, f64),
-        moves: Vec<Vec<Move>>,
-    ) -> Self {
+    pub fn new(problem: &'a Problem, law: &'a PowerLaw, limits_n: (f64, f64), moves: Vec<Vec<Move>>) -> Self {
         let origin_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
         let robot_of = |own: &Move| problem.robots.iter().position(|robot| robot.id == own.robot);
         let robots: Vec<usize> =
@@ -140,9 +135,9 @@ impl<'a> Timetable<'a> {
                 Some(start_s)
             })
             .collect();
-        let most = table.laid(&one_by_one).map(|laid| {
-            laid.spans.iter().map(|span| span.waiting.clusters).max().unwrap_or_default()
-        });
+        let most = table
+            .laid(&one_by_one)
+            .map(|laid| laid.spans.iter().map(|span| span.waiting.clusters).max().unwrap_or_default());
         table.clusters_most = most.unwrap_or(usize::MAX);
         table
     }
@@ -242,7 +237,8 @@ impl<'a> Timetable<'a> {
         if cuts.first().is_some_and(|first_s| *first_s > SAME_S) {
             return None;
         }
-        let mut laid = Laid { spans: Vec::new(), balance_j: 0.0, time_s: cuts.last().copied().unwrap_or(0.0) };
+        let mut laid =
+            Laid { spans: Vec::new(), balance_j: 0.0, time_s: cuts.last().copied().unwrap_or(0.0) };
         for cut in cuts.windows(2) {
             let middle_s = 0.5 * (cut[0] + cut[1]);
             let mut key = vec![0_u8; self.travellers.len()];
@@ -288,9 +284,9 @@ impl<'a> Timetable<'a> {
             end.map_or(traveller.start, |action| action.to)
         };
         let waits: Vec<usize> = (0..key.len()).filter(|&robot| key[robot] != AWAY).collect();
-        let robots = waits.iter().map(|&robot| {
-            (place(robot, key[robot]), &problem.vehicles[problem.robots[robot].vehicle])
-        });
+        let robots = waits
+            .iter()
+            .map(|&robot| (place(robot, key[robot]), &problem.vehicles[problem.robots[robot].vehicle]));
         let bodies: Vec<(Pose, &Vehicle)> = tools.chain(robots).collect();
         let balanced = balance(&bodies, self.law, self.limits_n).ok()?;
         let thrusts_n = balanced.thrusts_n.into_iter().skip(problem.tools.len());

@@ -184,8 +184,16 @@ mod tests {
             (Leg, turned, slot, 0.9, Some(0.2)),
             (Dock, slot, slot, 0.0, None),
         ] {
-            let mut action =
-                Action { kind, start_s: now_s, duration_s: 0.5, from, to, speed, acceleration: a, energy_j: 0.0 };
+            let mut action = Action {
+                kind,
+                start_s: now_s,
+                duration_s: 0.5,
+                from,
+                to,
+                speed,
+                acceleration: a,
+                energy_j: 0.0,
+            };
             if a.is_some() {
                 action.duration_s = ReferenceTrajectory::new(&action, &Rules::default()).duration_s();
             }

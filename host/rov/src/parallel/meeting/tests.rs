@@ -76,7 +76,11 @@ fn what_is_called_clear_is_clear_in_every_sample_and_what_is_not_nearly_meets() 
         let other = by_way_of(&b, rng.random_range(-5.0..15.0));
         let size = Size { half_m: HALF_M, distance_m: CLEAR_M };
         let answer = keep_clear((size, &track(&own)), (size, &track(&other)));
-        assert_eq!(answer, keep_clear((size, &track(&other)), (size, &track(&own))), "seed {seed}, case {case}");
+        assert_eq!(
+            answer,
+            keep_clear((size, &track(&other)), (size, &track(&own))),
+            "seed {seed}, case {case}"
+        );
         // Margins: how far inside the rule the worst sample is; a turning hull is the circle around it.
         let (mut worst_m, mut overlap_m) = (f64::INFINITY, f64::INFINITY);
         let (from_s, to_s) = (own.start_s.min(other.start_s) - 0.1, 60.0);
@@ -91,7 +95,11 @@ fn what_is_called_clear_is_clear_in_every_sample_and_what_is_not_nearly_meets() 
                     worst_m = worst_m.min(apart_m - CLEAR_M);
                 }
             }
-            let boxes = poses.map(|(at, _)| LevelBox { centre_m: at.position_m, half_m: HALF_M, yaw_rad: at.yaw_rad });
+            let boxes = poses.map(|(at, _)| LevelBox {
+                centre_m: at.position_m,
+                half_m: HALF_M,
+                yaw_rad: at.yaw_rad,
+            });
             let gap_m = boxes[0].gap_m(&boxes[1]);
             overlap_m = overlap_m.min(gap_m);
             // As far as a turning hull reaches beyond its box.
@@ -121,7 +129,10 @@ fn neighbours_leave_along_each_other() {
     let start = [[0.0; 4], [0.0, 0.33, 0.0, 0.0]].map(Pose::from);
     for (ahead, late_s, clear) in [(1.0, 0.0, true), (1.0, 1.0, true), (-1.0, 0.7, true), (0.2, 0.0, true)] {
         let ends = [[2.0, -1.0], [2.0 * ahead, 3.0]].map(|[x, y]| Pose::from([x, y, 0.0, 0.0]));
-        let slid = [0, 1].map(|k| Pose { position_m: [0.4 * ends[k].position_m[0].signum(), start[k].position_m[1], 0.0], ..start[k] });
+        let slid = [0, 1].map(|k| Pose {
+            position_m: [0.4 * ends[k].position_m[0].signum(), start[k].position_m[1], 0.0],
+            ..start[k]
+        });
         let own = by_way_of(&[start[0], slid[0]], 0.0);
         let other = by_way_of(&[start[1], slid[1]], late_s);
         assert_eq!(keep_clear((size, &track(&own)), (size, &track(&other))), clear, "{ahead}, {late_s} s");
