@@ -33,6 +33,7 @@ use crate::run::reconfigure::poses::LabBodies;
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 
 mod table;
+mod together;
 
 /// The scenario that is planned when none is named.
 const DEFAULT: &str = "t-to-i-far";
@@ -41,6 +42,7 @@ const DEFAULT: &str = "t-to-i-far";
 #[command(after_help = "Examples:\n  flotilla reconfigure\n  \
                         flotilla reconfigure i-to-l --criterion energy --json > plan.json\n  \
                         flotilla reconfigure i-to-l --verify plan.json\n  \
+                        flotilla reconfigure i-to-l --criterion energy --parallel time\n  \
                         flotilla reconfigure i-to-l --criterion energy --radio udp --listen 127.0.0.1:4870\n  \
                         flotilla reconfigure i-to-l --criterion energy --radio udp --pose qtm:192.168.1.10 --up z")]
 pub(super) struct Arguments {
@@ -59,6 +61,8 @@ pub(super) struct Arguments {
     /// What thrust costs
     #[arg(long, value_enum, default_value_t = PowerKind::Fitted)]
     power: PowerKind,
+    #[command(flatten)]
+    together: together::ParallelArguments,
     /// Judge this plan (a file, or - for standard input) instead of making one
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["criterion", "order"])]
     verify: Option<PathBuf>,
@@ -142,6 +146,8 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.poses.pose.is_some() && arguments.radio != RadioKind::Udp {
         return Err(Failure::Bad("--pose is for ROVs on --radio udp".to_owned()));
     }
+    let manner = if arguments.manner == MannerKind::Paper { Manner::Paper } else { Manner::Best };
+    arguments.together.check(manner).map_err(Failure::Bad)?;
     if let Some(seconds) = arguments.hold_after {
         if !(0.35..=60.0).contains(&seconds) {
             return Err(Failure::Bad(format!("--hold-after {seconds} s: must lie between 0.35 and 60")));
@@ -172,7 +178,9 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         bar.preparing(&format!("planning: {title}"), done as u64, wanted.len() as u64);
         let law = law(arguments.power, scenario.problem.rules.battery_v)?;
         let request = Request { criterion, manner, order, law };
-        let planned = match plan(&scenario.problem, &request) {
+        let planned = plan(&scenario.problem, &request)
+            .and_then(|planned| arguments.together.apply(&scenario.problem, &request.law, planned));
+        let planned = match planned {
             Ok(planned) => planned,
             // No such robot can be planned for, by any rule.
             Err(error @ (PlanError::Propulsion { .. } | PlanError::Power(_) | PlanError::TooMany { .. })) => {

@@ -13,8 +13,10 @@ use tests::reconfigure::{Kind, problem};
 use tests::seeds::on_all_cores;
 use tests::shifted::{Shifted, shifted};
 
+mod executed;
+
 /// What a second is worth where time is what counts, J/s.
-const TIME_W: f64 = 1e3;
+pub const TIME_W: f64 = 1e3;
 
 /// A random problem with its plan of one robot after the other; `None` for a dead end of the order.
 pub fn one_by_one(seed: u64) -> Option<(Problem, Plan, PowerLaw)> {
