@@ -23,6 +23,7 @@ pub mod figures;
 pub mod random;
 pub mod reconfigure;
 pub mod seeds;
+pub mod shifted;
 pub mod spoil;
 pub mod storm;
 pub mod stream;

@@ -2,7 +2,7 @@
 
 use reconfiguration::plan::{Action, Move};
 
-use super::{Condition, Judge};
+use super::{Condition, Judge, meanwhile};
 
 /// Times that differ by less are the same, s.
 const SAME_S: f64 = 1e-6;
@@ -18,23 +18,16 @@ pub(super) fn check(judge: &mut Judge<'_>) {
     let plan = judge.plan;
     let mut end_s = 0.0;
     for (index, own) in plan.moves.iter().enumerate() {
-        if own.start_s < end_s - SAME_S {
-            let message = format!(
-                "robot {} sets out at {:.3} s, {:.3} s before the move before it ends",
-                own.robot,
-                own.start_s,
-                end_s - own.start_s
-            );
-            judge.add(Some(index), own.start_s, Condition::V1, message);
-        } else if own.start_s > end_s + SAME_S {
-            let message = format!("no robot moves from {end_s:.3} s to {:.3} s", own.start_s);
-            judge.add(Some(index), own.start_s, Condition::Timing, message);
+        if !plan.is_parallel() {
+            follows(judge, index, own, end_s);
         }
         end_s = own.start_s + own.duration_s;
         times_of(judge, index, own);
         energies_of(judge, index, own);
     }
-    if (plan.time_s - end_s).abs() > SAME_S {
+    if plan.is_parallel() {
+        meanwhile::account(judge);
+    } else if (plan.time_s - end_s).abs() > SAME_S {
         let message = format!("time_s = {:.6} s, the last move ends at {end_s:.6} s", plan.time_s);
         judge.add(None, end_s, Condition::Timing, message);
     }
@@ -49,6 +42,22 @@ pub(super) fn check(judge: &mut Judge<'_>) {
             let message = format!("{key} = {value:.6} J, the moves add up to {sum:.6} J");
             judge.add(None, end_s, Condition::Energy, message);
         }
+    }
+}
+
+/// Whether a move begins when the one before it ends.
+fn follows(judge: &mut Judge<'_>, index: usize, own: &Move, end_s: f64) {
+    if own.start_s < end_s - SAME_S {
+        let message = format!(
+            "robot {} sets out at {:.3} s, {:.3} s before the move before it ends",
+            own.robot,
+            own.start_s,
+            end_s - own.start_s
+        );
+        judge.add(Some(index), own.start_s, Condition::V1, message);
+    } else if own.start_s > end_s + SAME_S {
+        let message = format!("no robot moves from {end_s:.3} s to {:.3} s", own.start_s);
+        judge.add(Some(index), own.start_s, Condition::Timing, message);
     }
 }
 

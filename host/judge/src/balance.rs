@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use reconfiguration::plan::Move;
+use reconfiguration::plan::Holding;
 
 use super::{Body, Condition, Judge, connections};
 
@@ -38,12 +38,17 @@ fn size(v: Vector) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Looks at what is pushed during one move.
-pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, resting: &[Body<'_>]) {
+/// Looks at what is pushed while `resting` wait: from a time on, in a move or in no single one.
+pub(super) fn check(
+    judge: &mut Judge<'_>,
+    (index, start_s): (Option<usize>, f64),
+    balance: &[Holding],
+    resting: &[Body<'_>],
+) {
     let mut wrong = Vec::new();
     let limits_n = limits_n(judge.problem.rules.battery_v);
     let mut thrusts: Vec<Option<&[f64]>> = vec![None; resting.len()];
-    for holding in &own.balance {
+    for holding in balance {
         let name = format!("robot {}", holding.robot);
         let Some(body) = resting.iter().position(|body| body.name == name) else {
             wrong.push((Condition::V6, format!("{name} is to balance and does not wait")));
@@ -94,7 +99,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, resting: &[
         }
     }
     for (condition, message) in wrong {
-        judge.add(Some(index), own.start_s, condition, message);
+        judge.add(index, start_s, condition, message);
     }
 }
 

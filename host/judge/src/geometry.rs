@@ -141,7 +141,7 @@ pub(super) fn edge_room_m(edge_m: &[[f64; 2]], pose: Pose, box_m: [f64; 3]) -> f
 }
 
 /// Distance of a point from a polygon's edge, negative outside: how often the edge winds round the point tells where it is.
-fn from_edge_m(edge_m: &[[f64; 2]], point: [f64; 2]) -> f64 {
+pub(super) fn from_edge_m(edge_m: &[[f64; 2]], point: [f64; 2]) -> f64 {
     let (mut least_m, mut winding_rad) = (f64::INFINITY, 0.0);
     for (k, &a) in edge_m.iter().enumerate() {
         let b = edge_m[(k + 1) % edge_m.len()];

@@ -120,7 +120,9 @@ fn docking(judge: &Judge<'_>, own: &Move, wrong: &mut Vec<(f64, Condition, Strin
                 wrong.push((action.start_s, Condition::V5, message));
             }
         }
-        if (took_s - takes_s).abs() > SAME {
+        // Others are under way while a robot hands over its balance: in their plan that takes its time.
+        let longer = judge.plan.is_parallel() && kind == ActionKind::Undock && took_s > takes_s;
+        if (took_s - takes_s).abs() > SAME && !longer {
             let message = format!("{kind:?} takes {took_s} s, by the rules {takes_s} s");
             wrong.push((own.start_s, Condition::Kinematics, message));
         }

@@ -18,6 +18,8 @@
 //! | continuity, timing, energy, number | no robot jumps; no gaps; sums add up; everything is finite |
 //! | identity | the plan speaks of this problem |
 //!
+//! A plan whose moves overlap in time (it has intervals) is played back in time: `meanwhile` says what is looked at.
+//!
 //! Limits. Motion is sampled every 5 mm and 0.01 rad at most. Between two samples a box corner of a BlueROV1 is never
 //! farther than 2.5 mm + 0.005 rad · 0.29 m = 4 mm from where it was looked at, and boxes may run into each other by
 //! 1 mm before they overlap: what is deeper than 5 mm is always found, and so is a clearance broken by 3 mm over more than 5 mm of
@@ -34,6 +36,7 @@ mod balance;
 mod connections;
 mod geometry;
 mod kinematics;
+mod meanwhile;
 mod numbers;
 mod passage;
 
@@ -226,14 +229,23 @@ impl<'a> Judge<'a> {
                 let message = format!("robot {} has come to its slot in move {}", own.robot, before + 1);
                 self.add(Some(index), own.start_s, Condition::V5, message);
             }
-            let resting = bodies(problem, &poses, Some(mover));
+            // Of moves that overlap only tools are known to rest all the time.
+            let resting = match plan.is_parallel() {
+                true => bodies(problem, &[], None),
+                false => bodies(problem, &poses, Some(mover)),
+            };
             self.judge_slot(index, own, mover);
             kinematics::check(self, index, own, poses[mover]);
             passage::check(self, index, own, mover, &resting);
-            self.judge_tools(index, own, &resting);
-            self.judge_waiting(index, own, &resting);
-            balance::check(self, index, own, &resting);
+            if !plan.is_parallel() {
+                self.judge_tools(index, own, &resting);
+                self.judge_waiting((Some(index), own.start_s), &resting);
+                balance::check(self, (Some(index), own.start_s), &own.balance, &resting);
+            }
             poses[mover] = own.actions.last().map_or(poses[mover], |last| last.to);
+        }
+        if plan.is_parallel() {
+            meanwhile::check(self);
         }
         self.judge_end(&poses);
     }
@@ -265,7 +277,7 @@ impl<'a> Judge<'a> {
     }
 
     /// One cluster, where the rules ask for it.
-    fn judge_waiting(&mut self, index: usize, own: &Move, resting: &[Body<'_>]) {
+    fn judge_waiting(&mut self, (index, start_s): (Option<usize>, f64), resting: &[Body<'_>]) {
         if !self.problem.rules.one_cluster {
             return;
         }
@@ -273,10 +285,9 @@ impl<'a> Judge<'a> {
         if let Some(apart) = cluster.iter().position(|&other| other != cluster[0]) {
             let (first, other) = (&resting[0].name, &resting[apart].name);
             let message = format!(
-                "what waits while robot {} is away is not one cluster (one_cluster): no connection between {first} and {other}",
-                own.robot
+                "what waits is not one cluster (one_cluster): no connection between {first} and {other}"
             );
-            self.add(Some(index), own.start_s, Condition::Connection, message);
+            self.add(index, start_s, Condition::Connection, message);
         }
     }
 

@@ -46,6 +46,12 @@ pub(super) fn check(judge: &mut Judge<'_>) {
             see(at, action.acceleration.as_slice(), "an acceleration");
         }
     }
+    for interval in &plan.intervals {
+        see(None, &[interval.start_s, interval.duration_s, interval.balance_w], "a number of an interval");
+        for holding in &interval.balance {
+            see(None, &holding.thrusts_n, &format!("a thrust of robot {}", holding.robot));
+        }
+    }
     for (index, time_s, message) in bad {
         judge.add(index, time_s, Condition::Number, message);
     }

@@ -70,11 +70,19 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                 worst(Condition::V3, &format!("no room to turn beside {}", body.name), turns_s, apart_m);
             }
             let radius_m = geometry::swing_m(box_m);
-            for k in 0..2 {
-                let (at_m, [low, high]) = (at.position_m[k], [water_m[0][k], water_m[1][k]]);
-                let room_m = (at_m - low).min(high - at_m) - radius_m;
+            // As far aside as ahead: a square that a turn of the box stays in.
+            let around = [2.0 * radius_m, 2.0 * radius_m, box_m[2]];
+            let turning = Pose { yaw_rad: 0.0, ..at };
+            for (what, room_m) in water.room_m(turning, around) {
                 if room_m < -1e-3 {
-                    worst(Condition::Bounds, ["x", "y"][k], turns_s, room_m);
+                    worst(Condition::Bounds, what, turns_s, room_m);
+                }
+            }
+            if let Some(bounds) = &problem.bounds {
+                let place_m = [at.position_m[0], at.position_m[1]];
+                let room_m = geometry::from_edge_m(&bounds.edge_m, place_m) - radius_m - bounds.margin_m;
+                if room_m < -1e-3 {
+                    worst(Condition::Bounds, EDGE, turns_s, room_m);
                 }
             }
         }

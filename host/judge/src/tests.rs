@@ -153,6 +153,7 @@ fn plan(problem: &Problem, manner: Manner, ways: &[Way]) -> Plan {
         robots,
         slots: problem.slots.iter().map(|slot| slot.pose).collect(),
         moves,
+        intervals: Vec::new(),
         energy_navigate_j: 0.0,
         energy_balance_j: 0.0,
         energy_total_j: 0.0,

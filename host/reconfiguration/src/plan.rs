@@ -3,8 +3,9 @@
 //! A plan is read as strictly as it is written: a key that does not exist is refused, for one that is misspelt and may
 //! be left out would change what is judged.
 //!
-//! Moves follow each other without a gap; within a move its actions do. Distances in m, angles in rad, times in s from
-//! the beginning of the plan, energies in J.
+//! Moves follow each other without a gap; within a move its actions do. In a *parallel* plan moves overlap in time: it
+//! is told by its [`intervals`](Plan::intervals), which say what balances from one departure or arrival to the next.
+//! Distances in m, angles in rad, times in s from the beginning of the plan, energies in J.
 
 use serde::{Deserialize, Serialize};
 
@@ -87,11 +88,12 @@ pub struct Move {
     pub duration_s: f64,
     /// What the mover's thrusters draw, J (15).
     pub energy_navigate_j: f64,
-    /// What the waiting robots draw to balance meanwhile, J (17).
+    /// What the waiting robots draw to balance meanwhile, J (17); in a parallel plan its share, equal among the robots
+    /// that are under way at an instant.
     pub energy_balance_j: f64,
-    /// The power of that, W.
+    /// The power of that, W; in a parallel plan its mean.
     pub balance_w: f64,
-    /// Thrust of every waiting robot's thrusters meanwhile, N (16).
+    /// Thrust of every waiting robot's thrusters meanwhile, N (16); empty in a parallel plan.
     pub balance: Vec<Holding>,
     /// What it does, in order.
     pub actions: Vec<Action>,
@@ -131,6 +133,20 @@ pub struct Placed {
     pub start: Pose,
 }
 
+/// What waits in a parallel plan between two departures or arrivals, and what that draws.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Interval {
+    /// When it begins, s.
+    pub start_s: f64,
+    /// How long it lasts, s.
+    pub duration_s: f64,
+    /// What the waiting robots draw to balance, W.
+    pub balance_w: f64,
+    /// Thrust of every waiting robot's thrusters, N (16).
+    pub balance: Vec<Holding>,
+}
+
 /// A whole plan. A robot that has no move stays where it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -145,8 +161,12 @@ pub struct Plan {
     pub robots: Vec<Placed>,
     /// Where to.
     pub slots: Vec<Pose>,
-    /// The moves, in order.
+    /// The moves, in order; in a parallel plan in the order in which they begin.
     pub moves: Vec<Move>,
+    /// What balances when, without a gap from the beginning to the end, in a parallel plan; empty in one whose moves
+    /// follow each other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub intervals: Vec<Interval>,
     /// Σ over moves, J.
     pub energy_navigate_j: f64,
     /// Σ over moves, J.
@@ -164,4 +184,12 @@ pub struct Plan {
     /// Whether it is the least over all orders and assignments, given these routes; left out where that was not asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub proved: Option<bool>,
+}
+
+impl Plan {
+    /// Whether several robots may be under way at once.
+    #[must_use]
+    pub fn is_parallel(&self) -> bool {
+        !self.intervals.is_empty()
+    }
 }

@@ -24,6 +24,7 @@ pub mod frame;
 pub mod guidance;
 pub mod hydrostatics;
 pub mod order;
+pub mod parallel;
 pub mod planner;
 pub mod power;
 pub mod pricing;

@@ -38,6 +38,7 @@ use crate::run::reconfigure::scenario::ReconfigureScenario;
 
 mod search;
 mod table;
+mod together;
 
 use search::{Threads, Watch};
 
@@ -49,6 +50,7 @@ const DEFAULT: &str = "t-to-i-far";
                         flotilla reconfigure i-to-l --criterion energy --json > plan.json\n  \
                         flotilla reconfigure i-to-l --verify plan.json\n  \
                         flotilla reconfigure i-to-l --criterion energy --serve\n  \
+                        flotilla reconfigure i-to-l --criterion energy --parallel time\n  \
                         flotilla reconfigure i-to-l --criterion energy --radio udp --listen 127.0.0.1:4870\n  \
                         flotilla reconfigure i-to-l --criterion energy --radio udp --pose qtm:192.168.1.10 --up z")]
 pub(super) struct Arguments {
@@ -70,6 +72,8 @@ pub(super) struct Arguments {
     /// What thrust costs
     #[arg(long, value_enum, default_value_t = PowerKind::Table)]
     power: PowerKind,
+    #[command(flatten)]
+    together: together::ParallelArguments,
     /// Judge this plan (a file, or - for standard input) instead of making one
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["criterion", "order"])]
     verify: Option<PathBuf>,
@@ -201,6 +205,8 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.poses.pose.is_some() && arguments.radio != RadioKind::Udp {
         return Err(Failure::Bad("--pose is for ROVs on --radio udp".to_owned()));
     }
+    let manner = if arguments.manner == MannerKind::Paper { Manner::Paper } else { Manner::Best };
+    arguments.together.check(manner).map_err(Failure::Bad)?;
     if let Some(seconds) = arguments.hold_after {
         if !(0.35..=60.0).contains(&seconds) {
             return Err(Failure::Bad(format!("--hold-after {seconds} s: must lie between 0.35 and 60")));
@@ -245,7 +251,9 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         let law = law(arguments.power, scenario.problem.rules.battery_v)?;
         let request = Request { criterion, manner, order, law };
         let mut watch = Watch::new(&mut bar, title, criterion, limit);
-        let made = match plan_with(&scenario.problem, &request, &Threads::new(), &mut watch) {
+        let planned = plan_with(&scenario.problem, &request, &Threads::new(), &mut watch)
+            .and_then(|planned| arguments.together.apply(&scenario.problem, &request.law, planned));
+        let made = match planned {
             Ok(planned) => judged(&scenario.problem, planned, &request),
             // No such robot can be planned for, by any rule.
             Err(error @ (PlanError::Propulsion { .. } | PlanError::Power(_) | PlanError::TooMany { .. })) => {

@@ -9,6 +9,7 @@ mod experiments;
 mod frames;
 mod hardware_in_loop;
 mod house;
+mod parallel;
 mod planner;
 mod plans;
 mod reach;

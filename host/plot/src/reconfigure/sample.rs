@@ -198,6 +198,7 @@ pub fn record(problem: &Problem, criterion: Criterion, manner: Manner, ways: &[W
         robots: problem.robots.iter().map(|r| Placed { id: r.id, start: r.start }).collect(),
         slots: problem.slots.iter().map(|s| s.pose).collect(),
         moves,
+        intervals: Vec::new(),
         energy_navigate_j: navigate_j,
         energy_balance_j: balance_j,
         energy_total_j: navigate_j + balance_j,

@@ -72,6 +72,7 @@ impl Pricer<'_> {
             robots: problem.robots.iter().map(placed).collect(),
             slots: problem.slots.iter().map(|slot| slot.pose).collect(),
             moves,
+            intervals: Vec::new(),
             energy_navigate_j,
             energy_balance_j,
             energy_total_j: energy_navigate_j + energy_balance_j,

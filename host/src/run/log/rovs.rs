@@ -103,8 +103,8 @@ pub struct RovLog<'a> {
     open: Option<flotilla::Robots>,
     sampled_s: Option<f64>,
     samples: u32,
-    /// The move that was under way when the step began, with its robot.
-    moving: Option<(usize, usize)>,
+    /// The moves that were under way when the step began, with their robots.
+    moving: Vec<(usize, usize)>,
     counted: Option<FleetInstant>,
     standing: Standing,
     /// Why the plan waited for want of poses, and for how long.
@@ -145,7 +145,7 @@ impl<'a> RovLog<'a> {
             open: None,
             sampled_s: None,
             samples: 0,
-            moving: None,
+            moving: Vec::new(),
             counted: None,
             standing: Standing::default(),
             troubles: Vec::new(),
@@ -211,14 +211,16 @@ impl<'a> RovLog<'a> {
             return None;
         }
         self.accounts.look(conductor, states, &self.vehicles);
-        let reference = conductor.reference();
+        let followed = conductor.followed();
         let robots = self.ids.iter().enumerate().map(|(robot, &id)| flotilla::Robot {
             id,
             eta: states[robot].eta(),
             nu: states[robot].nu.into(),
-            reference: reference
-                .filter(|(mover, _)| *mover == robot)
-                .map(|(_, reference)| place(&reference.pose)),
+            reference: followed
+                .iter()
+                .find(|followed| followed.robot == robot)
+                .and_then(|followed| followed.reference)
+                .map(|reference| place(&reference.pose)),
             arrived: conductor.arrived()[robot],
             ..flotilla::Robot::default()
         });
@@ -358,18 +360,22 @@ impl RovLog<'_> {
             self.open = Some(sample);
             self.close(now);
         }
-        if let Some((number, mover)) = self.moving.filter(|_| now > origin) {
-            self.accounts.spend(STEP_S, number, mover, &run.actuation);
-            let ended = conductor.moving() != Some(number);
+        if now > origin && !self.moving.is_empty() {
+            self.accounts.spend(STEP_S, &self.moving, &run.actuation);
             let drawn_in = match &run.world {
                 Some(water) => water.drawn_in(),
                 None => controller.drawn_in(),
             };
-            if ended && let Some(misfit) = drawn_in {
-                self.accounts.end(number, misfit);
+            let still = conductor.followed();
+            for &(number, _) in &self.moving {
+                let ended = still.iter().all(|followed| followed.number != number);
+                if ended && let Some(misfit) = drawn_in {
+                    self.accounts.end(number, misfit);
+                }
             }
         }
-        self.moving = conductor.moving().zip(conductor.mover());
+        self.moving.clear();
+        self.moving.extend(conductor.followed().iter().map(|followed| (followed.number, followed.robot)));
         if now >= origin && (now.0 - origin.0).is_multiple_of(u64::from(PERIOD.0)) {
             self.open = self.sample(now, plan_time_s(now, run), run);
         }

@@ -19,7 +19,7 @@ use rov::pricing;
 use rov::propulsion::{Expense, Propulsion, PropulsionError, Steady};
 use sim::rov::basin::Misfit;
 
-use super::conductor::{Conductor, HAND_OVER_S};
+use super::conductor::{Conductor, Followed, HAND_OVER_S};
 use super::summary::{Energy, MoveFigures};
 
 /// See the module's documentation.
@@ -59,34 +59,42 @@ impl Accounts {
         thrusts_n.iter().map(|&thrust_n| self.law.power_w(thrust_n)).sum()
     }
 
-    /// `dt_s` of the move `number`, which is that of the robot `mover`, with the thrusts of all robots.
-    pub fn spend(&mut self, dt_s: f64, number: usize, mover: usize, thrusts_n: &[impl AsRef<[f64]>]) {
-        let Some(figures) = self.moves.get_mut(number) else { return };
-        for (law, energy) in [(&self.law, &mut figures.executed), (&self.table, &mut figures.by_table)] {
-            let (mut navigate_j, mut balance_j) = (energy.navigate_j, energy.balance_j);
-            for (robot, thrusts_n) in thrusts_n.iter().enumerate() {
-                let drawn_j =
-                    dt_s * thrusts_n.as_ref().iter().map(|&thrust_n| law.power_w(thrust_n)).sum::<f64>();
-                *(if robot == mover { &mut navigate_j } else { &mut balance_j }) += drawn_j;
+    /// `dt_s` of the moves under way, each with its robot, with the thrusts of all robots. Of what the others draw each move has
+    /// an equal share.
+    pub fn spend(&mut self, dt_s: f64, moving: &[(usize, usize)], thrusts_n: &[impl AsRef<[f64]>]) {
+        for &(number, mover) in moving {
+            let Some(figures) = self.moves.get_mut(number) else { continue };
+            for (law, energy) in [(&self.law, &mut figures.executed), (&self.table, &mut figures.by_table)] {
+                let (mut navigate_j, mut balance_j) = (energy.navigate_j, energy.balance_j);
+                for (robot, thrusts_n) in thrusts_n.iter().enumerate() {
+                    let drawn_j =
+                        dt_s * thrusts_n.as_ref().iter().map(|&thrust_n| law.power_w(thrust_n)).sum::<f64>();
+                    if robot == mover {
+                        navigate_j += drawn_j;
+                    } else if moving.iter().all(|(_, other)| *other != robot) {
+                        balance_j += drawn_j / moving.len() as f64;
+                    }
+                }
+                *energy = Energy::new(navigate_j, balance_j, energy.time_s + dt_s);
             }
-            *energy = Energy::new(navigate_j, balance_j, energy.time_s + dt_s);
         }
     }
 
-    /// Where the mover is beside its path, and how near to the others (states of all bodies).
+    /// Where the movers are beside their paths, and how near to the others (states of all bodies).
     pub fn look(&mut self, conductor: &Conductor<'_>, states: &[State], bodies: &[&Vehicle]) {
-        let (Some(number), Some((mover, _))) = (conductor.moving(), conductor.reference()) else { return };
-        let Some(figures) = self.moves.get_mut(number) else { return };
-        let beside_m = conductor.trajectory().cross_track_m(states[mover].position_m.into());
-        figures.cross_track_m = figures.cross_track_m.max(beside_m);
         let around = |body: usize| {
             let eta = states[body].eta();
             LevelBox::around(Pose::from([eta[0], eta[1], eta[2], eta[5]]), bodies[body])
         };
-        let own = around(mover);
-        let others = (0..bodies.len()).filter(|&body| body != mover);
-        let gap_m = others.map(|body| own.gap_m(&around(body))).reduce(f64::min);
-        figures.least_gap_m = figures.least_gap_m.into_iter().chain(gap_m).reduce(f64::min);
+        for Followed { number, robot: mover, reference, trajectory } in conductor.followed() {
+            let Some(figures) = self.moves.get_mut(number).filter(|_| reference.is_some()) else { continue };
+            let beside_m = trajectory.cross_track_m(states[mover].position_m.into());
+            figures.cross_track_m = figures.cross_track_m.max(beside_m);
+            let own = around(mover);
+            let others = (0..bodies.len()).filter(|&body| body != mover);
+            let gap_m = others.map(|body| own.gap_m(&around(body))).reduce(f64::min);
+            figures.least_gap_m = figures.least_gap_m.into_iter().chain(gap_m).reduce(f64::min);
+        }
     }
 
     /// The move `number` has ended, drawn in from so far.

@@ -15,6 +15,7 @@
 //! - A mover that is further than [`ASTRAY_M`] from its reference, or does not answer, is waited for: its reference
 //!   rests until it is there again, then goes on from rest.
 //! - So it is while a robot has drifted towards the edge of the water (`edge`).
+//! - Moves that overlap in time follow the time of the plan, which all of them share (`together`).
 //! - What takes longer than [`PATIENCE_S`] fails, by name. So does a waiting cluster that is pushed away or tilted.
 //!
 //! Assumptions and limits: position, attitude and velocity of every robot are taken for known. Where they are estimates, a mover that is
@@ -23,14 +24,16 @@
 mod edge;
 mod failure;
 mod fit;
+mod known;
 mod lead;
+mod together;
 
 pub use failure::Failure;
+pub use together::Followed;
 
 use super::ExecutionError;
 use fit::check;
 use lead::Lead;
-use nalgebra::Vector6;
 use protocol::time::Duration;
 use reconfiguration::plan::{Action, ActionKind, Plan};
 use reconfiguration::pose::Pose;
@@ -40,8 +43,10 @@ use rov::configuration::{adjacency, clusters};
 use rov::dynamics::State;
 use rov::guidance::reference::{Reference, ReferenceTrajectory};
 use rov::guidance::tracking::{TrackingController, TrackingError};
+pub use rov::parallel::HAND_OVER_S;
 use rov::power::{self, PowerLaw};
 use sim::rov::propellers::LAG_S;
+use together::Together;
 
 /// Pause between two thrust packets: 20 Hz.
 pub const PERIOD: Duration = Duration(50_000);
@@ -53,8 +58,6 @@ pub const AHEAD_S: f64 = 0.020;
 pub const DOCK_M: f64 = 0.02;
 /// And from so much turned or tilted, rad. *Assumed*: 3°.
 pub const DOCK_RAD: f64 = 0.052;
-/// Least duration of undocking, s: a packet, and two time constants of a propeller.
-pub const HAND_OVER_S: f64 = 0.3;
 /// A mover that far from its reference is waited for, m. *Assumed*.
 pub const ASTRAY_M: f64 = 0.15;
 /// No robot is waited for longer, s. *Assumed*.
@@ -114,6 +117,8 @@ pub struct Conductor<'a> {
     /// Where the mover is, relative to its reference, at the last look: m, rad.
     off: (f64, f64),
     mover: Option<(usize, TrackingController)>,
+    /// Of a parallel plan, in place of all that is said of one move above.
+    together: Option<Together>,
     stations: Vec<Station>,
     lead: Lead,
 }
@@ -169,45 +174,15 @@ impl<'a> Conductor<'a> {
             held: false,
             off: (0.0, 0.0),
             mover: None,
+            together: plan.is_parallel().then(Together::default),
             stations: Vec::new(),
             lead,
         };
-        conductor.begin_move()?;
+        match plan.is_parallel() {
+            true => conductor.station()?,
+            false => conductor.begin_move()?,
+        }
         Ok(conductor)
-    }
-
-    /// States are estimates from now on: a mover that is to dock keeps to this share of the tolerance.
-    pub fn keep_within(&mut self, share: f64) {
-        self.within = share;
-    }
-
-    /// Whether a thruster of a robot works, as far as is known: of one that does not no thrust is asked.
-    ///
-    /// # Errors
-    /// As for [`new`](Self::new); not for thrusters that there are.
-    pub fn set_working(
-        &mut self,
-        robot: usize,
-        thruster: usize,
-        working: bool,
-    ) -> Result<(), ExecutionError> {
-        if let Some(works) = self.working.get_mut(robot).and_then(|own| own.get_mut(thruster)) {
-            *works = working;
-        }
-        if self.mover() == Some(robot) {
-            self.mover = Some((robot, self.controller(&[robot], true)?));
-        }
-        self.station()
-    }
-
-    /// Tells what acts on every body that no model knows, as accelerations; see [`TrackingController::oppose`].
-    pub fn oppose(&mut self, unknown: &[Vector6<f64>]) {
-        for Station { bodies, controller, .. } in &mut self.stations {
-            controller.oppose(bodies.first().and_then(|&body| unknown.get(body)).copied());
-        }
-        if let Some((robot, controller)) = &mut self.mover {
-            controller.oppose(unknown.get(*robot).copied());
-        }
     }
 
     /// Robots, then tools: where they are docked, and what they are.
@@ -222,10 +197,28 @@ impl<'a> Conductor<'a> {
         self.number >= self.plan.moves.len()
     }
 
-    /// The move under way, from 0.
+    /// The move under way, from 0; of several the first.
     #[must_use]
     pub fn moving(&self) -> Option<usize> {
-        (!self.is_finished()).then_some(self.number)
+        match &self.together {
+            Some(together) => together.followed().map(|followed| followed.number).min(),
+            None => (!self.is_finished()).then_some(self.number),
+        }
+    }
+
+    /// All robots whose moves are under way, docked or not, and what they follow.
+    #[must_use]
+    pub fn followed(&self) -> Vec<Followed<'_>> {
+        if let Some(together) = &self.together {
+            return together.followed().collect();
+        }
+        let own = self.moving().zip(self.mover()).map(|(number, robot)| Followed {
+            number,
+            robot,
+            reference: self.reference().map(|(_, reference)| reference),
+            trajectory: &self.trajectory,
+        });
+        own.into_iter().collect()
     }
 
     /// The robot that moves, by its place in the problem, and its reference; nothing before it has let go.
@@ -264,6 +257,13 @@ impl<'a> Conductor<'a> {
         states: &[State],
         answering: &[bool],
     ) -> Result<Option<Coupling>, ExecutionError> {
+        if self.together.is_some() {
+            if answering != self.answering {
+                self.answering.copy_from_slice(answering);
+                self.station()?;
+            }
+            return self.advance_together(dt_s, states);
+        }
         let Some((robot, _)) = self.mover else { return Ok(None) };
         if self.held {
             self.astray = true;
@@ -312,7 +312,9 @@ impl<'a> Conductor<'a> {
     /// Whether the mover is waited for: it is astray, or does not answer.
     #[must_use]
     pub fn waits(&self) -> bool {
-        self.astray || self.mover().is_some_and(|robot| !self.answering[robot])
+        self.astray
+            || self.mover().is_some_and(|robot| !self.answering[robot])
+            || self.together.as_ref().is_some_and(Together::waits)
     }
 
     /// The body that has drifted towards the edge of the water, with its room there, m: the plan waits until it is back.
@@ -324,6 +326,10 @@ impl<'a> Conductor<'a> {
     /// No robot was told anything for a while: the reference rests until the mover is there. One that has not let go yet hands over
     /// its balance again.
     pub fn pause(&mut self) {
+        if let Some(together) = &mut self.together {
+            together.pause();
+            return;
+        }
         if self.trajectory.kind() == ActionKind::Undock {
             self.t_s = 0.0;
         } else {
@@ -336,6 +342,9 @@ impl<'a> Conductor<'a> {
     /// # Errors
     /// As for [`new`](Self::new); not for a plan that has come that far.
     pub fn docked(&mut self) -> Result<(), ExecutionError> {
+        if self.together.is_some() {
+            return self.docked_together();
+        }
         if let Some((robot, _)) = self.mover {
             self.bodies[robot].0 = self.trajectory.end();
             self.arrived[robot] = self.plan.moves.get(self.number).is_some_and(|of| of.slot.is_some());
@@ -355,28 +364,6 @@ impl<'a> Conductor<'a> {
             self.lead.lead(robot, commands_n, answers);
         }
         Ok(commands_n)
-    }
-
-    /// Thrusts that the tracking controllers want of every robot, N.
-    fn wanted_n(&self, states: &[State]) -> Result<Vec<Vec<f64>>, ExecutionError> {
-        let robots = self.problem.robots.len();
-        let mut thrusts_n: Vec<Vec<f64>> =
-            self.bodies[..robots].iter().map(|(_, vehicle)| vec![0.0; vehicle.thrusters.len()]).collect();
-        for Station { bodies, hold, controller } in &self.stations {
-            let (together, _) = controller.thrusts_n(hold, hold, Some(&states[bodies[0]]))?;
-            let mut rest = together.as_slice();
-            for &body in bodies.iter().filter(|&&body| body < robots) {
-                let (own, others) = rest.split_at(thrusts_n[body].len());
-                thrusts_n[body].copy_from_slice(own);
-                rest = others;
-            }
-        }
-        if let Some((robot, controller)) = &self.mover {
-            // As long as it is held, what it pushes for itself would push the whole cluster.
-            let state = (self.trajectory.kind() != ActionKind::Undock).then(|| &states[*robot]);
-            (thrusts_n[*robot], _) = controller.thrusts_n(&self.now(), &self.ahead(), state)?;
-        }
-        Ok(thrusts_n)
     }
 
     fn now(&self) -> Reference {
@@ -440,7 +427,9 @@ impl<'a> Conductor<'a> {
     /// The clusters of the bodies that wait.
     fn station(&mut self) -> Result<(), ExecutionError> {
         let mover = self.mover();
-        let waiting: Vec<usize> = (0..self.bodies.len()).filter(|&body| Some(body) != mover).collect();
+        let moves =
+            |body: usize| Some(body) == mover || self.together.as_ref().is_some_and(|own| own.has(body));
+        let waiting: Vec<usize> = (0..self.bodies.len()).filter(|&body| !moves(body)).collect();
         let placed: Vec<(Pose, &Vehicle)> = waiting.iter().map(|&body| self.bodies[body]).collect();
         self.stations.clear();
         for cluster in clusters(&adjacency(&placed)) {

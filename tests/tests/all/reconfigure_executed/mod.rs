@@ -352,6 +352,7 @@ fn pair(way: &[(ActionKind, [f64; 4], f64)]) -> (Problem, Plan) {
         robots: ids.iter().zip(start).map(|(&id, start)| Placed { id, start }).collect(),
         slots: slots.to_vec(),
         moves: vec![moved],
+        intervals: Vec::new(),
         energy_navigate_j: energy_j,
         energy_balance_j: 0.0,
         energy_total_j: energy_j,

@@ -126,8 +126,15 @@ impl Reading {
         let end = self.end.unwrap_or_else(cut);
         let Document { title, problem, plan } = self.document;
         let moves: Vec<MoveFigures> = self.moves.moves.iter().map(figures).collect();
+        // Moves that overlap take less time than their sum.
+        let lasting = |energy: Energy, time_s: f64| Energy { time_s, ..energy };
         let sum = |of: fn(&MoveFigures) -> Energy| moves.iter().map(of).sum::<Energy>();
-        let (planned, executed) = (sum(|m| m.planned), sum(|m| m.executed));
+        let [mut planned, mut expected] = [sum(|m| m.planned), sum(|m| m.expected)];
+        let [mut executed, mut by_table] = [sum(|m| m.executed), sum(|m| m.by_table)];
+        if plan.is_parallel() {
+            [planned, expected] = [planned, expected].map(|energy| lasting(energy, plan.time_s));
+            [executed, by_table] = [executed, by_table].map(|energy| lasting(energy, end_s));
+        }
         let id = |robot: usize| self.ids.get(robot).copied().unwrap_or_default();
         let watched = counts::watched(1, &self.legs, &self.absences, &self.holds);
         let found =
@@ -151,9 +158,9 @@ impl Reading {
             gaps: gaps.map(|(&start_s, &length_s)| GapFigures { start_s, length_s }).collect(),
             absences: AbsenceFigures::of_all(&watched, id),
             planned,
-            expected: sum(|m| m.expected),
+            expected,
             executed,
-            by_table: sum(|m| m.by_table),
+            by_table,
             ratio: (planned.total_j > 0.0).then(|| executed.total_j / planned.total_j),
             reboots: reboots(&link).into(),
             link,

@@ -6,8 +6,9 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 
 use super::super::ExecutionError;
+use super::HAND_OVER_S;
 
-/// Whether the plan's moves can be followed one after the other.
+/// Whether the plan's moves can be followed.
 pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError> {
     let refuse =
         |number: usize, what: String| Err(ExecutionError::Misfit(format!("move {}: {what}", number + 1)));
@@ -32,6 +33,11 @@ pub(super) fn check(problem: &Problem, plan: &Plan) -> Result<(), ExecutionError
         };
         if first.kind != ActionKind::Undock || last.kind != ActionKind::Dock {
             return refuse(number, "it does not begin with undocking and end with docking".to_owned());
+        }
+        // One after the other that is added to what was planned; others under way would be ahead of their time.
+        if plan.is_parallel() && first.duration_s < HAND_OVER_S - 1e-9 {
+            let what = format!("undocking takes {} s, handing over {HAND_OVER_S} s", first.duration_s);
+            return refuse(number, what);
         }
         let mut at = before.and_then(|before| before.to).unwrap_or(mover.start);
         for (index, action) in actions.iter().enumerate() {
