@@ -19,7 +19,6 @@ use reconfiguration::problem::Problem;
 use thiserror::Error;
 
 use super::balance::Unbalanced;
-use super::conditions::Conditions;
 use super::frame::Framed;
 use super::order::paper::NoRule;
 use super::order::remaining::Remaining;

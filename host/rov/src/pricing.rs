@@ -75,7 +75,7 @@ pub fn price(problem: &Problem, plan: &mut Plan, law: &PowerLaw) -> Result<(), P
         let too_strong = |who: String| PricingError::TooStrong { number: index + 1, who };
         let Some(place) = bodies.iter().position(|(id, ..)| *id == own.robot) else { continue };
         let (robot, _, vehicle) = bodies.remove(place);
-        let propulsion = Propulsion::new(vehicle, law.clone(), problem.rules.battery_v, steady)?;
+        let propulsion = Propulsion::new(vehicle, law.clone(), &problem.rules, steady)?;
         for action in &mut own.actions {
             let priced_j = action_j(&propulsion, action, &problem.rules);
             action.energy_j = priced_j.ok_or_else(|| too_strong(format!("robot {robot}")))?;
@@ -83,7 +83,7 @@ pub fn price(problem: &Problem, plan: &mut Plan, law: &PowerLaw) -> Result<(), P
         own.energy_navigate_j = own.actions.iter().map(|action| action.energy_j).sum();
         let placed = bodies.iter().map(|&(_, pose, vehicle)| (pose, vehicle));
         let placed: Vec<(Pose, &Vehicle)> = placed.chain(tools.iter().copied()).collect();
-        let balance = balance_in(current_m_s, &placed, law, limits_n)
+        let balance = balance_in(current_m_s, &placed, law, limits_n, &problem.rules)
             .map_err(|_| too_strong("the waiting cluster".to_owned()))?;
         (own.balance_w, own.energy_balance_j) = (balance.power_w, balance.power_w * own.duration_s);
         let holding = bodies.iter().zip(balance.thrusts_n);

@@ -52,9 +52,10 @@ impl Lattice {
                 near_m[1][k] = near_m[1][k].max(at_m[k] + reach_m + room_m(k));
             }
         }
+        let water_m = clearance.water.extent_m();
         for k in 0..3 {
-            near_m[0][k] = near_m[0][k].max(clearance.bounds_m[0][k]);
-            near_m[1][k] = near_m[1][k].min(clearance.bounds_m[1][k]);
+            near_m[0][k] = near_m[0][k].max(water_m[0][k]);
+            near_m[1][k] = near_m[1][k].min(water_m[1][k]);
         }
         let mut times = 1.0;
         loop {

@@ -55,12 +55,14 @@ impl<'a> Search<'a> {
         let limits_n = limits_n(rules.battery_v)?;
         let mut engines = Vec::with_capacity(problem.vehicles.len());
         for (kind, vehicle) in problem.vehicles.iter().enumerate() {
-            let swims = problem.robots.iter().any(|robot| robot.vehicle == kind);
-            let engine = swims
-                .then(|| Propulsion::new(vehicle, law.clone(), rules.battery_v, Steady::Whole))
-                .transpose()
-                .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
-            engines.push(engine);
+            let Some(robot) = problem.robots.iter().find(|robot| robot.vehicle == kind) else {
+                engines.push(None);
+                continue;
+            };
+            let (robot, name) = (robot.id, || vehicle.name.clone());
+            let engine = Propulsion::new(vehicle, law.clone(), rules, Steady::Whole)
+                .map_err(|source| PlanError::Propulsion { robot, vehicle: name(), source })?;
+            engines.push(Some(engine));
         }
         let omegas: &[f64] = if plan.manner == Manner::Best { &OMEGAS_W } else { &[] };
         let moves = plan.moves.iter().map(|own| {

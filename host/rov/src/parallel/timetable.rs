@@ -288,7 +288,7 @@ impl<'a> Timetable<'a> {
             .iter()
             .map(|&robot| (place(robot, key[robot]), &problem.vehicles[problem.robots[robot].vehicle]));
         let bodies: Vec<(Pose, &Vehicle)> = tools.chain(robots).collect();
-        let balanced = balance(&bodies, self.law, self.limits_n).ok()?;
+        let balanced = balance(&bodies, self.law, self.limits_n, &problem.rules).ok()?;
         let thrusts_n = balanced.thrusts_n.into_iter().skip(problem.tools.len());
         let balance = waits
             .iter()

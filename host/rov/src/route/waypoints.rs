@@ -6,9 +6,12 @@
 //! | around the box that the mover's centre keeps out of, for every body near a dock zone | sliding around hulls |
 //! | beside such bodies by half a hull's diagonal | room to turn |
 //! | fourteen on a sphere around every body, a little outside (19) | the way around bodies outside the zones |
+//! | beside every corner of the water's edge that juts into the water | the way around it |
 //!
 //! Neighbours among the fourteen see each other past the sphere: they are at most 54.7° apart, and 1/cos 27.4° = 1.126. All directions
 //! come from the problem: the axes of bodies, the vertical, and the level direction from start to slot.
+
+use quantity::bounds::Bounds;
 
 use super::super::clearance::{Clearance, Resting};
 use super::super::vector::{length, offset, turned};
@@ -91,6 +94,31 @@ pub(super) fn collect(clearance: &Clearance, places: &mut Vec<[f64; 3]>) {
             offer(sum(body.pose.position_m, turned(arm, ahead_rad)));
         }
     }
+    if let Some(edge) = clearance.water.edge() {
+        let room_m = clearance.half_m[0].hypot(clearance.half_m[1]) + edge.margin_m + BESIDE * d_m;
+        for [x, y] in jutting(edge, room_m) {
+            offer([x, y, start.position_m[2]]);
+            offer([x, y, slot.position_m[2]]);
+        }
+    }
+}
+
+/// Places `room_m` into the water from every corner of its edge that juts into it.
+fn jutting(edge: &Bounds, room_m: f64) -> impl Iterator<Item = [f64; 2]> {
+    let count = edge.edge_m.len();
+    (0..count).filter_map(move |at| {
+        let [before, corner, after] = [at + count - 1, at, at + 1].map(|k| edge.edge_m[k % count]);
+        let unit = |[x, y]: [f64; 2]| {
+            let length_m = x.hypot(y);
+            [x / length_m, y / length_m]
+        };
+        let from = unit([corner[0] - before[0], corner[1] - before[1]]);
+        let on = unit([after[0] - corner[0], after[1] - corner[1]]);
+        let out = unit([from[0] - on[0], from[1] - on[1]]);
+        let place = [corner[0] + room_m * out[0], corner[1] + room_m * out[1]];
+        // Away from both edges: into the water where the corner juts into it, and ashore otherwise.
+        edge.contains(place).then_some(place)
+    })
 }
 
 /// Whether the mover's centre may be there at that heading.
