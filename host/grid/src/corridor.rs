@@ -1,8 +1,8 @@
 //! The cheapest path whose corners are near those of a path that was found: what a search on a grid leaves to gain.
 //!
 //! Theta* puts a corner where its search came past, not where it is best, and a corner that touches nothing may have a better
-//! place a cell away. The corners of a path p₀ … pₙ are given candidates, all vertices at most two moves away, and of all
-//! paths with one candidate for each corner the cheapest is found layer by layer:
+//! place a cell away, or be better as two. The corners of a path are given candidates, all vertices at most two moves away,
+//! each corner twice, and of all paths with one candidate for each the cheapest is found layer by layer:
 //!
 //! ```text
 //! g(v) = min g(u) + c(u, v)     over u in layer k − 1, for every v of layer k
@@ -10,7 +10,7 @@
 //!
 //! where a vertex that is in both layers is one corner less. That is repeated around the new corners for as long as it gains,
 //! each time after corners were taken out that a free leg passes by, and moved to a neighbour for as long as that gains: a
-//! path of many corners becomes one of few first, since n layers take n·124² looks at a leg at most, most of them cut short by
+//! path of many corners becomes one of few first, since n layers take n·125² looks at a leg at most, most of them cut short by
 //! the cost of the path so far and the lower bound to the goal.
 //!
 //! Assumptions and limits. Turns cost nothing. The path stays near the one it began with: a cheaper one on the other side of
@@ -31,6 +31,8 @@ pub struct Corridor {
     candidates: Vec<(usize, f64, u32)>,
     /// Where each layer begins, and the end of the last.
     layers: Vec<usize>,
+    /// The corners that they are around.
+    corners: Vec<usize>,
 }
 
 impl Corridor {
@@ -54,22 +56,25 @@ impl Corridor {
 
     /// The cheapest path by candidates for the corners, if it is cheaper.
     fn is_cheaper(&mut self, space: &impl Space, found: &mut FoundPath) -> bool {
-        let path = &mut found.path;
-        let (last, goal) = (path.len() - 1, path[path.len() - 1]);
+        let FoundPath { path, cost, .. } = found;
+        let [start, corners @ .., goal] = &path[..] else { return false };
+        let (start, goal) = (*start, *goal);
+        self.corners.clear();
+        self.corners.extend(corners.iter().flat_map(|&corner| [corner; 2]));
         self.candidates.clear();
+        self.candidates.push((start, 0.0, 0));
         self.layers.clear();
         self.layers.push(0);
-        self.candidates.push((path[0], 0.0, 0));
-        for (k, &corner) in path.iter().enumerate().skip(1) {
-            let (before, begin) = (self.layers[k - 1], self.candidates.len());
+        for k in 0..=self.corners.len() {
+            let (before, begin) = (self.layers[k], self.candidates.len());
             self.layers.push(begin);
-            self.candidates.push((corner, f64::INFINITY, 0));
-            if k < last {
+            self.candidates.push((self.corners.get(k).copied().unwrap_or(goal), f64::INFINITY, 0));
+            if k < self.corners.len() {
                 self.add_around(space, begin);
             }
             let (known, layer) = self.candidates.split_at_mut(begin);
             for (at, g, from) in layer {
-                let limit = found.cost * (1.0 - GAIN) - space.bound(*at, goal);
+                let limit = *cost * (1.0 - GAIN) - space.bound(*at, goal);
                 for (index, &(earlier, g_earlier, _)) in known.iter().enumerate().skip(before) {
                     let most = limit.min(*g) - g_earlier;
                     let leg = if earlier == *at { Some(0.0) } else { space.leg_below(earlier, *at, most) };
@@ -79,16 +84,19 @@ impl Corridor {
                 }
             }
         }
-        let Some(&(_, cost, _)) = self.candidates.last().filter(|(_, cost, _)| cost.is_finite()) else {
+        let Some(&(_, least, _)) = self.candidates.last().filter(|(_, least, _)| least.is_finite()) else {
             return false;
         };
-        found.cost = cost;
+        *cost = least;
+        path.clear();
         let mut index = self.candidates.len() - 1;
-        for corner in path.iter_mut().rev() {
+        while index > 0 {
             let (at, _, from) = self.candidates[index];
-            *corner = at;
+            path.push(at);
             index = from as usize;
         }
+        path.push(start);
+        path.reverse();
         path.dedup();
         true
     }
