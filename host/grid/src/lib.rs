@@ -1,14 +1,19 @@
-//! Paths on regular grids, at least cost: the search of §VII-A of the paper on ROVs, and maps from files.
+//! Paths on regular grids, at least cost: the search of §VII-A of the paper on ROVs, shortest paths, and maps from files.
 //!
 //! | module | what |
 //! |---|---|
+//! | [`any_angle`] | the shortest path at any angle on a map, in 2D or in 3D |
+//! | [`taut`] | exact in 2D: intervals of sight |
 //! | [`theta`] | Basic Theta* and A* over any graph, with any criterion that is a sum over straight legs |
+//! | [`corridor`] | a path made cheaper near itself |
 //! | [`plane`] | 2D maps of free and blocked cells: vertices on the corners of cells |
 //! | [`volume`] | 3D maps: vertices at the centres of cells |
 //! | [`read`] | the text formats of maps and scenarios |
 //!
 //! Lengths are in cells. Everything here is a pure function of its arguments: no clock, no file, no thread.
 
+pub mod any_angle;
+pub mod corridor;
 pub mod plane;
 pub mod read;
 pub mod taut;
@@ -33,6 +38,14 @@ pub trait Map<const N: usize>: theta::Space {
 
     /// The greatest coordinates of a vertex.
     fn last(&self) -> [u32; N];
+
+    /// The shortest path at any angle, or `None` where there is none; see [`any_angle`] for how short.
+    fn shortest(
+        &self,
+        scratch: &mut any_angle::AnyAngle,
+        start: usize,
+        goal: usize,
+    ) -> Option<theta::FoundPath>;
 }
 
 /// One bit for every cell, set where it is free.

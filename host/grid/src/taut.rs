@@ -1,58 +1,107 @@
+//! The shortest path at any angle on a 2D map, exactly: intervals of sight from row to row.
+//!
+//! A shortest path turns at corners of obstacles only, where one of the four cells around a vertex is blocked, and around them:
+//! it is taut. So it is enough to know what each such corner sees. As in \[1\], sight moves on from grid line to grid line: a
+//! [cone](cone::Cone) is a root r, two rays and the interval I between them on a line of the grid. Beyond the line the free
+//! cells of the row bound it, and the free cells of the row after that part it into the cones that follow.
+//!
+//! ```text
+//!   r ·               root, at g(r) from the start
+//!      \  ·
+//!   ----a-----b----   line y: the interval I = [a, b]
+//!        \       ·
+//!   ------a'##b'---   the next: parted by what is blocked beyond it
+//! ```
+//!
+//! | where a path may turn | the new cone |
+//! |---|---|
+//! | the end of a row of free cells, if the row beyond goes on | between the ray to the corner and the grid line; along the line too |
+//! | the end of an opening to the row beyond, if seen from the side of what is blocked | between the ray to the corner and the vertical |
+//! | along a grid line, where what is blocked beside it ends | between the grid line and the vertical |
+//!
+//! Cones are expanded by the least f first, where for a goal before the line its mirror image in the line is taken:
+//!
+//! ```text
+//! f = g(r) + min |r − p| + |p − goal|     over p in I
+//! ```
+//!
+//! No path through the cone is shorter, so the first that reaches the goal is the shortest. A corner is turned at only if the
+//! way to it is the shortest yet; ways of equal length need one cone only, since where the one is taut the other can be cut
+//! short. \[1\] keeps g by root alike, \[2\] does the same with the polygons of a mesh, here the rows of free cells; nothing is
+//! prepared, so that a map may change between two searches.
+//!
+//! Sight is exact: rays are kept as differences of whole numbers, see [`Cone::reach`](cone::Cone::reach). Lengths are sums of
+//! square roots; two that differ by less than 10⁻¹² of themselves are equal. A path through the touching corners of two
+//! diagonal blocks is none, since no opening is there, and a turn needs three free cells.
+//!
+//! Assumptions and limits: cost is length. One vertex takes 16 bytes of scratch, one cone 72 and 16 more in the open list. On
+//! maps of scattered single cells there are about as many cones as Theta* expands vertices; on all others far fewer.
+//!
+//! \[1\] D. Harabor, A. Grastien, D. Öz and V. Aksakalli, *Optimal Any-Angle Pathfinding In Practice*, Journal of Artificial
+//! Intelligence Research 56 (2016), 89–118.
+//!
+//! \[2\] M. Cui, D. Harabor and A. Grastien, *Compromise-free Pathfinding on a Navigation Mesh*, IJCAI 2017, 496–502.
+
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::Map;
 use super::plane::Plane;
-use super::theta::{FoundPath, key};
+use super::theta::{FoundPath, Space};
 
 mod cone;
+mod run;
 
-use cone::{Cone, Goal, Side};
+use cone::Cone;
+use run::Run;
 
 /// What a search knows of a vertex: the least length found to it, the vertex before it, and the search that said so.
 type Known = (f64, u32, u32);
-
-/// Lengths that differ by less than this share of them are equal.
-const ROUNDING: f64 = 1e-12;
 
 /// Scratch of searches, to be used again.
 #[derive(Clone, Debug, Default)]
 pub struct Taut {
     known: Vec<Known>,
     cones: Vec<Cone>,
+    /// Cones that are done with.
     unused: Vec<u32>,
+    /// Keys as of Theta*, with a cone for a vertex.
     open: BinaryHeap<Reverse<u128>>,
     generation: u32,
     expanded: usize,
 }
 
-/// Stands for the goal in the open list.
-const GOAL: u32 = u32::MAX;
-
 impl Taut {
+    /// Scratch without anything in it.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
+    /// Cones that the last search expanded, whether it found a path or proved that there is none.
     #[must_use]
     pub fn expanded(&self) -> usize {
         self.expanded
     }
 
+    /// The shortest path from `start` to `goal`; `None` proves that there is none.
     pub fn shortest(&mut self, plane: &Plane, start: usize, goal: usize) -> Option<FoundPath> {
         self.begin(plane);
+        if start.max(goal) >= plane.vertices() {
+            return None;
+        }
         if start == goal {
             return Some(FoundPath { cost: 0.0, path: vec![start], expanded: 0 });
         }
-        let mut run = Run { plane, goal: Goal { at: plane.place(goal).map(|c| c as i32) }, goal_vertex: goal, least: f64::INFINITY, held: None, taut: self };
-        run.start(start);
-        let found = run.to_the_end();
-        found.then(|| FoundPath { cost: self.known[goal].0, path: self.path(plane, start, goal), expanded: self.expanded })
+        Run::new(self, plane, goal).finds(start).then(|| FoundPath {
+            cost: self.known[goal].0,
+            path: self.path(plane, start, goal),
+            expanded: self.expanded,
+        })
     }
 
+    /// Forgets the last search without touching its vertices.
     fn begin(&mut self, plane: &Plane) {
-        use super::theta::Space;
         self.open.clear();
         self.cones.clear();
         self.unused.clear();
@@ -64,6 +113,7 @@ impl Taut {
         self.generation += 1;
     }
 
+    /// The way to the goal, without the corners that it passes straight.
     fn path(&self, plane: &Plane, start: usize, goal: usize) -> Vec<usize> {
         let mut path = vec![goal];
         let mut vertex = goal;
@@ -80,248 +130,6 @@ impl Taut {
         }
         path.reverse();
         path
-    }
-}
-
-struct Run<'r> {
-    plane: &'r Plane,
-    goal: Goal,
-    goal_vertex: usize,
-    least: f64,
-    held: Option<(u128, Cone)>,
-    taut: &'r mut Taut,
-}
-
-impl Run<'_> {
-    fn is_free(&self, row: i32, x: i32) -> bool {
-        self.plane.bits().is_set(self.plane.row(row).wrapping_add_signed(x as isize))
-    }
-
-    fn vertex(&self, [x, y]: [i32; 2]) -> usize {
-        y as usize * (self.plane.width() as usize + 2) + x as usize
-    }
-
-    /// Notes a way to a vertex; whether it is shorter than what is known.
-    fn reaches(&mut self, vertex: usize, g: f64, from: u32) -> bool {
-        let known = &mut self.taut.known[vertex];
-        let is_shorter = known.2 != self.taut.generation || g < known.0 * (1.0 - ROUNDING);
-        if is_shorter {
-            *known = (g, from, self.taut.generation);
-        }
-        is_shorter
-    }
-
-    fn start(&mut self, start: usize) {
-        let at = self.plane.place(start).map(|c| c as i32);
-        self.reaches(start, 0.0, start as u32);
-        for step in [1, -1] {
-            let row = if step > 0 { at[1] } else { at[1] - 1 };
-            let (left, right) = (self.is_free(row, at[0] - 1), self.is_free(row, at[0]));
-            if left || right {
-                let left = if left { [-1, 0] } else { [0, step] };
-                let right = if right { [1, 0] } else { [0, step] };
-                self.fan(Cone::fan(0.0, (start as u32, at), step, [left, right], None));
-            }
-        }
-        let fan = Cone::fan(0.0, (start as u32, at), 1, [[0, 1]; 2], None);
-        self.walk(&fan, Side::Left);
-        self.walk(&fan, Side::Right);
-    }
-
-    fn fan(&mut self, cone: Cone) {
-        let f = cone.g + self.goal.distance(cone.root_at);
-        self.push(f, cone);
-    }
-
-    fn push(&mut self, f: f64, cone: Cone) {
-        if f >= self.least {
-            return;
-        }
-        let Reverse(mut entry) = key(cone.g, f - cone.g, 0);
-        let mut cone = cone;
-        if let Some((held, other)) = &mut self.held {
-            if entry < *held {
-                std::mem::swap(&mut entry, held);
-                std::mem::swap(&mut cone, other);
-            }
-            self.queue(entry, cone);
-        } else {
-            self.held = Some((entry, cone));
-        }
-    }
-
-    fn queue(&mut self, entry: u128, cone: Cone) {
-        let index = match self.taut.unused.pop() {
-            Some(index) => {
-                self.taut.cones[index as usize] = cone;
-                index
-            }
-            None => {
-                self.taut.cones.push(cone);
-                self.taut.cones.len() as u32 - 1
-            }
-        };
-        self.taut.open.push(Reverse(entry | u128::from(index)));
-    }
-
-    fn to_the_end(&mut self) -> bool {
-        loop {
-            let top = self.taut.open.peek().map(|&Reverse(entry)| entry);
-            let cone = match (self.held.take(), top) {
-                (Some((entry, cone)), top) if top.is_none_or(|top| entry <= top) => cone,
-                (held, Some(_)) => {
-                    let Some(Reverse(entry)) = self.taut.open.pop() else { return false };
-                    let index = entry as u32;
-                    if index == GOAL {
-                        return true;
-                    }
-                    let cone = self.taut.cones[index as usize];
-                    self.taut.unused.push(index);
-                    if let Some((entry, cone)) = held {
-                        self.queue(entry, cone);
-                    }
-                    cone
-                }
-                (_, None) => return false,
-            };
-            // A shorter way to its root has been found since.
-            if cone.g > self.taut.known[cone.root as usize].0 {
-                continue;
-            }
-            self.taut.expanded += 1;
-            if let Some(side) = cone.walk {
-                self.walk(&cone, side);
-            }
-            self.sweep(cone);
-        }
-    }
-
-    fn arrive(&mut self, cone: &Cone) {
-        let g = cone.g + self.goal.distance(cone.root_at);
-        if self.reaches(self.goal_vertex, g, cone.root) {
-            self.least = g;
-            let Reverse(entry) = key(g, 0.0, 0);
-            self.taut.open.push(Reverse(entry | u128::from(GOAL)));
-        }
-    }
-
-    /// Turns at a corner that the root of a cone sees.
-    fn turn(&mut self, cone: &Cone, at: [i32; 2], rays: [[i32; 2]; 2], step: i32, walk: Option<Side>) {
-        let vertex = self.vertex(at);
-        let g = cone.g + cone::distance(cone.root_at, at);
-        if self.reaches(vertex, g, cone.root) {
-            self.fan(Cone::fan(g, (vertex as u32, at), step, rays, walk));
-        }
-    }
-
-    /// Along the grid line from the root of a cone.
-    fn walk(&mut self, cone: &Cone, side: Side) {
-        let [mut x, y] = cone.root_at;
-        let toward = side.sign();
-        // Cell beside the edge from x on.
-        let beside = |x: i32| if toward > 0 { x } else { x - 1 };
-        let mut before: Option<[bool; 2]> = None;
-        loop {
-            let cells = [self.is_free(y - 1, beside(x)), self.is_free(y, beside(x))];
-            if let Some(before) = before {
-                if self.goal.at == [x, y] {
-                    self.arrive(cone);
-                }
-                match (before, cells) {
-                    ([false, true], [true, true]) => {
-                        self.turn(cone, [x, y], side.rays([0, -1]), -1, None);
-                    }
-                    ([true, false], [true, true]) => {
-                        self.turn(cone, [x, y], side.rays([0, 1]), 1, None);
-                    }
-                    ([false, true], [true, false]) | ([true, false], [false, true]) => return,
-                    _ => {}
-                }
-            }
-            if cells == [false, false] {
-                return;
-            }
-            before = Some(cells);
-            x += toward;
-        }
-    }
-
-    /// Through the row beyond a cone, to the next line.
-    fn sweep(&mut self, mut cone: Cone) {
-        let step = cone.step;
-        let (near, far) =
-            if step > 0 { (cone.line, cone.line + 1) } else { (cone.line - 1, cone.line - 2) };
-        let cell = cone.cell();
-        let line = cone.line + step;
-        let [x, y] = cone.root_at;
-        let row = self.plane.row(near);
-        let bits = self.plane.bits();
-        let at = row.wrapping_add_signed(cell as isize);
-        // The free run of the row.
-        let low = (bits.last_clear(at) + 1 - row) as i32;
-        let high = (bits.next_clear(at) - row) as i32;
-        cone.reach(low, high);
-        let (a, b) = (cone.a, cone.b);
-        if a > b {
-            return;
-        }
-        let [gx, gy] = self.goal.at;
-        if gy == line && a <= f64::from(gx) && f64::from(gx) <= b {
-            self.arrive(&cone);
-        }
-        // Corners at the ends of the row.
-        if a == f64::from(low) && self.is_free(far, low - 1) && self.is_free(far, low) {
-            self.turn(&cone, [low, line], [[-1, 0], [low - x, line - y]], step, Some(Side::Left));
-        }
-        if b == f64::from(high) && self.is_free(far, high - 1) && self.is_free(far, high) {
-            self.turn(&cone, [high, line], [[high - x, line - y], [1, 0]], step, Some(Side::Right));
-        }
-        if a == b {
-            return;
-        }
-        // Openings to the row beyond.
-        let row = self.plane.row(far);
-        let first = a.floor() as i32;
-        let end = b.ceil() as i32;
-        let index = |x: i32| row.wrapping_add_signed(x as isize);
-        let mut from = first;
-        if self.is_free(far, first) && !(f64::from(first) == a && !self.is_free(far, first - 1)) {
-            // The opening begins before the interval.
-            from = i32::MIN;
-        }
-        loop {
-            let bits = self.plane.bits();
-            let p = if from == i32::MIN { from } else { (bits.next_set(index(from), index(end)) - row) as i32 };
-            if p >= end {
-                return;
-            }
-            let q = (bits.next_clear(index(p.max(first))) - row) as i32;
-            let mut child = cone;
-            if p != i32::MIN {
-                if f64::from(p) > a {
-                    child.a = f64::from(p);
-                    child.rays[0] = [p - x, line - y];
-                }
-                if p > low && x < p {
-                    self.turn(&cone, [p, line], [[0, step], [p - x, line - y]], step, None);
-                }
-            }
-            if f64::from(q) <= b {
-                if f64::from(q) < b {
-                    child.b = f64::from(q);
-                    child.rays[1] = [q - x, line - y];
-                }
-                if q < high && x > q {
-                    self.turn(&cone, [q, line], [[q - x, line - y], [0, step]], step, None);
-                }
-            }
-            let f = child.g + self.goal.past(&child);
-            self.push(f, child);
-            if q >= end {
-                return;
-            }
-            from = q;
-        }
     }
 }
 

@@ -27,7 +27,10 @@
 //! Assumptions and limits. Costs are not negative; a leg whose cost is NaN or infinite counts as blocked. A* is exact when
 //! the bound is admissible, consistent or not, and turns cost nothing: it opens a vertex again when a cheaper way turns
 //! up. Where turns cost, g depends on the way that a vertex was reached, of which one is kept. Basic Theta* opens nothing
-//! again, as in \[1\], and is not exact: its path is one of the cheapest, not the cheapest, and a finer grid may give a worse one.
+//! again, as in \[1\], and is not exact: its path is one of the cheapest, not the cheapest, and a finer grid may give a worse one;
+//! it may even be dearer than that of A*. [`Search::theta_star_again`] opens again. Where turns cost nothing its path never costs
+//! more than that of A*: path 1 bounds g(s') by g(s) + c(s, s') whenever s is expanded, so that until the goal is closed some
+//! vertex of the cheapest path along edges is open with a g no greater than along it, as in the proof for A*.
 //! At most 2³² − 1 vertices. One vertex takes 16 bytes of scratch, one entry of the open list another 16.
 //!
 //! \[1\] A. Nash, K. Daniel, S. Koenig and A. Felner, *Theta\*: Any-Angle Path Planning on Grids*, Journal of Artificial
@@ -96,11 +99,12 @@ pub struct Search {
     expanded: usize,
 }
 
-/// Parents: the vertex expanded only (A*), or its parent too (Theta*).
+/// Parents: the vertex expanded only (A*), or its parent too (Theta*), which opens a vertex again or does not.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Parents {
     Neighbours,
     Visible,
+    VisibleAgain,
 }
 
 impl Search {
@@ -113,6 +117,13 @@ impl Search {
     /// Basic Theta* from `start` to `goal`; `None` when the open list ran empty, which proves that there is no path.
     pub fn theta_star(&mut self, space: &impl Space, start: usize, goal: usize) -> Option<FoundPath> {
         self.run(space, start, goal, Parents::Visible)
+    }
+
+    /// Theta* that opens a vertex again when a cheaper way to it turns up; see the module.
+    pub fn theta_star_again(&mut self, space: &impl Space, start: usize, goal: usize) -> Option<FoundPath> {
+        let found = self.run(space, start, goal, Parents::VisibleAgain)?;
+        // A parent may have become cheaper since its g was added to.
+        Some(FoundPath { cost: cost(space, &found.path)?, ..found })
     }
 
     /// A* from `start` to `goal` along edges of the graph, at least cost; `None` proves that there is no path.
@@ -156,7 +167,7 @@ impl Search {
                 continue;
             }
             self.expanded += 1;
-            let grandparent = (parents == Parents::Visible && vertex != start).then_some(parent as usize);
+            let grandparent = (parents != Parents::Neighbours && vertex != start).then_some(parent as usize);
             let grandparent = grandparent.map(|p| (p, self.nodes[p].0));
             space.for_neighbours(vertex, |next, cost| {
                 let (known_g, _, stamp) = self.nodes[next];

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use grid::Map;
+use grid::any_angle::AnyAngle;
 use grid::plane::Plane;
 use grid::read::{self, Query, ReadError};
 use grid::theta::{self, FoundPath, Search};
@@ -40,7 +41,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PLACE", requires = "from")]
     to: Option<String>,
     /// How to search
-    #[arg(long, value_enum, default_value_t = Algorithm::Theta)]
+    #[arg(long, value_enum, default_value_t = Algorithm::AnyAngle)]
     algorithm: Algorithm,
     /// No more than the first N queries of the scenario
     #[arg(long, value_name = "N")]
@@ -55,8 +56,11 @@ pub(super) struct Arguments {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Algorithm {
-    /// Basic Theta*: any angle
-    Theta,
+    /// Any angle: in 2D the shortest path, in 3D Theta* with its corners put right
+    #[value(name = "theta")]
+    AnyAngle,
+    /// Basic Theta* as published
+    BasicTheta,
     /// A* along the moves to neighbouring vertices: exact, for those moves
     AStar,
     /// A*, and then straight legs where they are free
@@ -168,7 +172,7 @@ fn answer<const N: usize>(
     size: &str,
     done: impl FnOnce(&[Answer]) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let mut search = Search::new();
+    let mut scratch = (AnyAngle::new(), Search::new());
     let mut answers = Vec::with_capacity(questions.len());
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     // A bar between the lines of its own answers would be in their way.
@@ -181,7 +185,7 @@ fn answer<const N: usize>(
                 questions.len() as u64,
             );
         }
-        let answer = ask(arguments.algorithm, &mut search, map, question);
+        let answer = ask(arguments.algorithm, &mut scratch, map, question);
         if arguments.json {
             let line = serde_json::to_string(&answer).map_err(could)?;
             let outcome = writeln!(out, "{line}");
@@ -203,7 +207,7 @@ fn answer<const N: usize>(
 
 fn ask<const N: usize>(
     algorithm: Algorithm,
-    search: &mut Search,
+    (any_angle, search): &mut (AnyAngle, Search),
     map: &impl Map<N>,
     question: &Question<N>,
 ) -> Answer {
@@ -211,13 +215,19 @@ fn ask<const N: usize>(
     let ends = ends.filter(|&(start, goal)| map.is_open(start) && map.is_open(goal));
     let began = Instant::now();
     let found = ends.and_then(|(start, goal)| match algorithm {
-        Algorithm::Theta => search.theta_star(map, start, goal),
+        Algorithm::AnyAngle => map.shortest(any_angle, start, goal),
+        Algorithm::BasicTheta => search.theta_star(map, start, goal),
         Algorithm::AStar => search.a_star(map, start, goal),
         Algorithm::AStarSmoothed => search.a_star(map, start, goal).and_then(|found| {
             let path = theta::smooth(map, &found.path);
             Some(FoundPath { cost: theta::cost(map, &path)?, path, ..found })
         }),
     });
+    let expanded = match algorithm {
+        _ if ends.is_none() => 0,
+        Algorithm::AnyAngle => any_angle.expanded(),
+        _ => search.expanded(),
+    };
     let time_us = began.elapsed().as_micros() as u64;
     let places = |path: &[usize]| path.iter().map(|&vertex| map.place(vertex).to_vec()).collect();
     Answer {
@@ -225,7 +235,7 @@ fn ask<const N: usize>(
         goal: question.goal.to_vec(),
         length: found.as_ref().map(|found| found.cost),
         path: found.as_ref().map(|found| places(&found.path)),
-        expanded: if ends.is_some() { search.expanded() } else { 0 },
+        expanded,
         time_us,
     }
 }

@@ -15,6 +15,7 @@ mod plans;
 mod reach;
 mod reconfigurations;
 mod reconfigure_executed;
+mod shortest;
 mod stops;
 mod storms;
 mod transitions;

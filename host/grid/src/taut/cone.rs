@@ -46,7 +46,13 @@ pub(super) struct Cone {
 
 impl Cone {
     /// Around a root, between two rays.
-    pub(super) fn fan(g: f64, (root, at): (u32, [i32; 2]), step: i32, rays: [[i32; 2]; 2], walk: Option<Side>) -> Self {
+    pub(super) fn fan(
+        g: f64,
+        (root, at): (u32, [i32; 2]),
+        step: i32,
+        rays: [[i32; 2]; 2],
+        walk: Option<Side>,
+    ) -> Self {
         let x = f64::from(at[0]);
         Self { g, root, root_at: at, line: at[1], step, rays, a: x, b: x, walk }
     }

@@ -18,7 +18,9 @@ fn optima(plane: &Plane, start: usize) -> Vec<f64> {
             continue;
         }
         for to in (0..count).filter(|&to| to != at && plane.place(to)[0] <= plane.width()) {
-            if !done[to] && let Some(leg) = plane.leg_below(at, to, length[to] - length[at]) {
+            if !done[to]
+                && let Some(leg) = plane.leg_below(at, to, length[to] - length[at])
+            {
                 length[to] = length[at] + leg;
             }
         }
@@ -36,20 +38,35 @@ fn exact_on_random_maps() {
         let blocked: Vec<bool> = (0..width * height).map(|_| rng.random_bool(share)).collect();
         let plane = Plane::new(width, height, |x, y| !blocked[(y * width + x) as usize]).expect("a map");
         for _ in 0..3 {
-            let start = plane.vertex([rng.random_range(0..=width), rng.random_range(0..=height)]).expect("on it");
+            let start =
+                plane.vertex([rng.random_range(0..=width), rng.random_range(0..=height)]).expect("on it");
             let optima = optima(&plane, start);
             for goal in (0..plane.vertices()).filter(|&v| plane.place(v)[0] <= width) {
                 let optimum = optima[goal];
                 let Some(path) = taut.shortest(&plane, start, goal) else {
-                    assert!(optimum.is_infinite(), "seed {seed}: {:?} to {:?} takes {optimum}", plane.place(start), plane.place(goal));
+                    assert!(
+                        optimum.is_infinite(),
+                        "seed {seed}: {:?} to {:?} takes {optimum}",
+                        plane.place(start),
+                        plane.place(goal)
+                    );
                     unreachable += 1;
                     continue;
                 };
                 let sum = cost(&plane, &path.path);
-                assert!(sum.is_some_and(|sum| (sum - optimum).abs() < 1e-9 && (path.cost - sum).abs() < 1e-9),
-                    "seed {seed}: {:?} to {:?}: {optimum}, {:?} is {sum:?} on\n{}", plane.place(start), plane.place(goal),
+                assert!(
+                    sum.is_some_and(|sum| (sum - optimum).abs() < 1e-9 && (path.cost - sum).abs() < 1e-9),
+                    "seed {seed}: {:?} to {:?}: {optimum}, {:?} is {sum:?} on\n{}",
+                    plane.place(start),
+                    plane.place(goal),
                     path.path.iter().map(|&v| plane.place(v)).collect::<Vec<_>>(),
-                    (0..height).map(|y| (0..width).map(|x| if plane.is_free(x, y) { '.' } else { '#' }).collect::<String>() + "\n").collect::<String>());
+                    (0..height)
+                        .map(|y| (0..width)
+                            .map(|x| if plane.is_free(x, y) { '.' } else { '#' })
+                            .collect::<String>()
+                            + "\n")
+                        .collect::<String>()
+                );
                 found += 1;
             }
         }
