@@ -8,17 +8,18 @@ use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use console::desk::desk;
-use console::server::{Source, bind};
-use console::tap::tap;
 use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, run_into};
 use host::run::fleet::InProcess;
 use host::run::log::Log;
 use host::run::orders::Unattended;
+use host::run::pilot::Pilot;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use protocol::time::FleetInstant;
+use runconsole::desk::desk;
+use runconsole::server::{Source, bind};
+use runconsole::tap::tap;
 use tungstenite::ClientRequestBuilder;
 
 const CLIENTS: usize = 50;
@@ -33,7 +34,7 @@ const SCENARIO: &str = "name = \"nine\"\n[structure]\nsize = \"3x3\"\n[[leg]]\nd
 fn lateness_ms(scenario: &Scenario, log: Log) -> Vec<f64> {
     let mut fleet = InProcess::boats(scenario, 1).expect("valid");
     let (began, late) = (RefCell::new(None), RefCell::new(Vec::new()));
-    let mut hook = |now: FleetInstant, _: &_, _: &mut InProcess<_, _>| {
+    let mut hook = |now: FleetInstant, _: &Pilot, _: &mut InProcess| {
         let mut began = began.borrow_mut();
         let (wall, fleet) = *began.get_or_insert((Instant::now(), now));
         let due = Duration::from_micros(now.0 - fleet.0);

@@ -131,6 +131,9 @@ enum PowerKind {
     Quadratic,
 }
 
+/// Robots that are not in this process, the host's key, and a motion capture, where there is one.
+type Remote = (UdpRadio, HostIdentity, Option<LabBodies>);
+
 /// A column of the results.
 struct Column {
     /// Its heading, and the name of its files.
@@ -258,7 +261,7 @@ fn execute(
     scenario: &ReconfigureScenario,
     column: &Column,
     (log, index): (Log, usize),
-    (radio, console): (Option<(UdpRadio, HostIdentity, Option<LabBodies>)>, Option<Console>),
+    (radio, console): (Option<Remote>, Option<Console>),
     bar: &mut Bar,
 ) -> Result<Executed, Failure> {
     let (problem, plan) = (&scenario.problem, &column.planned.plan);
