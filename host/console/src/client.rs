@@ -236,7 +236,7 @@ impl Client {
         let config = WebSocketConfig::default()
             .read_buffer_size(4 << 10)
             .write_buffer_size(16 << 10)
-            .max_write_buffer_size(8 << 20)
+            .max_write_buffer_size(2 << 20)
             .max_message_size(Some(FRAME_MAX))
             .max_frame_size(Some(FRAME_MAX));
         let socket = WebSocket::from_partially_read(stream, rest, Role::Server, Some(config));

@@ -132,28 +132,19 @@ impl Desk {
 
     fn judge(&mut self, ask: Ask, now: Instant) -> Option<Ask> {
         match ask.wanted {
-            Wanted::Velocity(velocity_m_s, heading_rad) => {
-                let same = self.deadman.is_armed() && self.velocity == Some((velocity_m_s, heading_rad));
+            Wanted::Velocity(velocity_m_s, heading_rad)
+                if self.deadman.is_armed() && self.velocity == Some((velocity_m_s, heading_rad)) =>
+            {
                 self.deadman.refresh(ask.ticket.client, now);
-                self.velocity = Some((velocity_m_s, heading_rad));
-                if same {
-                    self.answer(ask.ticket, Ok("goes on".to_owned()));
-                    return None;
-                }
+                self.answer(ask.ticket, Ok("goes on".to_owned()));
+                None
             }
-            Wanted::LetGo(_) => {
-                if !self.deadman.let_go(ask.ticket.client) {
-                    self.answer(ask.ticket, Ok("there is no velocity of this page to let go of".to_owned()));
-                    return None;
-                }
+            Wanted::LetGo(_) if !self.deadman.let_go(ask.ticket.client) => {
+                self.answer(ask.ticket, Ok("there is no velocity of this page to let go of".to_owned()));
+                None
             }
-            // These end a velocity, too. One that was refused before is not in force.
-            Wanted::Station(..) | Wanted::Waypoints(..) | Wanted::Legs | Wanted::Stop | Wanted::Hold => {
-                self.deadman.disarm();
-            }
-            Wanted::Resume | Wanted::Release(_) | Wanted::Heading(_) | Wanted::End => {}
+            _ => Some(ask),
         }
-        Some(ask)
     }
 
     fn lapse(&self, why: &'static str) -> Ask {
@@ -161,12 +152,28 @@ impl Desk {
         Ask { ticket, by: "deadman".to_owned(), wanted: Wanted::LetGo(why) }
     }
 
-    /// Tells what came of an ask. A velocity that was refused is not in force.
-    pub fn tell(&mut self, ask: &Ask, outcome: Result<String, String>) {
-        if outcome.is_err() && matches!(ask.wanted, Wanted::Velocity(..)) {
-            self.deadman.disarm();
+    /// Tells what came of an ask, at `now`. A velocity is in force from when it was followed on, and until another target or a halt was: one
+    /// that was refused leaves the one before, which ends if it is not asked for again.
+    pub fn tell(&mut self, ask: &Ask, outcome: Result<String, String>, now: Instant) {
+        if outcome.is_ok() {
+            match ask.wanted {
+                Wanted::Velocity(velocity_m_s, heading_rad) => {
+                    self.deadman.refresh(ask.ticket.client, now);
+                    self.velocity = Some((velocity_m_s, heading_rad));
+                }
+                Wanted::Station(..) | Wanted::Waypoints(..) | Wanted::Legs | Wanted::Stop | Wanted::Hold => {
+                    self.interrupt();
+                }
+                Wanted::LetGo(_) | Wanted::Resume | Wanted::Release(_) | Wanted::Heading(_) | Wanted::End => {
+                }
+            }
         }
         self.answer(ask.ticket, outcome);
+    }
+
+    /// The velocity in force has ended, by what did not come this way.
+    pub fn interrupt(&mut self) {
+        self.deadman.disarm();
     }
 
     /// A server that is gone needs no answers.
@@ -189,6 +196,13 @@ mod tests {
         Wanted::Velocity([0.04, 0.0], None)
     }
 
+    /// Takes an ask out and says that it was followed.
+    fn follow(desk: &mut Desk, now: Instant) -> Option<Wanted> {
+        let ask = desk.ask(now)?;
+        desk.tell(&ask, Ok(String::new()), now);
+        Some(ask.wanted)
+    }
+
     #[test]
     fn a_velocity_goes_to_the_loop_once_and_its_end_too() {
         let (counter, mut desk) = desk();
@@ -196,25 +210,27 @@ mod tests {
         let at = |ms| began + Duration::from_millis(ms);
         for ms in [0, 100, 200] {
             assert!(counter.ask(ask(1, velocity())));
-            let came = desk.ask(at(ms));
+            let came = follow(&mut desk, at(ms));
             assert_eq!(came.is_some(), ms == 0, "at {ms} ms");
         }
+        assert_eq!(counter.answer().map(|answer| answer.outcome), Some(Ok(String::new())));
         assert_eq!(counter.answer().map(|answer| answer.outcome), Some(Ok("goes on".to_owned())));
-        assert_eq!(desk.ask(at(499)), None);
-        let lapsed = desk.ask(at(501)).expect("it was not refreshed");
-        assert_eq!(lapsed.wanted, Wanted::LetGo("not refreshed"));
-        assert_eq!(desk.ask(at(2000)), None);
+        assert_eq!(follow(&mut desk, at(499)), None);
+        assert_eq!(follow(&mut desk, at(501)), Some(Wanted::LetGo("not refreshed")));
+        assert_eq!(follow(&mut desk, at(2000)), None);
     }
 
     #[test]
     fn a_socket_that_closes_ends_its_own_velocity_alone() {
         let (counter, mut desk) = desk();
         let now = Instant::now();
-        assert!(counter.ask(ask(1, velocity())) && counter.ask(ask(2, Wanted::LetGo("the page is gone"))));
-        assert_eq!(desk.ask(now).map(|ask| ask.wanted), Some(velocity()));
-        assert_eq!(desk.ask(now), None);
-        assert!(counter.ask(ask(1, Wanted::LetGo("the page is gone"))));
-        assert_eq!(desk.ask(now).map(|ask| ask.wanted), Some(Wanted::LetGo("the page is gone")));
+        let gone = || Wanted::LetGo("the page is gone");
+        assert!(counter.ask(ask(1, velocity())));
+        assert_eq!(follow(&mut desk, now), Some(velocity()));
+        assert!(counter.ask(ask(2, gone())));
+        assert_eq!(follow(&mut desk, now), None);
+        assert!(counter.ask(ask(1, gone())));
+        assert_eq!(follow(&mut desk, now), Some(gone()));
     }
 
     #[test]
@@ -222,20 +238,51 @@ mod tests {
         let (counter, mut desk) = desk();
         let now = Instant::now();
         assert!(counter.ask(ask(1, velocity())));
-        assert!(desk.ask(now).is_some());
+        assert!(follow(&mut desk, now).is_some());
         drop(counter);
-        assert_eq!(desk.ask(now).map(|ask| ask.wanted), Some(Wanted::LetGo("the console is gone")));
-        assert_eq!(desk.ask(now), None);
+        assert_eq!(follow(&mut desk, now), Some(Wanted::LetGo("the console is gone")));
+        assert_eq!(follow(&mut desk, now), None);
+    }
+
+    /// What is refused changes nothing: neither is a velocity in force that was refused, nor does it keep the one before alive, nor does
+    /// another target that was refused.
+    #[test]
+    fn what_was_refused_changes_nothing() {
+        let (counter, mut desk) = desk();
+        let began = Instant::now();
+        let at = |ms| began + Duration::from_millis(ms);
+        let refuse = |desk: &mut Desk, wanted: Wanted, now: Instant| {
+            assert!(counter.ask(ask(1, wanted)));
+            let refused = desk.ask(now).expect("it is handed on");
+            desk.tell(&refused, Err("no".to_owned()), now);
+        };
+        refuse(&mut desk, velocity(), at(0));
+        assert_eq!(desk.ask(at(1000)), None);
+        assert!(counter.ask(ask(1, velocity())));
+        assert_eq!(follow(&mut desk, at(1000)), Some(velocity()));
+        refuse(&mut desk, Wanted::Velocity([9.0, 0.0], None), at(1200));
+        refuse(&mut desk, Wanted::Station([9.0, 0.0], None), at(1250));
+        assert_eq!(desk.ask(at(1299)), None);
+        assert_eq!(follow(&mut desk, at(1301)), Some(Wanted::LetGo("not refreshed")));
     }
 
     #[test]
-    fn a_velocity_that_was_refused_is_none() {
+    fn another_target_or_a_halt_ends_a_velocity() {
         let (counter, mut desk) = desk();
         let now = Instant::now();
+        let later = now + Duration::from_secs(1);
+        for wanted in [Wanted::Stop, Wanted::Hold, Wanted::Station([0.0; 2], None), Wanted::Legs] {
+            assert!(counter.ask(ask(1, velocity())) && counter.ask(ask(1, wanted.clone())));
+            assert_eq!((follow(&mut desk, now), follow(&mut desk, now)), (Some(velocity()), Some(wanted)));
+            assert_eq!(follow(&mut desk, later), None);
+        }
         assert!(counter.ask(ask(1, velocity())));
-        let first = desk.ask(now).expect("it is new");
-        desk.tell(&first, Err("stopped".to_owned()));
-        assert_eq!(desk.ask(now + Duration::from_secs(1)), None);
+        assert_eq!(follow(&mut desk, now), Some(velocity()));
+        desk.interrupt();
+        assert_eq!(follow(&mut desk, later), None);
+        // It can be asked for again.
+        assert!(counter.ask(ask(1, velocity())));
+        assert_eq!(follow(&mut desk, later), Some(velocity()));
     }
 
     #[test]

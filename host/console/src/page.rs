@@ -13,6 +13,8 @@ pub struct Asset {
 
 const HTML: &str = "text/html; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
+const PICTURE: &str = "image/svg+xml";
 const JSON: &str = "application/json";
 
 macro_rules! assets {
@@ -24,7 +26,21 @@ macro_rules! assets {
 /// All of them.
 pub const ASSETS: &[Asset] = assets! {
     "/", HTML, "index.html";
+    "/style.css", STYLE, "style.css";
+    "/icon.svg", PICTURE, "icon.svg";
     "/main.js", SCRIPT, "main.js";
+    "/boats.js", SCRIPT, "boats.js";
+    "/camera.js", SCRIPT, "camera.js";
+    "/connection.js", SCRIPT, "connection.js";
+    "/draw.js", SCRIPT, "draw.js";
+    "/format.js", SCRIPT, "format.js";
+    "/modules.js", SCRIPT, "modules.js";
+    "/orders.js", SCRIPT, "orders.js";
+    "/player.js", SCRIPT, "player.js";
+    "/plots.js", SCRIPT, "plots.js";
+    "/rovs.js", SCRIPT, "rovs.js";
+    "/state.js", SCRIPT, "state.js";
+    "/steer.js", SCRIPT, "steer.js";
     "/layout.json", JSON, "layout.json";
 };
 

@@ -78,7 +78,10 @@ impl View {
             "/end" => read!(data, flotilla::End, |end| self.end = Some(end)),
             "/status" => read!(data, flotilla::Status, |status| self.status = Some(status)),
             "/links" => read!(data, flotilla::Links, |links| self.modules.links(&links)),
-            "/robots" => read!(data, flotilla::Robots, |robots| {
+            "/robots" => read!(data, flotilla::Robots, |robots: flotilla::Robots| {
+                // Time zero of a plan is told with each of them.
+                let since_ns = (robots.t_s.clamp(0.0, 1e9) * 1e9) as u64;
+                self.history.begin(Some(*self.origin_ns.get_or_insert(at_ns.saturating_sub(since_ns))));
                 self.history.robots(at_ns, &robots);
                 self.rovs.robots = Some(robots);
             }),

@@ -111,8 +111,6 @@ pub(super) fn main(arguments: Arguments) -> Result<(), Failure> {
     arguments.pose.apply(&mut scenario.pose);
     if arguments.interactive {
         scenario = scenario.without_legs();
-    } else if scenario.legs.is_empty() {
-        return Err(Failure::Bad(format!("{} has no legs: --interactive", scenario.name)));
     }
     let seed = arguments.seed.unwrap_or(scenario.seed);
     // Port and folder come first: a run that no module can join, or whose results have nowhere to go, is not begun.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use console::player::Player;
-use console::server::{ADDRESS, Source, bind};
+use runconsole::player::Player;
+use runconsole::server::{ADDRESS, Source, bind};
 
 use super::console::{invite, stage};
 use super::{Failure, bad, could, signal};

@@ -288,9 +288,12 @@ where
                 let (what, steers) = (order.words(), matches!(order, Order::Steer(_)));
                 let outcome = self.obey(now, order);
                 operator.answer(&outcome);
-                progress.note(match &outcome {
-                    Ok(text) | Err(text) => text,
-                });
+                // Targets come ten times a second.
+                if !steers {
+                    progress.note(match &outcome {
+                        Ok(text) | Err(text) => text,
+                    });
+                }
                 self.ordered.push(Ordered { at: now, by: operator.by(), what, steers, outcome });
             }
             let step = match self.step(now, || clock.now()) {

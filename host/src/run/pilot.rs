@@ -28,9 +28,6 @@
 //! How far a decision has come is the pilot's [`Phase`]; [`phase`] has the table of what leads from one to another.
 
 use firmware::link::session::SURE_WITHIN;
-use firmware::modboat::cycle::SwimCycle;
-use firmware::modboat::waveform::Waveform;
-use protocol::Motion;
 use protocol::configuration::TailLimits;
 use protocol::time::{Duration, FleetInstant};
 use std::f64::consts::PI;
@@ -43,7 +40,7 @@ use modboat::control::{Controller as Control, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
 use modboat::motion::{Turn, Wrench};
-use modboat::observer::{Estimate, Fix, Observer};
+use modboat::observer::{Fix, Observer};
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
 use modboat::planner_config::LawOfTime;
@@ -65,6 +62,7 @@ mod controller;
 mod decision;
 mod helm;
 pub mod phase;
+mod seen;
 mod settling;
 
 /// Time before the end of the running cycle from which a decision no longer waits for reports: what it sends must get through. *Assumed.*
@@ -163,58 +161,6 @@ impl Pilot {
             remaining: Remaining::default(),
             plan: Plan::default(),
         })
-    }
-
-    /// How far the last decision has come.
-    pub fn phase(&self) -> Phase {
-        self.phase
-    }
-
-    /// All decisions so far.
-    pub fn decisions(&self) -> &[Decision] {
-        &self.decisions
-    }
-
-    /// How the structure moves, as observed.
-    pub fn estimate(&self) -> Option<Estimate> {
-        self.observer.estimate()
-    }
-
-    /// How often a module refused a cycle.
-    pub fn refusals(&self) -> u32 {
-        self.refusals
-    }
-
-    /// How often a cycle that no module may miss was given up because a module might have missed it.
-    pub fn dropped(&self) -> u32 {
-        self.dropped
-    }
-
-    /// What is asked for `t_s` after time zero, if anything is.
-    pub fn asked(&self, t_s: f64) -> Option<Asked> {
-        self.helm.asked(&self.scenario, t_s)
-    }
-
-    /// What it is steered by.
-    pub fn helm(&self) -> &Helm {
-        &self.helm
-    }
-
-    /// Where the cycle `number` has the tail of a module (by index) at `at`, modulo 2π, rad; `None` where it is not known any more.
-    pub fn tail_rad(&self, index: usize, number: u32, at: FleetInstant) -> Option<f64> {
-        let recent = self.decisions.iter().rev().take(3);
-        let mut sent = recent.flat_map(Decision::sent_cycles).filter(|sent| sent.number == number);
-        let sent = sent.next()?;
-        let Motion::Modboat(cycle) = sent.motions.get(index)? else { return None };
-        let waveform = Waveform::new(cycle.centerline, cycle.amplitude, cycle.period);
-        let turning = (cycle.transition, cycle.law);
-        let cycle = SwimCycle::new(number, sent.start, cycle.rotation, turning, waveform);
-        Some(f64::from(cycle.reference(at).angle_rad))
-    }
-
-    /// The newest pose.
-    pub fn fix(&self) -> Option<&Fix> {
-        self.fix.as_ref()
     }
 
     /// Whether the newest pose is too old at `now` for a decision: at the start of its cycle it would be older than `hold_after_s`, where

@@ -104,6 +104,8 @@ impl Default for Timing {
     }
 }
 
+const NO_LEG: &str = "a scenario needs at least one [[leg]]";
+
 /// The file's own shape; [`Scenario`] is what becomes of it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -165,10 +167,16 @@ impl Scenario {
     /// [`FileError`].
     pub fn open(name: &str) -> Result<Self, FileError> {
         let Source { file, text, .. } = file::open(name, "scenario", &BUILT_IN)?;
-        Self::parse(&file, &text)
+        let scenario = Self::parse(&file, &text)?;
+        if scenario.legs.is_empty() {
+            let document = Document::toml(&text).map_err(|mistake| mistake.in_file(&file))?;
+            return Err(document.mistake(&["leg"], NO_LEG).in_file(&file));
+        }
+        Ok(scenario)
     }
 
-    /// Reads a scenario from `text`; `file` is its name in error messages.
+    /// Reads a scenario from `text`; `file` is its name in error messages. It may have no legs, as the log of a run has it that waited for
+    /// targets.
     ///
     /// # Errors
     /// [`FileError::Invalid`].
@@ -251,7 +259,7 @@ impl Scenario {
         }
         // An empty list, `leg = []`, says that there are to be none.
         let Some(tables) = &parsed.legs else {
-            return Err(document.mistake(&["leg"], "a scenario needs at least one [[leg]]"));
+            return Err(document.mistake(&["leg"], NO_LEG));
         };
         let mut legs = Vec::with_capacity(tables.len());
         for (index, leg) in tables.iter().enumerate() {

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use clap::Args;
-use console::desk::{Ask, Desk as ConsoleDesk, Wanted, desk};
-use console::server::{ADDRESS, Bound, Server, Source, bind};
-use console::tap::{Live, tap};
 use protocol::ModuleId;
+use runconsole::desk::{Ask, Desk as ConsoleDesk, Wanted, desk};
+use runconsole::server::{ADDRESS, Bound, Server, Source, bind};
+use runconsole::tap::{Live, tap};
 use runlog::writer::Tap;
 
 use super::operator::socket::Desk;
@@ -89,6 +89,9 @@ impl Operator for Attended {
     fn poll(&mut self, status: &dyn Fn() -> RunStatus) -> Option<Order> {
         self.ask = None;
         if let Some(order) = self.desk.poll(status) {
+            if let (Some(console), Order::Stop | Order::Hold) = (&mut self.console, &order) {
+                console.interrupt();
+            }
             return Some(order);
         }
         let console = self.console.as_mut()?;
@@ -99,7 +102,7 @@ impl Operator for Attended {
                     self.ask = Some(ask);
                     return Some(order);
                 }
-                Err(why) => console.tell(&ask, Err(why)),
+                Err(why) => console.tell(&ask, Err(why), now),
             }
         }
         None
@@ -111,7 +114,7 @@ impl Operator for Attended {
 
     fn answer(&mut self, outcome: &Result<String, String>) {
         if let (Some(console), Some(ask)) = (&mut self.console, &self.ask) {
-            console.tell(ask, outcome.clone());
+            console.tell(ask, outcome.clone(), Instant::now());
         }
     }
 }

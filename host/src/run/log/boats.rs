@@ -16,7 +16,6 @@ use std::cell::RefCell;
 use link::dispatcher::DispatcherEvent;
 use modboat::motion::Wrench;
 use protocol::time::{Duration, FleetInstant};
-use quantity::wrap_rad;
 use record::PoseSample;
 use runlog::{flotilla, ros};
 use sim::TailState;
@@ -38,13 +37,14 @@ use super::standing::Standing;
 use super::topics::{Shown, Told};
 use super::{Log, counts, stamp};
 
-use messages::{course, message, state, wrench};
+use messages::{message, state, wrench};
 
 pub use messages::head;
 pub use reading::{Outcome, Reading};
 
 mod messages;
 mod reading;
+mod standing;
 
 /// Seconds between two poses: 20 Hz.
 pub const POSE_EVERY_S: f64 = 0.05;
@@ -232,43 +232,6 @@ impl<'a> BoatLog<'a> {
             };
             let event = flotilla::Event { stamp: stamp(at), module: id(module), text: text.to_owned() };
             self.log.show(now, Shown::Event(&event));
-        }
-    }
-
-    /// How the run stands, and what it is steered by.
-    fn stand<F: Fleet, P: PoseSource<Tank>>(&mut self, now: FleetInstant, run: &BoatRun<'_, F, P>) {
-        while let Some(order) = self.standing.order(&run.ordered) {
-            self.tell(now, Told::Order(&order));
-        }
-        if !self.log.is_kept() {
-            return;
-        }
-        let (pilot, links) = (&run.host.controller, run.host.dispatcher());
-        let t_s = self.origin.map_or(0.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
-        let asked = pilot.asked(t_s);
-        let steered = (asked.map(|asked| asked.target), pilot.helm().changes());
-        if self.steered != Some(steered) {
-            self.steered = Some(steered);
-            self.log.show(now, Shown::Course(&course(now, asked.as_ref(), pilot.helm())));
-        }
-        let status = self.standing.status(now, run, &self.ids, |status| {
-            if let Some(seen) = pilot.estimate() {
-                status.unknown_m_s2 = seen.unknown_m_s2.to_vec();
-                status.unknown_rad_s2 = vec![seen.unknown_rad_s2];
-            }
-            status.poses = run.poses.trouble().unwrap_or_default().to_owned();
-            for (index, (module, link)) in status.modules.iter_mut().zip(links.modules()).enumerate() {
-                let Some(report) = link.telemetry() else { continue };
-                let tail_rad = f64::from(report.tail.0);
-                let planned_rad = pilot.tail_rad(index, report.cycle, report.at);
-                module.tail_rad = Some(tail_rad);
-                module.tail_error_rad = planned_rad.map(|planned_rad| wrap_rad(tail_rad - planned_rad));
-            }
-        });
-        let Some(status) = status else { return };
-        self.log.show(now, Shown::Status(status));
-        if let Some(bodies) = run.poses.bodies() {
-            self.log.show(now, Shown::Bodies(&flotilla::Bodies { stamp: stamp(now), bodies }));
         }
     }
 

@@ -192,7 +192,7 @@ impl<'a> RovLog<'a> {
             self.tell(now, Told::Order(&order));
         }
         if self.log.is_kept()
-            && let Some(status) = self.standing.status(now, run, &self.ids, |_| {})
+            && let Some(status) = self.standing.status(now, run, &self.ids, |_| {}, |_| {})
         {
             self.log.show(now, Shown::Status(status));
         }

@@ -37,13 +37,15 @@ impl Standing {
         Some(flotilla::Order { stamp: stamp(*at), by, what, steers: *steers, followed, text })
     }
 
-    /// How `run` stands at `now`, if that is to be told; `more` fills in what only one fleet has.
+    /// How `run` stands at `now`, if that is to be told. `words` and `measured` fill in what only one fleet has: the first what is told at
+    /// once, the second what can wait.
     pub fn status<C: Controller, F: Fleet, W, P>(
         &mut self,
         now: FleetInstant,
         run: &Run<'_, C, F, W, P>,
         ids: &[u16],
-        more: impl FnOnce(&mut flotilla::Status),
+        words: impl FnOnce(&mut flotilla::Status),
+        measured: impl FnOnce(&mut flotilla::Status),
     ) -> Option<&flotilla::Status> {
         if self.looked.is_some_and(|looked| now.since(looked) < LOOK_EVERY) {
             return None;
@@ -63,11 +65,12 @@ impl Standing {
             modules: modules.collect(),
             ..flotilla::Status::default()
         };
-        more(&mut status);
+        words(&mut status);
         let waited = self.told.is_none_or(|told| now.since(told) >= TELL_EVERY);
         if !waited && !differs(&self.status, &status) {
             return None;
         }
+        measured(&mut status);
         self.told = Some(now);
         self.status = status;
         Some(&self.status)

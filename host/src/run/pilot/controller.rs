@@ -92,6 +92,7 @@ impl Controller for Pilot {
 
     fn halt(&mut self, _: Order) {
         self.halted = true;
+        self.helm.halt();
         self.give_up_if_turning();
         self.handle_phase(PhaseEvent::Halted);
     }

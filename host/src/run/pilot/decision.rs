@@ -1,5 +1,7 @@
 //! One decision, and what goes over the wire for it.
 
+use firmware::modboat::cycle::SwimCycle;
+use firmware::modboat::waveform::Waveform;
 use link::dispatcher::{Dispatcher, ModuleLink};
 use modboat::motion::StepTime;
 use modboat::motion::{Swing, Turn, Wrench};
@@ -49,6 +51,18 @@ pub struct SentCycle {
     pub start: FleetInstant,
     /// What each module does.
     pub motions: Vec<Motion>,
+}
+
+impl SentCycle {
+    /// Where it has the tail of a module (by index) at `at`, modulo 2π, rad.
+    #[must_use]
+    pub fn tail_rad(&self, index: usize, at: FleetInstant) -> Option<f64> {
+        let Motion::Modboat(cycle) = self.motions.get(index)? else { return None };
+        let waveform = Waveform::new(cycle.centerline, cycle.amplitude, cycle.period);
+        let turning = (cycle.transition, cycle.law);
+        let cycle = SwimCycle::new(self.number, self.start, cycle.rotation, turning, waveform);
+        Some(f64::from(cycle.reference(at).angle_rad))
+    }
 }
 
 /// The first of two steps of a transition.

@@ -114,6 +114,14 @@ impl Helm {
         }
     }
 
+    /// A stop or a hold: a velocity is for now, and does not go on after it.
+    pub(super) fn halt(&mut self) {
+        if matches!(self.course, Course::Given(Demand::Velocity(_))) {
+            self.course = Course::None("it was stopped or held");
+            self.given += 1;
+        }
+    }
+
     /// Another target, given with the structure at `place`, `t_s` after time zero.
     ///
     /// # Errors
@@ -231,6 +239,11 @@ mod tests {
         helm.steer(&Steering::Heading(1.6), &scenario, place(), 0.0).expect("followed");
         let turned = helm.asked(&scenario, 0.0).expect("a target");
         assert!(turned.demand == STATION && (turned.heading_rad - 1.6).abs() < 1e-12);
+        helm.halt();
+        assert!(helm.asked(&scenario, 0.0).is_some_and(|asked| asked.demand == STATION));
+        helm.steer(&Steering::Velocity([0.0, 0.05], None), &scenario, place(), 0.0).expect("followed");
+        helm.halt();
+        assert_eq!(helm.lacks_target(), Some("it was stopped or held"));
         helm.steer(&Steering::LetGo("let go"), &scenario, place(), 0.0).expect("followed");
         assert_eq!((helm.asked(&scenario, 0.0), helm.lacks_target()), (None, Some("let go")));
         helm.steer(&Steering::Legs, &scenario, place(), 0.0).expect("followed");

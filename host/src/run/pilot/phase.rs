@@ -14,7 +14,7 @@ pub enum Phase {
     Turning,
     /// A decision is under way, and all of it sent.
     Swimming,
-    /// An operator has ordered a stop or a hold.
+    /// An operator has ordered a stop or a hold, or taken the target away.
     Halted,
     /// The run is over.
     Finished,
@@ -47,9 +47,9 @@ pub enum PhaseEvent {
     Blind,
     /// A module reports that it has stopped, or turns out to be two.
     Stopped,
-    /// An operator orders a stop or a hold.
+    /// An operator orders a stop or a hold, or takes the target away.
     Halted,
-    /// An operator orders a release.
+    /// An operator orders a release, or gives a target.
     Released,
     /// The host did not run for a while.
     Paused,

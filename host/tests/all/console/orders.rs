@@ -102,7 +102,7 @@ fn a_run_without_legs_waits_for_targets_and_ends_a_velocity_with_its_page() {
 
     // A velocity lasts while it is asked for.
     let refresh = r#"{"id":9,"do":"velocity","velocity_m_s":[0.0,0.05]}"#;
-    let mut speed = |page: &mut Page, most_m_s: f64| {
+    let speed = |page: &mut Page, most_m_s: f64| {
         page.until(|snapshot| snapshot["truth"]["velocity_m_s"][1].as_f64() > Some(most_m_s))
     };
     for _ in 0..200 {
