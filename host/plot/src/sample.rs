@@ -123,7 +123,7 @@ fn swim(
             outcome: "planned",
             demand: total + Wrench { fx_n: 0.0, fy_n: 0.5 * miss.max(0.0), tau_nm: 0.0 },
             commanded: total,
-            achieved: total + Wrench { fx_n: miss, fy_n: -miss, tau_nm: 0.1 * miss },
+            achieved: Some(total + Wrench { fx_n: miss, fy_n: -miss, tau_nm: 0.1 * miss }),
             error: 0.0,
             travel_rad: turns.iter().map(|turn| turn.rotation_rad().abs()).sum(),
             clearance_m: 0.01,

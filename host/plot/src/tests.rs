@@ -153,7 +153,7 @@ fn odd_runs_still_give_pictures() {
     broken.poses[9].velocity_m_s[1] = f64::INFINITY;
     broken.tails[5].actual_rad[1] = f64::NAN;
     broken.tails[6].actual_rad.truncate(1);
-    broken.cycles[2].achieved.fx_n = f64::NAN;
+    broken.cycles[2].achieved.as_mut().expect("a wrench").fx_n = f64::NAN;
     broken.cycles[3].swings[0].centerline_rad = f64::NAN;
     broken.cycles[4].swings.truncate(1);
     broken.cycles[4].turns.clear();

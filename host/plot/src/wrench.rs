@@ -1,5 +1,5 @@
 //! `wrench.svg`: the wrench of every cycle as demanded by the controller, as the plan yields it by law (7), and as
-//! the tails exerted it on the water.
+//! the tails exerted it on the water. In real water nothing measures that: there is no such curve then, and the legend says so.
 
 use record::{CycleRecord, RunRecord};
 
@@ -27,13 +27,19 @@ pub fn svg(record: &RunRecord) -> Result<String, DrawError> {
 fn summary(record: &RunRecord) -> String {
     let rms = |component: usize| {
         let misses = record.cycles.iter().filter_map(|cycle| {
-            let miss = cycle.achieved - cycle.commanded;
+            let miss = cycle.achieved? - cycle.commanded;
             miss.to_array().get(component).copied().filter(|m| m.is_finite())
         });
         let (count, sum) = misses.fold((0, 0.0), |(n, sum), miss| (n + 1, sum + miss * miss));
         number((sum / f64::from(count.max(1))).sqrt() * 1e3, 2)
     };
     let (count, s) = (record.cycles.len(), if record.cycles.len() == 1 { "" } else { "s" });
+    if !is_measured(record) {
+        return format!(
+            "{count} cycle{s}; nothing measures the wrench that was achieved · {}",
+            record.description
+        );
+    }
     format!(
         "{count} cycle{s}; rms of achieved − plan {} mN, {} mN, {} mN·m · {}",
         rms(0),
@@ -41,6 +47,11 @@ fn summary(record: &RunRecord) -> String {
         rms(2),
         record.description
     )
+}
+
+/// Whether anything measured the wrench on the water.
+fn is_measured(record: &RunRecord) -> bool {
+    record.cycles.is_empty() || record.cycles.iter().any(|cycle| cycle.achieved.is_some())
 }
 
 /// A step line: one value over each cycle, transition included.
@@ -62,7 +73,11 @@ fn draw(area: &Area<'_>, record: &RunRecord, component: usize) -> Result<(), Dra
         let wrench = match which {
             0 => cycle.demand,
             1 => cycle.commanded,
-            _ => cycle.achieved,
+            // What is no number is not drawn.
+            _ => match cycle.achieved {
+                Some(wrench) => wrench,
+                None => return f64::NAN,
+            },
         };
         1e3 * wrench.to_array().get(component).copied().unwrap_or_default()
     };
@@ -75,10 +90,14 @@ fn draw(area: &Area<'_>, record: &RunRecord, component: usize) -> Result<(), Dra
     let high = if names_legs { high + 0.1 * (high - low) } else { high };
     let legs = record.legs.iter().map(|leg| leg.end_s);
     let (start_s, end_s) = extent(all().map(|p| p.0).chain(legs)).unwrap_or((0.0, 1.0));
+    let on_the_water = match is_measured(record) {
+        true => "achieved on the water",
+        false => "achieved: not measured",
+    };
     let legend = [
         (Key::Line(style::DEMAND, 0.3, 6.0), "demand"),
         (Key::Line(style::BLUE, 1.0, 2.0), "plan, law (7)"),
-        (Key::Line(style::ORANGE, 1.0, 1.75), "achieved on the water"),
+        (Key::Line(style::ORANGE, 1.0, 1.75), on_the_water),
     ];
     let is_last = component == 2;
     let title = ["Sway force Fx, mN", "Surge force Fy, mN", "Yaw torque τ, mN·m"][component.min(2)];
@@ -115,12 +134,28 @@ mod tests {
     #[test]
     fn steps_span_transition_and_swim() {
         let mut record = crate::sample::run(3, 1, 4.0, [[0.04, 0.0]; 2]);
-        record.cycles[1].achieved.fy_n = f64::NAN;
-        let points = steps(&record.cycles, |c| c.achieved.fy_n);
-        let values: Vec<f64> = [0, 2, 3].map(|k| record.cycles[k].achieved.fy_n).to_vec();
+        let achieved = |cycle: &CycleRecord| cycle.achieved.map_or(f64::NAN, |wrench| wrench.fy_n);
+        record.cycles[1].achieved = None;
+        let points = steps(&record.cycles, achieved);
+        let values: Vec<f64> = [0, 2, 3].map(|k| achieved(&record.cycles[k])).to_vec();
         let times: Vec<f64> = points.iter().map(|p| p.0).collect();
         assert_eq!(times, [0.0, 2.0, 4.0, 6.0, 6.0, 8.0]);
         assert_eq!(points.iter().step_by(2).map(|p| p.1).collect::<Vec<_>>(), values);
         assert_eq!(points.iter().skip(1).step_by(2).map(|p| p.1).collect::<Vec<_>>(), values);
+    }
+    /// A picture of real water has two curves, and says why there is no third.
+    #[test]
+    fn what_was_not_measured_is_not_drawn_as_zero() {
+        let measured = crate::sample::run(3, 1, 4.0, [[0.04, 0.0]; 2]);
+        let mut real = measured.clone();
+        for cycle in &mut real.cycles {
+            cycle.achieved = None;
+        }
+        let [measured, real] = [&measured, &real].map(|record| svg(record).expect("a picture"));
+        let curves = |svg: &str| svg.matches("<polyline").count();
+        assert!(measured.contains("achieved on the water") && measured.contains("rms of achieved"));
+        assert!(real.contains("achieved: not measured") && real.contains("nothing measures the wrench"));
+        // One a panel, and the one in the legend stays.
+        assert_eq!(curves(&measured) - curves(&real), 3, "{} {}", curves(&measured), curves(&real));
     }
 }

@@ -65,8 +65,9 @@ pub struct CycleRecord {
     pub bounded: bool,
     /// Wrench the plan yields by law (7).
     pub commanded: Wrench,
-    /// Mean wrench of the tails on the water over the swim cycle, as simulated from the actual tail angles.
-    pub achieved: Wrench,
+    /// Mean wrench of the tails on the water over the swim cycle, as simulated from the actual tail angles; `None` where the water is
+    /// real, and nothing measures it.
+    pub achieved: Option<Wrench>,
     /// ‖w∘(demand − commanded)‖ / ‖w∘demand‖.
     pub error: f64,
     /// Total tail travel of the transition, rad.

@@ -20,7 +20,7 @@ use runlog::writer::FileWriter;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-use crate::common::{PATIENCE, Process};
+use crate::common::{Finished, PATIENCE, Process};
 use crate::said::{done, refused, text};
 
 /// Long enough for more than a chunk, with cycles in it.
@@ -29,6 +29,13 @@ const SHORT: &str = "name = \"t\"\n[structure]\nsize = \"3x1\"\n[[leg]]\nduratio
 fn flotilla(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_flotilla"));
     command.args(arguments).current_dir(folder).output().expect("it runs")
+}
+
+/// A process with a place for sockets of its own in `folder`.
+fn spoken_to(folder: &Path, arguments: &[&str]) -> Process {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flotilla"));
+    command.args(arguments).current_dir(folder).env("XDG_RUNTIME_DIR", folder.join("sockets"));
+    Process::spawn(command)
 }
 
 /// A folder with a short run in `o`.
@@ -143,22 +150,55 @@ fn at_any_moment_the_file_reads_to_within_a_second_and_a_half() {
     assert!(cycles > 5, "{cycles} cycles");
 }
 
-/// Killed for good: nothing in the process runs any more.
+/// Killed for good: nothing in the process runs any more. Six runs in real time, or as many as `FLOTILLA_KILLS` says, each killed at another
+/// moment of its own time, which it tells itself right before: its log reads to within a second and a half of that.
 #[test]
-fn a_run_that_is_killed_leaves_its_log() {
-    let folder = tempdir().expect("a folder");
-    fs::write(folder.path().join("t.toml"), SHORT.replace("= 12", "= 600")).expect("a file");
-    let mut run = Process::start(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
-    let log = folder.path().join("o/log.mcap");
-    let began = std::time::Instant::now();
-    // Until two chunks are there.
-    while fs::metadata(&log).map_or(0, |metadata| metadata.len()) < 200_000 {
-        assert!(began.elapsed() < PATIENCE, "no log comes");
-        std::thread::sleep(std::time::Duration::from_millis(20));
+fn runs_that_are_killed_leave_their_logs() {
+    let kills = std::env::var("FLOTILLA_KILLS").map_or(6, |kills| kills.parse().expect("a number"));
+    let seed = 11;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut moments_s: Vec<f64> = (0..kills).map(|_| rng.random_range(0.0..4.0)).collect();
+    moments_s.sort_unstable_by(f64::total_cmp);
+    let scenario = SHORT.replace("= 12", "= 600");
+    let runs: Vec<(TempDir, Process)> = (0..kills)
+        .map(|_| {
+            let folder = tempdir().expect("a folder");
+            fs::write(folder.path().join("t.toml"), &scenario).expect("a file");
+            fs::create_dir(folder.path().join("sockets")).expect("a folder");
+            let run = spoken_to(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
+            (folder, run)
+        })
+        .collect();
+    let mut told_s = Vec::new();
+    let mut folders = Vec::new();
+    for ((folder, mut run), moment_s) in runs.into_iter().zip(moments_s) {
+        let began = std::time::Instant::now();
+        let at_s = loop {
+            assert!(began.elapsed() < PATIENCE, "no run that tells its time");
+            let Finished { out, .. } = spoken_to(folder.path(), &["status", "--json"]).finish();
+            let said = out.first().and_then(|line| serde_json::from_str::<Value>(line).ok());
+            match said.and_then(|said| said["t_s"].as_f64()) {
+                Some(at_s) if at_s >= moment_s => break at_s,
+                _ => std::thread::sleep(std::time::Duration::from_millis(20)),
+            }
+        };
+        run.child.kill().expect("SIGKILL");
+        assert_eq!(run.finish().code, None);
+        assert!(!folder.path().join("o/summary.json").exists());
+        told_s.push(at_s);
+        folders.push(folder);
     }
-    run.child.kill().expect("SIGKILL");
-    assert_eq!(run.finish().code, None);
-    assert!(!folder.path().join("o/summary.json").exists());
+    for (folder, at_s) in folders.iter().zip(told_s) {
+        let bytes = fs::read(folder.path().join("o/log.mcap")).expect("a log");
+        let (replayed, extent) = replay(&bytes[..], bytes.len() as u64, &mut Quiet)
+            .unwrap_or_else(|error| panic!("seed {seed}, killed at {at_s} s: {error}"));
+        let Replayed::Boats(outcome) = replayed else { panic!("a run of Modboats") };
+        let end_s = outcome.record.poses.last().map_or(0.0, |pose| pose.t_s);
+        println!("killed at {at_s:.3} s or later, the log reads to {end_s:.3} s");
+        assert!(!extent.whole && !outcome.ended);
+        assert!(end_s + 1.5 >= at_s, "seed {seed}, killed at {at_s} s: the log ends at {end_s} s");
+    }
+    let folder = folders.last().expect("a run");
     let replayed = flotilla(folder.path(), &["replay", "o/log.mcap", "--out", "again"]);
     assert_eq!(replayed.status.code(), Some(1));
     let said = text(&replayed.stderr);

@@ -1,10 +1,16 @@
 //! Two processes in real time: `flotilla tank` has the robots, the water and QTM, `flotilla reconfigure` has the plan and no water. Poses
-//! at 100 Hz with 2 mm and 0.01 rad of noise and 30 ms of latency, a current of 0.05 m/s, a thruster that fails in the third move.
+//! at 100 Hz with 2 mm and 0.01 rad of noise and 30 ms of latency, a current of 0.05 m/s that the plan is priced for, a thruster that fails
+//! in the third move. What the tank saw is in its own log.
 
 use std::net::{TcpListener, UdpSocket};
+use std::path::Path;
 
 use crate::common::Process;
+use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
+use host::run::reconfigure::scenario::BUILT_IN;
+use runlog::flotilla;
+use runlog::reader::{LogError, read};
 use tempfile::tempdir;
 
 /// Ports that were free a moment ago: for datagrams, and for a server.
@@ -14,41 +20,130 @@ fn ports() -> (String, String) {
     (datagrams.expect("a port").to_string(), server.expect("a port").to_string())
 }
 
-/// What a scenario comes to: executed over planned energy, and what the tank saw of every docking, mm and degrees.
-fn executed(scenario: &str, dead: &str) -> (f64, Vec<[f64; 2]>) {
+/// A scenario that comes with the program, as a file that states the current.
+fn stated(folder: &Path, name: &str) {
+    let (_, text) = BUILT_IN.iter().find(|(built_in, _)| *built_in == name).expect("built in");
+    let current = "current_m_s = [0.05, 0.0, 0.0]\n";
+    let text = match text.split_once("[rules]\n") {
+        Some((before, after)) => format!("{before}[rules]\n{current}{after}"),
+        None => format!("{text}\n[rules]\n{current}"),
+    };
+    std::fs::write(folder.join("t.toml"), text).expect("a file");
+}
+
+/// Bodies of a laboratory: the second robot's has another name, sits beside its middle and is turned; the fleet's numbers are not those of
+/// the scenario.
+fn roster(folder: &Path, robots: u16) {
+    let mut text = "name = \"tank\"\n".to_owned();
+    for robot in 1..=robots {
+        text += &format!("[[module]]\nid = {}\nkind = \"rov\"\n", 10 + robot);
+        if robot == 2 {
+            text += "body = \"yellow\"\nbody_offset_m = [0.1, -0.05, -0.1]\nbody_turn_rad = 1.2\n";
+        }
+    }
+    std::fs::write(folder.join("fleet.toml"), text).expect("a file");
+}
+
+/// A thruster that gave so much is missed, N; what is less is lost in the noise of the poses (`rov::guidance::residual`).
+const MISSED_N: f64 = 0.3;
+
+/// Executes a scenario of so many robots, in which a thruster fails, and looks at what came of it: every robot docks within 2 cm and 3°, the
+/// thruster is named if it is missed, at most 1.2 of the planned energy is drawn, and the tank's log says the same.
+fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) {
     let folder = tempdir().expect("a folder");
-    keygen(folder.path());
+    let at_home = folder.path();
+    keygen(at_home);
+    stated(at_home, name);
+    roster(at_home, robots);
     let (host, qtm) = ports();
+    let (of, thruster, at_s) = dead;
+    let fails = format!("{of},{thruster}@{at_s}");
     let at = ["--host", &host, "--listen", &qtm, "--key", KEY, "--duration", "600", "--seed", "7"];
     let like = ["--mocap", "qtm", "--latency", "0.03", "--noise", "0.002", "--attitude-noise", "0.01"];
-    let wrong = ["--current", "0.05,0", "--fail-thruster", dead];
-    let tank = Process::start(folder.path(), &[&["tank", scenario][..], &at, &like, &wrong].concat());
+    let wrong = ["--current", "0.05,0", "--fail-thruster", &fails];
+    let fleet = ["--roster", "fleet.toml"];
+    let truth = ["--out", "truth.mcap"];
+    let tank =
+        Process::start(at_home, &[&["tank", "t.toml"][..], &at, &like, &wrong, &fleet, &truth].concat());
     let pose = format!("qtm:{qtm}");
     let run = ["--criterion", "energy", "--radio", "udp", "--listen", &host, "--key", KEY];
     let poses = ["--pose", &pose, "--up", "z", "--out", "out"];
-    let host =
-        Process::start(folder.path(), &[&["reconfigure", scenario][..], &run, &poses].concat()).finish();
-    let seen: Vec<String> = tank.err.try_iter().collect();
-    println!("{}\n{}", seen.join("\n"), host.out.join("\n"));
-    let text = std::fs::read_to_string(folder.path().join("out/summary.json")).expect("a summary");
+    let said =
+        Process::start(at_home, &[&["reconfigure", "t.toml"][..], &run, &poses, &fleet].concat()).finish();
+    end(&tank, "INT");
+    let seen = tank.finish().err;
+    println!("{}\n{}\n{}", seen.join("\n"), said.err.join("\n"), said.out.join("\n"));
+    let text = std::fs::read_to_string(at_home.join("out/summary.json")).expect("a summary");
     let summary: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let summary = &summary["energy"];
-    let failure = summary["failure"].as_str().unwrap_or_default();
-    assert!(failure.is_empty() || failure.starts_with("thruster "), "{scenario}: {host:?}");
-    let docked = seen.iter().filter_map(|line| {
-        let (off_mm, rest) = line.split_once("takes hold, ")?.1.split_once(" mm and ")?;
-        Some([off_mm.parse().ok()?, rest.split_once('°')?.0.parse().ok()?])
+    let docked: Vec<[f64; 2]> = seen
+        .iter()
+        .filter_map(|line| {
+            let (off_mm, rest) = line.split_once("takes hold, ")?.1.split_once(" mm and ")?;
+            Some([off_mm.parse().ok()?, rest.split_once('°')?.0.parse().ok()?])
+        })
+        .collect();
+    assert_eq!(docked.len(), usize::from(robots), "{name}: {seen:?}");
+    assert!(docked.iter().all(|[mm, degrees]| *mm <= 20.0 && *degrees <= 3.0), "{name}: {docked:?}");
+    let [planned_j, executed_j] =
+        ["planned", "executed"].map(|of| summary[of]["total_j"].as_f64().expect("J"));
+    println!(
+        "{name}: {executed_j:.2} J of {planned_j:.2} J planned in the current, docked {docked:?} mm, degrees"
+    );
+    assert!(executed_j <= 1.2 * planned_j, "{name}: {executed_j} J of {planned_j} J");
+    // The ledger of poses, in the log and in the summary.
+    let frames = &summary["poses"]["frames"];
+    assert!(
+        frames["accepted"].as_u64() > Some(1000)
+            && frames["received"].as_u64() >= frames["accepted"].as_u64()
+    );
+    // The truth: where the robots are at the end, and what they drew.
+    let file = std::fs::File::open(at_home.join("truth.mcap")).expect("a log");
+    let (mut last, mut drawn_j, mut events) = (None::<flotilla::Robots>, 0.0, Vec::new());
+    // What the thruster gave in the second before it failed.
+    let (mut load_n, mut loads) = (0.0, 0.0);
+    let extent = read::<LogError>(file, |entry, _| {
+        match entry.topic {
+            "/truth/robots" => {
+                let robots: flotilla::Robots = entry.read()?;
+                if robots.t_s >= 0.0 {
+                    drawn_j += 0.05 * robots.robots.iter().map(|robot| robot.power_w).sum::<f64>();
+                }
+                let its_robot = robots.robots.iter().find(|robot| robot.id == of);
+                if let Some(robot) = its_robot.filter(|_| (at_s - 1.0..at_s).contains(&robots.t_s)) {
+                    (load_n, loads) = (load_n + robot.thrusts_n[usize::from(thruster) - 1], loads + 1.0);
+                }
+                last = Some(robots);
+            }
+            "/truth/event" => events.push(entry.read::<flotilla::Event>()?.text),
+            _ => {}
+        }
+        Ok(())
     });
-    (summary["ratio"].as_f64().expect("a ratio"), docked.collect())
+    assert!(extent.expect("a log").whole);
+    load_n /= loads;
+    let named = format!("thruster {thruster} of robot {of} gives nothing");
+    let failure = summary["failure"].as_str().unwrap_or_default();
+    println!("{name}: the thruster gave {load_n:.3} N before it failed; {failure:?}");
+    assert!(failure.is_empty() || failure.starts_with(&named), "{name}: {failure}");
+    assert!(load_n.abs() < MISSED_N || !failure.is_empty(), "{name}: it gave {load_n:.3} N and is not named");
+    let last = last.expect("a sample");
+    assert!(last.robots.iter().all(|robot| robot.arrived), "{name}: {last:?}");
+    assert_eq!(events.iter().filter(|text| text.contains("takes hold")).count(), usize::from(robots));
+    println!("{name}: {drawn_j:.2} J by the tank's own log");
+    assert!(
+        (drawn_j / executed_j - 1.0).abs() < 0.15,
+        "{name}: {drawn_j} J in the tank, {executed_j} J by the host"
+    );
 }
 
 #[test]
-#[ignore = "four minutes of real time: cargo test -p host --test all tank_rovs:: -- --ignored --nocapture"]
 fn robots_dock_by_motion_capture_in_a_current_with_a_dead_thruster() {
-    for (scenario, robots, dead) in [("i-to-l", 3, "3,1@80"), ("t-to-i-far", 4, "2,3@60")] {
-        let (ratio, docked) = executed(scenario, dead);
-        println!("{scenario}: executed over planned {ratio:.3}, docked {docked:?} mm, degrees");
-        assert_eq!(docked.len(), robots, "{scenario}");
-        assert!(docked.iter().all(|[mm, degrees]| *mm <= 20.0 && *degrees <= 3.0), "{scenario}: {docked:?}");
-    }
+    executed("i-to-l", 3, (3, 1, 80.0));
+}
+
+#[test]
+#[ignore = "two minutes of real time, beside the one above: tests/night tank"]
+fn robots_with_a_tool_dock_by_motion_capture_in_a_current_with_a_dead_thruster() {
+    executed("t-to-i-far", 4, (3, 3, 45.0));
 }

@@ -28,8 +28,8 @@ use super::observer::BANDWIDTH_RAD_S;
 
 /// ℓ, m: half a hull.
 pub const ARM_M: f64 = 0.15;
-/// Less than this is no residual, N. *Assumed*: some four times what noise of 2 mm and 0.01 rad makes of it.
-pub const LEAST_N: f64 = 0.25;
+/// Less than this is no residual, N. *Assumed*: some six times what noise of 2 mm and 0.01 rad makes of it while the observer is calm.
+pub const LEAST_N: f64 = 0.12;
 /// So much of the residual is to be explained. *Assumed.*
 pub const EXPLAINED: f64 = 0.85;
 /// Least and greatest share of its thrust that is missing. *Assumed.*
@@ -38,10 +38,10 @@ pub const SHARES: [f64; 2] = [0.6, 1.5];
 pub const SURE_S: f64 = 1.0;
 /// Time constant of the sums, s.
 const MEMORY_S: f64 = 0.7;
-/// Time constant of w̄, s.
-const SLOW_S: f64 = 3.0;
-/// How long a suspect is out, s: the observer has settled then. *Assumed.*
-pub const TRIAL_S: f64 = 2.5;
+/// Time constant of w̄, s: slow against the lag of a calm observer, or w̄ would follow what is to be explained.
+const SLOW_S: f64 = 8.0;
+/// How long a suspect is out, s. *Assumed*: a calm observer shows four fifths of what is left by then.
+pub const TRIAL_S: f64 = 3.5;
 /// After this time what is not explained is taken for the water's doing, s.
 const GIVEN_UP_S: f64 = 12.0;
 

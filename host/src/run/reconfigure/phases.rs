@@ -3,18 +3,20 @@
 //! | phase | from | to |
 //! |---|---|---|
 //! | hand-over | the beginning of a move | the robot lets go |
-//! | transit | there | the last leg of its plan |
-//! | approach | the last leg | its end, by the plan |
+//! | transit | there | d of (19) before its slot, on the last leg |
+//! | approach | there | the end of the last leg, by the plan |
 //! | docking | the end by the plan | it takes hold |
 //!
-//! What the mover draws is to navigate, what all others draw meanwhile is to balance and to hold. Executed energies are sums over the
-//! samples of the record, each for the time until the next. A move whose time stood still on the way counts that as docking.
+//! What the mover draws is to navigate, what all others draw meanwhile is to balance and to hold. The planned energy of a leg is shared
+//! between transit and approach by time. Executed energies are sums over the samples of the record, each for the time until the next. A
+//! move whose time stood still on the way counts that as docking.
 
 use std::fmt::{self, Display, Formatter};
 
 use reconfiguration::plan::{ActionKind, Move};
 use reconfiguration::problem::Rules;
 use record::reconfigure::Record;
+use rov::conditions::Conditions;
 use rov::guidance::reference::ReferenceTrajectory;
 
 use super::conductor::HAND_OVER_S;
@@ -42,11 +44,13 @@ impl Phases {
     pub fn of(record: &Record) -> Self {
         let mut phases = Self::default();
         for (number, own) in record.plan.moves.iter().enumerate() {
-            let ends_s = ends_s(own, &record.problem.rules);
-            phases.plan(own, ends_s);
-            let Some(mover) = record.problem.robots.iter().position(|robot| robot.id == own.robot) else {
-                continue;
-            };
+            let problem = &record.problem;
+            let Some(mover) = problem.robots.iter().position(|robot| robot.id == own.robot) else { continue };
+            let Some(vehicle) = problem.vehicles.get(problem.robots[mover].vehicle) else { continue };
+            let parts = parts(own, &problem.rules, problem.clearance_m(vehicle));
+            phases.plan(own, &parts);
+            let ends_s = [0, 1, 2]
+                .map(|phase| parts.iter().filter(|part| part.0 <= phase).map(|part| part.1).sum::<f64>());
             let mut began_s = None;
             for pair in record.samples.windows(2) {
                 let [sample, next] = pair else { continue };
@@ -73,49 +77,46 @@ impl Phases {
         &self.0
     }
 
-    fn plan(&mut self, own: &Move, ends_s: [f64; 3]) {
-        let last = own.actions.iter().rposition(|action| action.kind == ActionKind::Leg);
-        for (index, action) in own.actions.iter().enumerate() {
-            let phase = match action.kind {
-                ActionKind::Undock => 0,
-                ActionKind::Dock => 3,
-                ActionKind::Leg | ActionKind::Turn => 1 + usize::from(last.is_some_and(|last| index >= last)),
-            };
+    fn plan(&mut self, own: &Move, parts: &[(usize, f64, f64)]) {
+        for &(phase, time_s, navigate_j) in parts {
             let [planned, _] = &mut self.0[phase];
-            planned.navigate_j += action.energy_j;
-        }
-        let mut since_s = 0.0;
-        for (phase, end_s) in ends_s.into_iter().enumerate() {
-            let [planned, _] = &mut self.0[phase];
-            planned.time_s += end_s - since_s;
-            planned.balance_j += own.balance_w * (end_s - since_s);
-            since_s = end_s;
+            planned.time_s += time_s;
+            planned.navigate_j += navigate_j;
+            planned.balance_j += own.balance_w * time_s;
         }
     }
 }
 
-/// When hand-over, transit and approach of a move end as it is executed, s from its beginning.
-fn ends_s(own: &Move, rules: &Rules) -> [f64; 3] {
+/// The parts of a move as it is executed: phase, time, s, and planned energy, J. The mover keeps `distance_m`, d of (19).
+fn parts(own: &Move, rules: &Rules, distance_m: f64) -> Vec<(usize, f64, f64)> {
     let last = own.actions.iter().rposition(|action| action.kind == ActionKind::Leg);
-    let mut ends_s = [0.0; 3];
-    let mut now_s = 0.0;
+    let mut parts = Vec::new();
     for (index, action) in own.actions.iter().enumerate() {
-        let duration_s = ReferenceTrajectory::new(action, rules).duration_s();
+        let trajectory = ReferenceTrajectory::new(action, rules);
+        let duration_s = trajectory.duration_s();
         match action.kind {
-            ActionKind::Undock => now_s += duration_s.max(HAND_OVER_S),
-            ActionKind::Dock => {}
-            ActionKind::Leg | ActionKind::Turn => now_s += duration_s,
-        }
-        let phase = match action.kind {
-            ActionKind::Undock => 0,
-            _ if last.is_some_and(|last| index >= last) => 2,
-            _ => 1,
-        };
-        for end_s in &mut ends_s[phase..] {
-            *end_s = now_s;
+            ActionKind::Undock => parts.push((0, duration_s.max(HAND_OVER_S), action.energy_j)),
+            ActionKind::Dock => parts.push((3, duration_s, action.energy_j)),
+            _ if last == Some(index) => {
+                // The way only grows: halve the time in which it comes that near.
+                let (mut early_s, mut late_s) = (0.0, duration_s);
+                for _ in 0..40 {
+                    let middle_s = 0.5 * (early_s + late_s);
+                    let left_m =
+                        length(offset(trajectory.at(middle_s).pose.position_m, action.to.position_m));
+                    if left_m > distance_m { early_s = middle_s } else { late_s = middle_s }
+                }
+                let share = if duration_s > 0.0 { early_s / duration_s } else { 0.0 };
+                parts.push((1, early_s, share * action.energy_j));
+                parts.push((2, duration_s - early_s, (1.0 - share) * action.energy_j));
+            }
+            ActionKind::Leg | ActionKind::Turn => {
+                let phase = if last.is_some_and(|last| index > last) { 2 } else { 1 };
+                parts.push((phase, duration_s, action.energy_j));
+            }
         }
     }
-    ends_s
+    parts
 }
 
 impl Display for Phases {

@@ -116,3 +116,19 @@ fn mistakes_are_named_with_their_line() {
     let missing = Roster::read(Path::new("no-such.toml")).expect_err("no file").to_string();
     assert_eq!(missing, "no-such.toml: no such file");
 }
+
+/// The ROVs of a file are the robots of a scenario in the file's order, with their bodies; Modboats between them are no robots.
+#[test]
+fn rovs_take_their_places_in_order() {
+    let text = "[[module]]\nid = 9\nkind = \"rov\"\nbody = \"yellow\"\nbody_turn_rad = 0.5\n\
+                [[module]]\nid = 4\n[[module]]\nid = 2\nkind = \"rov\"\n[[module]]\nid = 3\nkind = \"rov\"\n";
+    let roster = Roster::parse("fleet.toml", text).expect("a roster");
+    let seats = roster.rov_seats(2).expect("enough");
+    assert_eq!(seats, [ModuleId(9), ModuleId(2)]);
+    let bodies = roster.bodies(false, &seats).expect("bodies");
+    let names: Vec<String> = bodies.entries().iter().map(|entry| entry.body.to_string()).collect();
+    assert_eq!(names, ["\"yellow\"", "\"module-2\""]);
+    let error = roster.rov_seats(4).expect_err("three").to_string();
+    assert_eq!(error, "roster \"\" has 3 ROVs (kind = \"rov\") for 4 robots");
+    assert_eq!(Roster::numbered(3, ModuleKind::Rov).rov_seats(3).expect("three"), [1, 2, 3].map(ModuleId));
+}

@@ -212,8 +212,7 @@ impl Reading {
             let [from_s, until_s] = [start(decision), end(decision)].map(|at| at.as_secs_f64() - zero_s);
             let over = until_s <= end_s + 2.0 * POSE_EVERY_S;
             if over && from_s >= 0.0 && !gaps.iter().any(|gap| from_s < gap[1] && gap[0] < until_s) {
-                let achieved =
-                    self.cycles.get(&decision.index).map_or(Wrench::default(), |c| wrench(&c.achieved));
+                let achieved = self.cycles.get(&decision.index).map(|cycle| wrench(&cycle.achieved));
                 cycles.push(cycle(decision, from_s, achieved)?);
             }
         }
@@ -260,7 +259,11 @@ fn wrench(wrench: &flotilla::Wrench) -> Wrench {
     Wrench { fx_n: wrench.fx_n, fy_n: wrench.fy_n, tau_nm: wrench.tau_nm }
 }
 
-fn cycle(decision: &flotilla::Decision, start_s: f64, achieved: Wrench) -> Result<CycleRecord, String> {
+fn cycle(
+    decision: &flotilla::Decision,
+    start_s: f64,
+    achieved: Option<Wrench>,
+) -> Result<CycleRecord, String> {
     let span_s = |us: u32| f64::from(Duration(us).as_secs_f32());
     let outcome = ["planned", "repeated", "held"].into_iter().find(|name| *name == decision.outcome);
     let swings = decision.centerline_rad.iter().zip(&decision.amplitude_rad);
