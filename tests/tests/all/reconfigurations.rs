@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use grid::theta::Search;
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use judge::verify;
 use rand::{RngExt, SeedableRng};
@@ -17,7 +16,7 @@ use rov::conditions::Conditions;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::{PowerLaw, limits_n};
 use rov::propulsion::{Propulsion, Steady};
-use rov::route::{Mover, RouteQuery};
+use rov::route::{Mover, RouteQuery, Scratch};
 use rov::search_graph::Lattice;
 use tests::figures::mean;
 use tests::reconfigure::{Kind, problem};
@@ -234,7 +233,7 @@ struct Oracle<'a> {
     manner: Manner,
     mover: Mover,
     lattice: Lattice,
-    search: Search,
+    scratch: Scratch,
 }
 
 impl<'a> Oracle<'a> {
@@ -243,7 +242,7 @@ impl<'a> Oracle<'a> {
         let cell_m = std::array::from_fn(|k| vehicle.box_m[k] / f64::from(rules.grid_divisions[k]));
         let lattice = Lattice::new(problem.robots[0].start.position_m, cell_m, problem.bounds_m());
         let mover = mover(problem, manner);
-        Self { problem, criterion, manner, mover, lattice, search: Search::new() }
+        Self { problem, criterion, manner, mover, lattice, scratch: Scratch::default() }
     }
 
     /// The least that is still to be paid when robots are in these slots and the others at their starts.
@@ -298,7 +297,7 @@ impl<'a> Oracle<'a> {
         };
         let (mover, lattice, rules) = (&self.mover, &self.lattice, &problem.rules);
         let query = RouteQuery { mover, clearance: &clearance, lattice, rules, lambda_w };
-        let route = query.route(self.criterion, self.manner, &mut self.search)?;
+        let route = query.route(self.criterion, self.manner, &mut self.scratch)?;
         Some(route.cost(self.criterion, lambda_w))
     }
 }
