@@ -10,7 +10,8 @@ use crate::lines::{Point, thin_path};
 /// Points of an executed path nearer to each other than this are not told apart, m.
 const SAME_M: f64 = 0.02;
 
-/// No robot swims beyond this, m: a broken record must not shrink the rest of a picture to nothing.
+/// No robot swims farther than this from where the first one starts, m: a broken record must not shrink the rest of a
+/// picture to nothing.
 const FAR_M: f64 = 1e3;
 
 /// A robot at rest.
@@ -73,6 +74,8 @@ pub fn rests(record: &Record) -> Vec<Rest> {
         problem.slots.iter().any(|s| s.requires.contains(capability))
             || !problem.robots.iter().all(|r| r.capabilities.contains(capability))
     };
+    let home_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
+    let is_near = |p: &Vec3| p.iter().zip(home_m).all(|(v, home)| (v - home).abs() < FAR_M);
     let mut robots: Vec<Resting> = problem
         .robots
         .iter()
@@ -111,7 +114,8 @@ pub fn rests(record: &Record) -> Vec<Rest> {
         }
         if let Some(after) = moved.after {
             for (n, (resting, sample)) in robots.iter_mut().zip(&after.robots).enumerate() {
-                if sample.eta.iter().all(|v| v.abs() < FAR_M) {
+                let [x, y, z, angles @ ..] = sample.eta;
+                if is_near(&[x, y, z]) && angles.iter().all(|angle| angle.is_finite()) {
                     resting.hull = Solid::hull(sample.eta, hull_of(n));
                 }
                 // What is marked only while it rests has arrived all the same when its move is over.
@@ -127,8 +131,8 @@ pub fn rests(record: &Record) -> Vec<Rest> {
             robot: moved.robot,
             slot: planned.slot,
             ends: [start, slot.map_or(start, |s| s.position_m)],
-            planned: planned.path.iter().copied().filter(is_near).collect(),
-            executed: executed(&moved),
+            planned: planned.path.iter().copied().filter(&is_near).collect(),
+            executed: executed(&moved, &is_near),
             duration_s: to_s - from_s,
             energy_j: moved.executed_j().unwrap_or(planned.energy_navigate_j + planned.energy_balance_j),
             clearance_m: problem.rules.clearance_factor * longest,
@@ -144,12 +148,8 @@ pub fn rests(record: &Record) -> Vec<Rest> {
     rests
 }
 
-fn is_near(p: &Vec3) -> bool {
-    p.iter().all(|v| v.abs() < FAR_M)
-}
-
 /// Where the mover was, thinned.
-fn executed(moved: &ExecutedMove<'_>) -> Vec<Vec3> {
+fn executed(moved: &ExecutedMove<'_>, is_near: &impl Fn(&Vec3) -> bool) -> Vec<Vec3> {
     let states = moved.samples.iter().chain(moved.after).filter_map(|s| s.robots.get(moved.robot));
     let mut path: Vec<Vec3> = Vec::new();
     for state in states {
