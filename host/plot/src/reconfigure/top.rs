@@ -38,7 +38,7 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
         (Sign::Box(style::MUTED, 0.4, None), "robot at the end".to_owned()),
         (Sign::Disc(style::HULL), "tool".to_owned()),
     ];
-    let moves = all.iter().map(|r| r.len().saturating_sub(1)).max().unwrap_or(0);
+    let moves = all.iter().map(|rests| rests.iter().map(|rest| rest.ways.len()).sum()).max().unwrap_or(0);
     let list_px = stroke::LEGEND_ROW * moves as f64 + 16.0;
     let panel_px = chart_height + picture::around(false, true);
     let height = panel_px + list_px;
@@ -61,7 +61,7 @@ fn bounds(all: &[Vec<Rest>]) -> (Point, Point) {
         let all = robots.chain(rest.tools.iter().copied()).chain(rest.slots.iter().map(|s| s.1));
         all.flat_map(|hull| hull.corners())
     });
-    let paths = all.iter().flatten().filter_map(|r| r.way.as_ref());
+    let paths = all.iter().flatten().flat_map(|rest| &rest.ways);
     let paths = paths.flat_map(|way| way.planned.iter().chain(&way.executed).copied());
     let points: Vec<Vec3> = hulls.chain(paths).collect();
     let along = |axis: usize| {
@@ -123,7 +123,7 @@ fn draw_map(
             chart.dot((hull.centre[1], hull.centre[0]), 0.5 * hull.half[1] * scale, colour)?;
         }
     }
-    for way in rests.iter().filter_map(|r| r.way.as_ref()) {
+    for way in rests.iter().flat_map(|rest| &rest.ways) {
         let colour = style::module_colour(way.robot);
         chart.line(from_above(&way.executed), style::line(colour, 0.85, 3.0))?;
         chart.line(from_above(&way.planned), style::line(style::INK, 0.75, 1.0))?;
@@ -159,7 +159,7 @@ fn stacks(robots: &[&Resting]) -> Vec<(String, Solid)> {
 /// The moves in order.
 fn draw_list(area: &Area<'_>, rests: &[Rest]) -> Result<(), DrawError> {
     let (width, _) = picture::area_size(area);
-    let ways = rests.iter().filter_map(|rest| rest.way.as_ref().map(|way| (rest, way)));
+    let ways = rests.iter().flat_map(|rest| rest.ways.iter().map(move |way| (rest, way)));
     for (n, (rest, way)) in ways.enumerate() {
         let id = rest.robots.get(way.robot).map_or(0, |r| r.id);
         let (slot, seconds, joules) = (way.slot + 1, number(way.duration_s, 1), number(way.energy_j, 1));
