@@ -36,7 +36,12 @@ impl Axis {
     /// An axis over exactly `[low, high]` with ticks at the least round step that is not below `least`.
     #[must_use]
     pub fn spaced(low: f64, high: f64, least: f64) -> Self {
-        let range = widened(low, high, 0.0);
+        // Places: far from the origin a metre is still a metre.
+        let range = if low.is_finite() && high - low > low.abs() * 1e-9 && high.abs() <= 1e9 {
+            low..high
+        } else {
+            widened(low, high, 0.0)
+        };
         let least = least.max((range.end - range.start) / 100.0);
         Self::with_step(range, decimal_step(least))
     }
@@ -254,6 +259,16 @@ mod tests {
         assert_eq!(number(-0.04, 2), "−0.04");
         assert_eq!(number(-0.0001, 2), "0.00");
         assert_eq!(number(12.0, 0), "12");
+    }
+
+    #[test]
+    fn a_map_far_from_the_origin_shows_what_it_is_asked_to() {
+        let axis = Axis::spaced(1e6 - 0.6, 1e6 + 0.6, 0.2);
+        assert!((axis.range.end - axis.range.start - 1.2).abs() < 1e-6, "{:?}", axis.range);
+        assert_eq!(axis.label(axis.ticks()[0]), "999999.4");
+        // A value that never changes gets an interval all the same.
+        let still = Axis::spaced(5.0, 5.0, 0.2).range;
+        assert!(still.start < 5.0 && still.end > 5.0);
     }
 
     #[test]

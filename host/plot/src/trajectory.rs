@@ -7,6 +7,8 @@
 
 use record::{PoseSample, RunRecord};
 
+use quantity::wrap_rad;
+
 use super::axis::{Axis, extent, number};
 use super::lines::{self, Point};
 use super::picture::{self, Area, Chart, DrawError, Heading, Key, Panel};
@@ -259,13 +261,10 @@ fn history(
     let (start_s, end_s) = end_s.map_or((0.0, 1.0), |(low, high)| (low.min(0.0), high));
     let cycle_s = record.mean_interval_s();
     let last = areas.len().saturating_sub(1);
+    let headings = unwound(poses);
     for (index, area) in areas.iter().enumerate() {
         let is_heading = index == 2;
-        let value = |p: &PoseSample| match index {
-            0 => p.velocity_m_s[0],
-            1 => p.velocity_m_s[1],
-            _ => p.heading_rad.to_degrees(),
-        };
+        let value = |p: &PoseSample| p.velocity_m_s[usize::from(index == 1)];
         // (from, to, demand, half width of the band)
         let demands: Vec<[f64; 4]> = record
             .legs
@@ -277,13 +276,20 @@ fn history(
                 let (demand, band) = match index {
                     0 => (vx, VELOCITY_BAND * vx.hypot(vy)),
                     1 => (vy, VELOCITY_BAND * vx.hypot(vy)),
-                    _ => (leg.heading_rad.to_degrees(), HEADING_BAND_RAD.to_degrees()),
+                    _ => {
+                        let heading_rad = on_nearest_turn(leg.heading_rad, leg.end_s, &headings);
+                        (heading_rad.to_degrees(), HEADING_BAND_RAD.to_degrees())
+                    }
                 };
                 [leg.start_s, leg.end_s, demand, band]
             })
             .filter(|d| d.iter().all(|v| v.is_finite()))
             .collect();
-        let raw: Vec<Point> = poses.iter().map(|p| (p.t_s, value(p))).collect();
+        let raw: Vec<Point> = if is_heading {
+            headings.iter().map(|&(t_s, heading_rad)| (t_s, heading_rad.to_degrees())).collect()
+        } else {
+            poses.iter().map(|p| (p.t_s, value(p))).collect()
+        };
         let (low, high) =
             extent(raw.iter().map(|p| p.1).chain(demands.iter().flat_map(|d| [d[2] - d[3], d[2] + d[3]])))
                 .unwrap_or((-0.1, 0.1));
@@ -330,6 +336,22 @@ fn history(
     Ok(())
 }
 
+/// Headings over time, rad, each on the turn that is nearest to the one before.
+fn unwound(poses: &[PoseSample]) -> Vec<Point> {
+    let mut headings: Vec<Point> = Vec::with_capacity(poses.len());
+    for pose in poses {
+        let before_rad = headings.last().map_or(pose.heading_rad, |last| last.1);
+        headings.push((pose.t_s, before_rad + wrap_rad(pose.heading_rad - before_rad)));
+    }
+    headings
+}
+
+/// A demanded heading on the turn nearest to where the structure pointed at `t_s`, when the leg ended, rad.
+fn on_nearest_turn(demand_rad: f64, t_s: f64, headings: &[Point]) -> f64 {
+    let there = headings.iter().rev().find(|point| point.0 <= t_s).or(headings.first());
+    there.map_or(demand_rad, |(_, heading_rad)| heading_rad + wrap_rad(demand_rad - heading_rad))
+}
+
 /// A thin upright line where each leg but the first begins.
 pub(super) fn leg_marks(chart: &Chart<'_, '_>, record: &RunRecord) -> Result<(), DrawError> {
     let (x, y) = (chart.x(), chart.y());
@@ -355,6 +377,23 @@ mod tests {
         apart.gaps = vec![[between_s - 0.01, between_s + 0.01]];
         let lines = |record| svg(record).expect("it is drawn").matches("<polyline").count();
         assert_eq!(lines(&apart), lines(&whole) + 6);
+    }
+
+    /// From 3.1 rad over south to −3.1 rad: 0.08 rad on, not 6.2 rad back.
+    #[test]
+    fn headings_and_demands_lie_on_one_turn() {
+        let pose = |t_s: f64, heading_rad: f64| PoseSample { t_s, heading_rad, ..PoseSample::default() };
+        let poses = [pose(0.0, 3.1), pose(1.0, 3.14), pose(2.0, -3.1), pose(3.0, -3.09)];
+        let headings = unwound(&poses);
+        assert!(headings.windows(2).all(|pair| (pair[1].1 - pair[0].1).abs() < 0.05), "{headings:?}");
+        let demand_rad = on_nearest_turn(-3.1, 3.0, &headings);
+        assert!((demand_rad - headings[3].1).abs() < 0.02, "{demand_rad} beside {headings:?}");
+        // Turned on and on: the demand of the second leg two turns up.
+        let spun: Vec<_> = (0..100).map(|n| pose(f64::from(n), wrap_rad(0.126 * f64::from(n)))).collect();
+        let headings = unwound(&spun);
+        assert!((headings[99].1 - 0.126 * 99.0).abs() < 1e-9);
+        assert!((on_nearest_turn(0.0, 99.0, &headings) - 4.0 * std::f64::consts::PI).abs() < 1e-9);
+        assert_eq!(on_nearest_turn(0.3, 1.0, &[]), 0.3);
     }
 
     #[test]

@@ -236,3 +236,89 @@ fn order<K: Ord>(count: usize, key: impl FnMut(usize) -> K) -> Vec<usize> {
     indices.sort_by_cached_key(|&index| key(index));
     indices
 }
+
+#[cfg(test)]
+mod tests {
+    use reconfiguration::problem::{Robot, Rules, Slot, Tool};
+    use reconfiguration::vehicle::Vehicle;
+
+    use super::*;
+
+    /// T to I of the paper, without its tool if not asked for.
+    fn t_to_i(tool: bool) -> Problem {
+        let vehicles =
+            ["bluerov1", "tool-20n"].map(|name| Vehicle::built_in(name).expect("built in")).to_vec();
+        let starts = [[0.0, -0.33], [0.0, 0.33], [-0.483, 0.0], [-0.966, 0.0]];
+        let pose = |[x, y]: [f64; 2]| Pose::from([x, y, 0.0, 0.0]);
+        Problem {
+            name: "t-to-i".to_owned(),
+            description: String::new(),
+            vehicles,
+            robots: (1..)
+                .zip(starts)
+                .map(|(id, at)| Robot { id, vehicle: 0, start: pose(at), capabilities: Vec::new() })
+                .collect(),
+            tools: if tool { vec![Tool { vehicle: 1, pose: pose([0.0, 0.0]) }] } else { Vec::new() },
+            slots: [0.483, 0.966, 1.449, 1.932]
+                .map(|x| Slot { pose: pose([x, 0.0]), requires: Vec::new() })
+                .to_vec(),
+            rules: Rules::default(),
+        }
+    }
+
+    fn placed(problem: &Problem, yaw_rad: f64, to_m: [f64; 3]) -> Problem {
+        let place = |pose: Pose| {
+            let arm = turned(pose.position_m, yaw_rad);
+            let position_m = std::array::from_fn(|k| to_m[k] + arm[k]);
+            Pose { position_m, yaw_rad: pose.yaw_rad + yaw_rad }
+        };
+        let mut problem = problem.clone();
+        problem.robots.iter_mut().for_each(|robot| robot.start = place(robot.start));
+        problem.tools.iter_mut().for_each(|tool| tool.pose = place(tool.pose));
+        problem.slots.iter_mut().for_each(|slot| slot.pose = place(slot.pose));
+        problem
+    }
+
+    #[test]
+    fn a_problem_has_one_frame_wherever_it_is_and_however_it_is_listed() {
+        for tool in [true, false] {
+            let problem = t_to_i(tool);
+            let expected = Framed::of(&problem).problem;
+            for step in 0..24_u32 {
+                let far = [999_990.0, -999_990.0, 20.0].map(|x| x * f64::from(step % 5) / 4.0);
+                let mut other = placed(&problem, f64::from(step) * PI / 12.0, far);
+                other.robots.rotate_left(step as usize % 4);
+                other.slots.rotate_left(step as usize % 3);
+                let framed = Framed::of(&other).problem;
+                // To the last bit.
+                assert_eq!(framed, expected, "step {step}, tool {tool}");
+            }
+        }
+    }
+
+    #[test]
+    fn at_the_tool_a_file_keeps_its_numbers() {
+        let framed = Framed::of(&t_to_i(true)).problem;
+        let xs: Vec<f64> = framed.slots.iter().map(|slot| slot.pose.position_m[0]).collect();
+        assert_eq!(xs, [0.483, 0.966, 1.449, 1.932]);
+        assert_eq!(framed.robots.iter().map(|robot| robot.id).collect::<Vec<_>>(), [4, 3, 1, 2]);
+    }
+
+    #[test]
+    fn corners_of_the_water_stay_where_they_are() {
+        let mut problem = placed(&t_to_i(true), 0.5, [100.0, 200.0, 5.0]);
+        problem.rules.bounds_m = Some([[98.0, 199.0, 4.0], [103.0, 202.0, 6.0]]);
+        let Framed { water, frame, .. } = Framed::of(&problem);
+        for (at, inside) in [
+            ([98.3, 199.3, 5.0], true),
+            ([98.1, 199.3, 5.0], false),
+            ([102.7, 201.7, 5.0], true),
+            ([102.7, 201.9, 5.0], false),
+            ([100.0, 200.0, 5.95], false),
+        ] {
+            let seen = frame.into_frame(Pose { position_m: at, yaw_rad: 0.0 });
+            let held = water.holds(seen.position_m, [0.25, 0.25, 0.1], seen.yaw_rad, 1e-6);
+            assert_eq!(held, inside, "{at:?}");
+        }
+    }
+}

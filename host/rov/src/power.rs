@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! P = η u²                                                                         (10), Quadratic
-//! P between the measured points, at a battery voltage                              Table
-//! P = c₊ uᵖ⁺ forward, c₋ |u|ᵖ⁻ reverse, fitted to the measured points              Fitted, the default
+//! P between the measured points, at a battery voltage                              Table, the program's default
+//! P = c₊ uᵖ⁺ forward, c₋ |u|ᵖ⁻ reverse, fitted to the measured points              Fitted
 //! ```
 //!
 //! | symbol | meaning | unit |
@@ -16,9 +16,10 @@
 //! (10) as printed, η|u|u, is negative in reverse; both directions cost. (11), P proportional to the pulse width, is
 //! wrong at mid range and is not built: at 16 V the T200 draws 73 W at 1700 µs and 381 W at 1900 µs, not half.
 //!
-//! **Why `Fitted` is the default.** The table's current was read to 0.05–0.1 A, 0.8–1.6 W at 16 V: below some 4 N its
-//! power is a staircase, 0.8 W for 0.4 N and for 1.0 N alike, and balancing lives there. A propeller at rest in the
-//! water takes P ∝ n³, and the table's speed n was read finely: carried down from 4–12 N by n³, the power is nearer to
+//! **Which law.** The table is what was measured, and the only evidence there is at small thrust. Its current was read
+//! to 0.05–0.1 A, 0.8–1.6 W at 16 V: below some 4 N its power is a staircase, 0.8 W for 0.4 N and for 1.0 N alike, and
+//! balancing lives there. A propeller at rest in the water takes P ∝ n³, and the table's speed n was read finely:
+//! carried down from 4–12 N by n³, the power is nearer to
 //! the fitted law than to the table's own steps (a test shows it). Fit: least squares of ln P over ln |u| at each of the
 //! table's voltages, all points of at least 4 N. Root mean square of the relative residual at most 3 % up to 16 V, 4 % at
 //! 18 V, 7 % at 20 V; at 16 V 0.745·u^1.580 and 0.945·|u|^1.623. Between voltages ln c and p are interpolated linearly.

@@ -31,4 +31,5 @@ mod simulate;
 mod tank;
 mod tank_rovs;
 mod terminal;
+mod trials;
 mod udp;

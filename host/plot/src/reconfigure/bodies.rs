@@ -5,7 +5,7 @@ use plotters::style::{RGBColor, WHITE};
 
 use super::solid::{Solid, Vec3, is_inside, painting_order};
 use super::stage::{Stage, blend};
-use super::step::{Rest, Resting, Way};
+use super::step::{Rest, Resting};
 use super::stroke::{self, Pattern};
 use crate::lines::Point;
 use crate::picture::DrawError;
@@ -23,8 +23,8 @@ enum Body<'r> {
     Robot(&'r Resting),
     Tool,
     Slot(usize),
-    /// A stretch of the executed path: the number of its end.
-    Path(usize),
+    /// A stretch of an executed path: which path, and the number of its end.
+    Path(usize, usize),
     /// Half a cross where a robot was; the last one stands out.
     Cross(Vec3, Vec3, bool),
 }
@@ -41,36 +41,41 @@ pub fn draw(stage: &Stage<'_, '_>, rest: &Rest) -> Result<(), DrawError> {
     };
     let free = rest.slots.iter().filter(|(_, solid)| !taken(solid));
     bodies.extend(free.map(|&(n, solid)| (Body::Slot(n), solid)));
-    let path: &[Vec3] = rest.way.as_ref().map_or(&[], |w| &w.executed);
-    let stretches = path.windows(2).enumerate();
-    bodies.extend(stretches.map(|(n, ends)| (Body::Path(n + 1), Solid::stretch(ends[0], ends[1]))));
+    for (way, path) in rest.ways.iter().map(|way| way.executed.as_slice()).enumerate() {
+        let stretches = path.windows(2).enumerate();
+        bodies.extend(stretches.map(|(n, ends)| (Body::Path(way, n + 1), Solid::stretch(ends[0], ends[1]))));
+    }
     for (n, &[x, y, z]) in rest.left.iter().enumerate() {
         let arm_m = 0.11;
         for side in [-arm_m, arm_m] {
             let (a, b) = ([x - arm_m, y - side, z], [x + arm_m, y + side, z]);
-            bodies.push((Body::Cross(a, b, n + 1 == rest.left.len()), Solid::stretch(a, b)));
+            bodies.push((
+                Body::Cross(a, b, n + rest.ways.len().max(1) >= rest.left.len()),
+                Solid::stretch(a, b),
+            ));
         }
     }
     let solids: Vec<Solid> = bodies.iter().map(|b| b.1).collect();
     let order = painting_order(&stage.view, &solids);
     // Stretches that follow each other are joined, so that corners are round.
-    let mut joined: Vec<usize> = Vec::new();
+    let mut joined: (usize, Vec<usize>) = (0, Vec::new());
     for &index in &order {
         let Some((body, solid)) = bodies.get(index) else { continue };
-        if let Body::Path(end) = *body {
-            if joined.last().is_some_and(|&last| last + 1 == end) {
-                joined.push(end);
+        if let Body::Path(way, end) = *body {
+            let (same, ends) = (joined.0 == way, &mut joined.1);
+            if same && ends.last().is_some_and(|&last| last + 1 == end) {
+                ends.push(end);
                 continue;
             }
-            if joined.first().is_some_and(|&first| end + 1 == first) {
-                joined.insert(0, end);
+            if same && ends.first().is_some_and(|&first| end + 1 == first) {
+                ends.insert(0, end);
                 continue;
             }
         }
-        draw_path(stage, path, &joined)?;
-        joined.clear();
+        draw_path(stage, rest, &joined)?;
+        joined.1.clear();
         match *body {
-            Body::Path(end) => joined.push(end),
+            Body::Path(way, end) => joined = (way, vec![end]),
             Body::Robot(robot) => draw_robot(stage, robot)?,
             Body::Tool => draw_tool(stage, solid)?,
             Body::Slot(n) => draw_slot(stage, solid, n)?,
@@ -80,9 +85,10 @@ pub fn draw(stage: &Stage<'_, '_>, rest: &Rest) -> Result<(), DrawError> {
             }
         }
     }
-    draw_path(stage, path, &joined)?;
-    let planned: &[Vec3] = rest.way.as_ref().map_or(&[], |w: &Way| &w.planned);
-    stage.line(planned, style::line(style::INK, 0.7, 1.0))?;
+    draw_path(stage, rest, &joined)?;
+    for way in &rest.ways {
+        stage.line(&way.planned, style::line(style::INK, 0.7, 1.0))?;
+    }
     // Last of all, so that no path crosses them.
     for (place, &index) in order.iter().enumerate() {
         if let Some((Body::Robot(robot), _)) = bodies.get(index) {
@@ -94,8 +100,9 @@ pub fn draw(stage: &Stage<'_, '_>, rest: &Rest) -> Result<(), DrawError> {
     Ok(())
 }
 
-fn draw_path(stage: &Stage<'_, '_>, path: &[Vec3], ends: &[usize]) -> Result<(), DrawError> {
+fn draw_path(stage: &Stage<'_, '_>, rest: &Rest, (way, ends): &(usize, Vec<usize>)) -> Result<(), DrawError> {
     let (Some(&first), Some(&last)) = (ends.first(), ends.last()) else { return Ok(()) };
+    let path = rest.ways.get(*way).map_or(&[][..], |way| &way.executed);
     let points = path.get(first.saturating_sub(1)..=last).unwrap_or_default();
     stage.line(points, style::line(style::SKY, 1.0, 4.0))
 }

@@ -68,8 +68,9 @@ pub fn draw(stage: &Stage<'_, '_>, world: &World, rest: &Rest) -> Result<(), Dra
     let at = |n: f64, e: f64| [n, e, world.depth_m];
     let rim = [at(north.0, east.0), at(north.1, east.0), at(north.1, east.1), at(north.0, east.1)];
     stage.polygon(&rim, style::fill(RGBColor(0xFA, 0xFB, 0xFC), 1.0))?;
-    if let Some(way) = &rest.way {
-        let resting = rest.robots.iter().enumerate().filter(|(n, _)| *n != way.robot).map(|(_, r)| r.hull);
+    if let Some(way) = rest.ways.first() {
+        let moves = |n: usize| rest.ways.iter().any(|way| way.robot == n);
+        let resting = rest.robots.iter().enumerate().filter(|(n, _)| !moves(*n)).map(|(_, r)| r.hull);
         let circles: Vec<Vec<Point>> = resting
             .chain(rest.tools.iter().copied())
             .map(|hull| circle(hull.centre, way.clearance_m))
@@ -97,7 +98,7 @@ pub fn draw(stage: &Stage<'_, '_>, world: &World, rest: &Rest) -> Result<(), Dra
         stage.line(&[at(north.0, e), at(north.1, e)], faint)?;
     }
     stage.ring(&rim, style::line(style::FRAME, 1.0, 1.0))?;
-    if let Some(way) = &rest.way {
+    for way in &rest.ways {
         for end in way.ends {
             let dashed = style::line(stroke::marked(style::PURPLE, Pattern::Dashed), 1.0, 1.0);
             draw_arcs(stage, world, &circle(end, way.clearance_m), dashed)?;
@@ -117,9 +118,11 @@ fn draw_shadows(stage: &Stage<'_, '_>, world: &World, rest: &Rest) -> Result<(),
             stage.line(&[corner, onto(corner)], style::line(style::MUTED, 0.35, 0.75))?;
         }
     }
-    let Some(way) = &rest.way else { return Ok(()) };
-    let depths = extent(way.executed.iter().chain(&way.planned).map(|p| p[2]));
-    if depths.is_some_and(|(high, low)| low - high > 0.05) {
+    for way in &rest.ways {
+        let depths = extent(way.executed.iter().chain(&way.planned).map(|p| p[2]));
+        if depths.is_none_or(|(high, low)| low - high <= 0.05) {
+            continue;
+        }
         let path = if way.executed.is_empty() { &way.planned } else { &way.executed };
         let shadow: Vec<Vec3> = path.iter().copied().map(onto).collect();
         stage.line(&shadow, style::line(style::DEMAND, 0.25, 2.5))?;

@@ -18,7 +18,7 @@ use super::executed_move;
 use super::floor::{self, GRID_M, KEEP_OUT, World};
 use super::solid::{Vec3, View};
 use super::stage::Stage;
-use super::step::{Rest, rests};
+use super::step::{Rest, Way, rests};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{extent, number};
 use crate::lines::{Point, Window};
@@ -97,7 +97,7 @@ fn world(rows: &[Vec<Rest>]) -> World {
             robots.chain(rest.tools.iter().copied()).chain(rest.slots.iter().map(|s| s.1))
         })
     };
-    let on_the_way = all().filter_map(|r| r.way.as_ref()).flat_map(|way| {
+    let on_the_way = all().flat_map(|r| &r.ways).flat_map(|way| {
         let half = bodies().next().map_or([0.0; 3], |b| b.half);
         let path = way.planned.iter().chain(&way.executed).copied();
         path.flat_map(move |p| [-1.0, 1.0].map(|s: f64| std::array::from_fn(|k| p[k] + s * half[k])))
@@ -133,8 +133,8 @@ fn legend(rows: &[Vec<Rest>]) -> Vec<(Sign, String)> {
     legend.push((Sign::Cross(style::COLLISION_EDGE), "start left".to_owned()));
     legend.push((Sign::Line(style::SKY, Pattern::Solid, 1.0, 4.0), "path executed".to_owned()));
     legend.push((Sign::Line(style::INK, Pattern::Solid, 0.8, 1.0), "planned".to_owned()));
-    let ways = rows.iter().flatten().filter_map(|r| r.way.as_ref());
-    if let Some(clearance_m) = ways.map(|w| w.clearance_m).next() {
+    let mut ways = rows.iter().flatten().flat_map(|rest| &rest.ways);
+    if let Some(clearance_m) = ways.next().map(|way| way.clearance_m) {
         let clearance = format!("clearance (19), {} m", number(clearance_m, 2));
         legend.push((Sign::Box(KEEP_OUT, 1.0, Some((style::PURPLE, Pattern::Solid))), clearance));
         let zone = Sign::Box(WHITE, 1.0, Some((style::PURPLE, Pattern::Dashed)));
@@ -169,12 +169,17 @@ fn draw_title(area: &Area<'_>, top: f64, record: &Record) -> Result<(), DrawErro
 }
 
 fn draw_caption(cell: &Area<'_>, number_of_moves: usize, rest: &Rest) -> Result<(), DrawError> {
-    let text = match &rest.way {
-        None => format!("start; grid of {} m", number(GRID_M, 1)),
-        Some(way) => {
+    let text = match rest.ways.as_slice() {
+        [] => format!("start; grid of {} m", number(GRID_M, 1)),
+        [way] => {
             let id = rest.robots.get(way.robot).map_or(0, |r| r.id);
             let (to, seconds, joules) = (destination(way.slot), number(way.duration_s, 1), number(way.energy_j, 1));
             format!("{number_of_moves}. robot {id} to {to}: {seconds} s, {joules} J")
+        }
+        together => {
+            let id = |way: &Way| rest.robots.get(way.robot).map_or(0, |r| r.id);
+            let each = together.iter().map(|way| format!("{} to {}", id(way), way.slot + 1));
+            format!("{number_of_moves}. together, robots to slots: {}", each.collect::<Vec<_>>().join(", "))
         }
     };
     let (width, _) = picture::area_size(cell);

@@ -7,10 +7,14 @@ use super::executed_move::{ExecutedMove, executed_moves};
 use super::solid::{Solid, Vec3};
 use crate::lines::{Point, thin_path};
 
+/// Moves that overlap by no more than this follow each other, s.
+const TOGETHER_S: f64 = 1e-3;
+
 /// Points of an executed path nearer to each other than this are not told apart, m.
 const SAME_M: f64 = 0.02;
 
-/// No robot swims beyond this, m: a broken record must not shrink the rest of a picture to nothing.
+/// No robot swims farther than this from where the first one starts, m: a broken record must not shrink the rest of a
+/// picture to nothing.
 const FAR_M: f64 = 1e3;
 
 /// A robot at rest.
@@ -58,11 +62,11 @@ pub struct Rest {
     pub slots: Vec<(usize, Solid)>,
     /// Starts that were left: in order, the last one just now.
     pub left: Vec<Vec3>,
-    /// How it came to be; `None` at the start.
-    pub way: Option<Way>,
+    /// How it came to be: one move, or several that were under way together; none at the start.
+    pub ways: Vec<Way>,
 }
 
-/// The steps of a record: the start, then the cluster after each move.
+/// The steps of a record: the start, then the cluster after each move. Moves whose times overlap are one step.
 #[must_use]
 pub fn rests(record: &Record) -> Vec<Rest> {
     let problem = &record.problem;
@@ -73,6 +77,8 @@ pub fn rests(record: &Record) -> Vec<Rest> {
         problem.slots.iter().any(|s| s.requires.contains(capability))
             || !problem.robots.iter().all(|r| r.capabilities.contains(capability))
     };
+    let home_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
+    let is_near = |p: &Vec3| p.iter().zip(home_m).all(|(v, home)| (v - home).abs() < FAR_M);
     let mut robots: Vec<Resting> = problem
         .robots
         .iter()
@@ -97,8 +103,9 @@ pub fn rests(record: &Record) -> Vec<Rest> {
         tools: tools.clone(),
         slots: slots.clone(),
         left: vec![],
-        way: None,
+        ways: Vec::new(),
     }];
+    let mut until_s = f64::NEG_INFINITY;
     for moved in executed_moves(record) {
         let planned = moved.planned;
         let end = planned.to.or_else(|| Some(problem.slots.get(planned.slot?)?.pose));
@@ -111,7 +118,8 @@ pub fn rests(record: &Record) -> Vec<Rest> {
         }
         if let Some(after) = moved.after {
             for (n, (resting, sample)) in robots.iter_mut().zip(&after.robots).enumerate() {
-                if sample.eta.iter().all(|v| v.abs() < FAR_M) {
+                let [x, y, z, angles @ ..] = sample.eta;
+                if is_near(&[x, y, z]) && angles.iter().all(|angle| angle.is_finite()) {
                     resting.hull = Solid::hull(sample.eta, hull_of(n));
                 }
                 // What is marked only while it rests has arrived all the same when its move is over.
@@ -128,29 +136,33 @@ pub fn rests(record: &Record) -> Vec<Rest> {
             robot: moved.robot,
             slot: planned.slot,
             ends: [start, end.map_or(start, |end| end.position_m)],
-            planned: planned.path.iter().copied().filter(is_near).collect(),
-            executed: executed(&moved),
+            planned: planned.path.iter().copied().filter(&is_near).collect(),
+            executed: executed(&moved, &is_near),
             duration_s: to_s - from_s,
             energy_j: moved.executed_j().unwrap_or(planned.energy_navigate_j + planned.energy_balance_j),
             clearance_m: problem.rules.clearance_factor * longest,
         };
+        let mut ways = vec![way];
+        // Under way together with the last one: the same step.
+        if from_s < until_s - TOGETHER_S
+            && let Some(before) = rests.pop_if(|rest| !rest.ways.is_empty())
+        {
+            ways.splice(0..0, before.ways);
+        }
+        until_s = until_s.max(to_s);
         rests.push(Rest {
             robots: robots.clone(),
             tools: tools.clone(),
             slots: slots.clone(),
             left: left.clone(),
-            way: Some(way),
+            ways,
         });
     }
     rests
 }
 
-fn is_near(p: &Vec3) -> bool {
-    p.iter().all(|v| v.abs() < FAR_M)
-}
-
 /// Where the mover was, thinned.
-fn executed(moved: &ExecutedMove<'_>) -> Vec<Vec3> {
+fn executed(moved: &ExecutedMove<'_>, is_near: &impl Fn(&Vec3) -> bool) -> Vec<Vec3> {
     let states = moved.samples.iter().chain(moved.after).filter_map(|s| s.robots.get(moved.robot));
     let mut path: Vec<Vec3> = Vec::new();
     for state in states {
@@ -183,10 +195,23 @@ mod tests {
             assert_eq!(rest.robots.iter().filter(|r| r.arrived).count(), moves);
             assert_eq!((rest.slots.len(), rest.left.len()), (4 - moves, moves));
         }
-        let last = rests[4].way.as_ref().expect("a way");
+        let last = rests[4].ways.last().expect("a way");
         assert_eq!((last.robot, last.slot), (2, Some(3)));
         assert!((last.clearance_m - 0.7245).abs() < 1e-12);
         assert!((rests[4].robots[2].hull.centre[0] - 1.932).abs() < 1e-12);
+    }
+
+    #[test]
+    fn moves_that_overlap_in_time_are_one_step() {
+        let mut record = sample::far()[0].clone();
+        record.samples.clear();
+        let [first, second, ..] = record.plan.moves.as_mut_slice() else { panic!("four moves") };
+        second.start_s = first.start_s + 0.5 * first.duration_s;
+        let rests = rests(&record);
+        let ways: Vec<usize> = rests.iter().map(|rest| rest.ways.len()).collect();
+        assert_eq!(ways, [0, 2, 1, 1]);
+        assert_eq!(rests[1].ways.iter().map(|way| way.robot).collect::<Vec<_>>(), [1, 0]);
+        assert_eq!((rests[1].left.len(), rests[1].robots.iter().filter(|r| r.arrived).count()), (2, 2));
     }
 
     #[test]
@@ -195,7 +220,7 @@ mod tests {
         record.samples.clear();
         let rests = rests(&record);
         assert!((rests[1].robots[1].hull.centre[0] - 0.483).abs() < 1e-12);
-        assert!(rests[1].way.as_ref().is_some_and(|w| w.executed.is_empty() && w.energy_j > 0.0));
+        assert!(rests[1].ways.last().is_some_and(|w| w.executed.is_empty() && w.energy_j > 0.0));
     }
 
     #[test]

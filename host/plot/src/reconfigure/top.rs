@@ -6,7 +6,7 @@ use record::reconfigure::Record;
 
 use super::executed_move;
 use super::solid::{Solid, Vec3};
-use super::step::{Rest, from_above, rests};
+use super::step::{Rest, Resting, from_above, rests};
 use super::stroke::{self, Pattern, Sign};
 use crate::axis::{Axis, extent, number};
 use crate::lines::Point;
@@ -34,12 +34,12 @@ pub fn svg(records: &[Record]) -> Result<String, DrawError> {
         (Sign::Line(style::INK, Pattern::Solid, 0.8, 1.0), "planned".to_owned()),
         (
             Sign::Box(style::MUTED, 0.0, Some((style::MUTED, Pattern::Dotted))),
-            "start, with the robot's number".to_owned(),
+            "start, with the robot's number; the upper of two first".to_owned(),
         ),
         (Sign::Box(style::MUTED, 0.4, None), "robot at the end".to_owned()),
         (Sign::Disc(style::HULL), "tool".to_owned()),
     ];
-    let moves = all.iter().map(|r| r.len().saturating_sub(1)).max().unwrap_or(0);
+    let moves = all.iter().map(|rests| rests.iter().map(|rest| rest.ways.len()).sum()).max().unwrap_or(0);
     let list_px = stroke::LEGEND_ROW * moves as f64 + 16.0;
     let panel_px = chart_height + picture::around(false, true);
     let height = panel_px + list_px;
@@ -62,7 +62,7 @@ fn bounds(all: &[Vec<Rest>]) -> (Point, Point) {
         let all = robots.chain(rest.tools.iter().copied()).chain(rest.slots.iter().map(|s| s.1));
         all.flat_map(|hull| hull.corners())
     });
-    let paths = all.iter().flatten().filter_map(|r| r.way.as_ref());
+    let paths = all.iter().flatten().flat_map(|rest| &rest.ways);
     let paths = paths.flat_map(|way| way.planned.iter().chain(&way.executed).copied());
     let points: Vec<Vec3> = hulls.chain(paths).collect();
     let along = |axis: usize| {
@@ -124,26 +124,43 @@ fn draw_map(
             chart.dot((hull.centre[1], hull.centre[0]), 0.5 * hull.half[1] * scale, colour)?;
         }
     }
-    for way in rests.iter().filter_map(|r| r.way.as_ref()) {
+    for way in rests.iter().flat_map(|rest| &rest.ways) {
         let colour = style::module_colour(way.robot);
         chart.line(from_above(&way.executed), style::line(colour, 0.85, 3.0))?;
         chart.line(from_above(&way.planned), style::line(style::INK, 0.75, 1.0))?;
     }
     for (robots, colour) in [(&start.robots, style::MUTED), (&end.robots, style::INK)] {
         let look = style::bold(size_px, colour, Anchor::Middle);
-        for robot in robots.iter().filter(|r| r.arrived || colour == style::MUTED) {
+        let shown: Vec<&Resting> = robots.iter().filter(|r| r.arrived || colour == style::MUTED).collect();
+        for (ids, hull) in stacks(&shown) {
             // Beside the middle, where the path ends.
-            let at = robot.hull.at([-0.62, 0.55, 0.0]);
-            chart.text(&robot.id.to_string(), (at[1], at[0]), (0.0, 0.0), &look)?;
+            let at = hull.at([-0.62, 0.55, 0.0]);
+            chart.text(&ids, (at[1], at[0]), (0.0, 0.0), &look)?;
         }
     }
     Ok(())
 }
 
+/// Robots that lie over each other, seen from above: their numbers, the upper first, and the upper hull.
+fn stacks(robots: &[&Resting]) -> Vec<(String, Solid)> {
+    let mut robots = robots.to_vec();
+    robots.sort_by(|a, b| a.hull.centre[2].total_cmp(&b.hull.centre[2]));
+    let mut stacks: Vec<(String, Solid)> = Vec::new();
+    for robot in robots {
+        let [x, y, _] = robot.hull.centre;
+        let is_here = |hull: &Solid| (hull.centre[0] - x).hypot(hull.centre[1] - y) < 0.5 * hull.half[1];
+        match stacks.iter_mut().find(|(_, hull)| is_here(hull)) {
+            Some((ids, _)) => *ids += &format!("/{}", robot.id),
+            None => stacks.push((robot.id.to_string(), robot.hull)),
+        }
+    }
+    stacks
+}
+
 /// The moves in order.
 fn draw_list(area: &Area<'_>, rests: &[Rest]) -> Result<(), DrawError> {
     let (width, _) = picture::area_size(area);
-    let ways = rests.iter().filter_map(|rest| rest.way.as_ref().map(|way| (rest, way)));
+    let ways = rests.iter().flat_map(|rest| rest.ways.iter().map(move |way| (rest, way)));
     for (n, (rest, way)) in ways.enumerate() {
         let id = rest.robots.get(way.robot).map_or(0, |r| r.id);
         let (to, seconds, joules) = (destination(way.slot), number(way.duration_s, 1), number(way.energy_j, 1));
@@ -154,4 +171,23 @@ fn draw_list(area: &Area<'_>, rests: &[Rest]) -> Result<(), DrawError> {
         stroke::legend(area, (picture::LEFT, top), width - picture::LEFT, &entry)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reconfigure::sample;
+
+    #[test]
+    fn robots_over_each_other_share_a_label() {
+        let mut robots = rests(&sample::far()[0])[0].robots.clone();
+        assert_eq!(stacks(&robots.iter().collect::<Vec<_>>()).len(), robots.len());
+        // The last one dives under the first, the second rises over it.
+        let [x, y, z] = robots[0].hull.centre;
+        (robots[3].hull.centre, robots[1].hull.centre) = ([x + 0.01, y, z + 0.267], [x, y, z - 0.267]);
+        let ids = |n: usize| robots[n].id;
+        let labels = stacks(&robots.iter().collect::<Vec<_>>());
+        let expected = format!("{}/{}/{}", ids(1), ids(0), ids(3));
+        assert_eq!((labels.len(), labels[0].0.as_str()), (2, expected.as_str()));
+    }
 }
