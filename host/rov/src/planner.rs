@@ -20,6 +20,7 @@ use thiserror::Error;
 use super::balance::{Balance, Unbalanced, balance};
 use super::clearance::{Clearance, Resting};
 use super::conditions::{Conditions, admits};
+use super::docking::with_hand_over;
 use super::order::{self, MoveCosts, NoOrder, Order, State};
 use super::power::{self, PowerError, PowerLaw};
 use super::propulsion::{Propulsion, PropulsionError, Steady};
@@ -254,7 +255,11 @@ impl<'a> MovePricer<'a> {
                 let rules = &self.problem.rules;
                 let query =
                     RouteQuery { mover, clearance: &clearance, lattice: &self.lattice, rules, lambda_w };
-                query.route(self.request.criterion, self.request.manner, &mut self.search)
+                let route = query.route(self.request.criterion, self.request.manner, &mut self.search);
+                match self.request.manner {
+                    Manner::Paper => route,
+                    Manner::Best => route.map(with_hand_over),
+                }
             });
             self.routes.insert(key, route);
         }

@@ -33,6 +33,7 @@ use crate::run::reconfigure::poses::LabBodies;
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 
 mod table;
+mod task;
 mod together;
 
 /// The scenario that is planned when none is named.
@@ -61,6 +62,9 @@ pub(super) struct Arguments {
     /// What thrust costs
     #[arg(long, value_enum, default_value_t = PowerKind::Fitted)]
     power: PowerKind,
+    /// Find the goal too: the configuration of least energy that does this task, instead of the scenario's slots
+    #[arg(long, value_name = "FILE", conflicts_with = "verify")]
+    task: Option<PathBuf>,
     #[command(flatten)]
     together: together::ParallelArguments,
     /// Judge this plan (a file, or - for standard input) instead of making one
@@ -173,6 +177,14 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     };
     let (mut columns, mut failures) = (Vec::new(), Vec::new());
     let mut bar = Bar::new(&scenario.problem.name);
+    if let Some(path) = &arguments.task {
+        let law = law(arguments.power, scenario.problem.rules.battery_v)?;
+        let (criterion, manner, order) = (Criterion::Energy, Manner::Best, OrderRule::Exact);
+        let request = Request { criterion, manner, order, law };
+        let (problem, said) = task::found(&scenario.problem, path, &request)?;
+        scenario.problem = problem;
+        bar.note(&said);
+    }
     let wanted = wanted(arguments);
     for (done, &(title, criterion, manner, order)) in wanted.iter().enumerate() {
         bar.preparing(&format!("planning: {title}"), done as u64, wanted.len() as u64);
