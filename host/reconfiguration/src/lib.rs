@@ -7,6 +7,7 @@
 //! | [`strip`] | added mass and damping of a box, for a vehicle whose file gives none |
 //! | [`pose`] | where one of them is |
 //! | [`problem`] | start, goal and rules |
+//! | [`task`] | what a goal is to be good for, where none is given |
 //! | [`plan`] | moves, their times and energies |
 //!
 //! The planner (`rov`), the judge of plans (`judge`), the simulator and the pictures share these types. No algorithm is
@@ -17,4 +18,5 @@ pub mod plan;
 pub mod pose;
 pub mod problem;
 pub mod strip;
+pub mod task;
 pub mod vehicle;

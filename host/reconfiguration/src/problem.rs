@@ -69,7 +69,7 @@ pub struct Rules {
     pub acceleration_m_s2: f64,
     /// Yaw acceleration, rad/s². *Assumed*.
     pub yaw_acceleration_rad_s2: f64,
-    /// What undocking takes, s.
+    /// What undocking takes at least, s.
     pub undock_s: f64,
     /// What docking takes, s.
     pub dock_s: f64,

@@ -38,6 +38,7 @@ use crate::run::reconfigure::scenario::ReconfigureScenario;
 
 mod search;
 mod table;
+mod task;
 mod together;
 
 use search::{Threads, Watch};
@@ -72,6 +73,9 @@ pub(super) struct Arguments {
     /// What thrust costs
     #[arg(long, value_enum, default_value_t = PowerKind::Table)]
     power: PowerKind,
+    /// Find the goal too: the configuration of least energy that does this task, instead of the scenario's slots
+    #[arg(long, value_name = "FILE", conflicts_with = "verify")]
+    task: Option<PathBuf>,
     #[command(flatten)]
     together: together::ParallelArguments,
     /// Judge this plan (a file, or - for standard input) instead of making one
@@ -245,6 +249,14 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let limit = Duration::from_secs_f64(arguments.time_limit);
     let mut columns = Vec::new();
     let mut bar = Bar::new(&scenario.problem.name);
+    if let Some(path) = &arguments.task {
+        let law = law(arguments.power, scenario.problem.rules.battery_v)?;
+        let (criterion, manner, order) = (Criterion::Energy, Manner::Best, OrderRule::Exact);
+        let request = Request { criterion, manner, order, law };
+        let (problem, said) = task::found(&scenario.problem, path, &request)?;
+        scenario.problem = problem;
+        bar.note(&said);
+    }
     let wanted = wanted(arguments);
     for (done, &(title, criterion, manner, order)) in wanted.iter().enumerate() {
         bar.preparing(&format!("planning: {title}"), done as u64, wanted.len() as u64);

@@ -4,6 +4,7 @@
 
 mod any_angle;
 mod closed_loop;
+mod docking;
 mod execution;
 mod experiments;
 mod frames;

@@ -13,6 +13,7 @@ use reconfiguration::vehicle::Vehicle;
 use rov::balance::balance;
 use rov::clearance::{Clearance, Resting};
 use rov::conditions::Conditions;
+use rov::docking::with_hand_over;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::{PowerLaw, limits_n};
 use rov::propulsion::{Propulsion, Steady};
@@ -298,6 +299,7 @@ impl<'a> Oracle<'a> {
         let (mover, lattice, rules) = (&self.mover, &self.lattice, &problem.rules);
         let query = RouteQuery { mover, clearance: &clearance, lattice, rules, lambda_w };
         let route = query.route(self.criterion, self.manner, &mut self.scratch)?;
+        let route = if self.manner == Manner::Best { with_hand_over(route) } else { route };
         Some(route.cost(self.criterion, lambda_w))
     }
 }

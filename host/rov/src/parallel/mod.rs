@@ -25,8 +25,8 @@
 //! resting or moving, outside its dock zones; hulls that do not overlap anywhere; every waiting cluster balanced, no tool
 //! alone.
 //!
-//! **Hand-over.** A robot's share of the balance passes to the others before it lets go, which takes [`HAND_OVER_S`]:
-//! one robot after the other that is what the execution adds, here it is planned, since others are under way meanwhile.
+//! **Hand-over.** A robot's share of the balance passes to the others before it lets go: undocking takes at least
+//! [`HAND_OVER_S`](super::docking::HAND_OVER_S), in plans that are given without it too.
 //!
 //! Assumptions and limits: robots do not wait on their way; routes are those that were found for one robot after the
 //! other; the search is a heuristic, its result is checked and never above the plan it was given.
@@ -42,9 +42,6 @@ mod pace;
 mod search;
 mod timetable;
 mod track;
-
-/// Least duration of undocking, s: a packet of thrusts, and two time constants of a propeller.
-pub const HAND_OVER_S: f64 = 0.3;
 
 /// The plan with its moves overlapping, at the least E + w·T that is found: `weight_w` is w, J/s. The plan itself where
 /// nothing better is found.

@@ -4,9 +4,9 @@ use quantity::wrap_rad;
 use reconfiguration::plan::{Action, ActionKind, Move};
 use reconfiguration::problem::Rules;
 
+use super::super::docking::HAND_OVER_S;
 use super::super::propulsion::Propulsion;
 use super::super::vector::{length, offset, turned};
-use super::HAND_OVER_S;
 
 /// The move from time 0 on, with the time it takes to hand over; with `omega_w` its legs and turns at another speed.
 /// `None` where they cannot be swum.

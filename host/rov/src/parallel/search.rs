@@ -26,6 +26,8 @@ const PLACING_W: [f64; 3] = [0.0, 1.0, 1e3];
 /// Start times are tried so far apart, and so far around the best one, s.
 const STEP_S: f64 = 0.25;
 const FINE_S: f64 = 0.05;
+/// What a second is worth at least, J/s: of plans of one energy the quickest is taken.
+const LEAST_W: f64 = 1e-4;
 /// Rounds of local search.
 const ROUNDS: usize = 3;
 /// Less is no progress, J.
@@ -83,6 +85,7 @@ impl<'a> Search<'a> {
 
     /// The best that is found, as a plan.
     pub fn best(mut self, weight_w: f64) -> Result<Plan, PlanError> {
+        let weight_w = weight_w.max(LEAST_W);
         let given = self.plan.energy_total_j + weight_w * self.plan.time_s;
         let list: Vec<usize> = (0..self.table.moves()).collect();
         let mut best: Option<Found> = None;
@@ -232,7 +235,7 @@ impl<'a> Search<'a> {
                 start_s: span.from_s,
                 duration_s,
                 balance_w: span.waiting.power_w,
-                balance: span.waiting.balance,
+                balance: span.waiting.balance.clone(),
             });
         }
         for own in &mut moves {

@@ -4,6 +4,7 @@
 //! their start times counts: such answers are kept. So are the balances of waiting configurations.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use reconfiguration::plan::{Holding, Move};
 use reconfiguration::pose::Pose;
@@ -38,7 +39,6 @@ struct Traveller {
 }
 
 /// What waits, and what that takes.
-#[derive(Clone)]
 pub(super) struct Waiting {
     pub power_w: f64,
     pub balance: Vec<Holding>,
@@ -51,7 +51,7 @@ pub(super) struct Span {
     pub to_s: f64,
     /// Moves under way.
     pub movers: Vec<usize>,
-    pub waiting: Waiting,
+    pub waiting: Rc<Waiting>,
 }
 
 /// A whole table of times, or what is known of it.
@@ -79,7 +79,7 @@ pub(super) struct Timetable<'a> {
     pub paces: Vec<usize>,
     /// Waiting robots may fall into so many clusters: those of one move after the other.
     clusters_most: usize,
-    waiting: HashMap<Vec<u8>, Option<Waiting>>,
+    waiting: HashMap<Vec<u8>, Option<Rc<Waiting>>>,
     pairs: HashMap<Pair, bool>,
 }
 
@@ -266,9 +266,9 @@ impl<'a> Timetable<'a> {
     }
 
     /// What waits where every robot has made so many moves, or is [`AWAY`].
-    fn waiting(&mut self, key: &[u8]) -> Option<Waiting> {
+    fn waiting(&mut self, key: &[u8]) -> Option<Rc<Waiting>> {
         if !self.waiting.contains_key(key) {
-            let found = self.balanced(key);
+            let found = self.balanced(key).map(Rc::new);
             self.waiting.insert(key.to_vec(), found);
         }
         self.waiting[key].clone()

@@ -14,6 +14,7 @@ use reconfiguration::vehicle::Vehicle;
 use super::super::balance::{Unbalanced, power_of_cluster};
 use super::super::clearance::{Clearance, Resting};
 use super::super::conditions::{Conditions, admits};
+use super::super::docking::with_hand_over;
 use super::super::frame::Framed;
 use super::super::order::{DESKS, Hop, Layout, MoveCosts, State, Workers};
 use super::super::power;
@@ -247,7 +248,11 @@ impl<'a> Pricer<'a> {
             lambda_w,
         };
         let mut scratch = self.desks[desk].lock().unwrap_or_else(PoisonError::into_inner);
-        query.route(self.request.criterion, self.request.manner, &mut scratch)
+        let route = query.route(self.request.criterion, self.request.manner, &mut scratch);
+        match self.request.manner {
+            Manner::Paper => route,
+            Manner::Best => route.map(with_hand_over),
+        }
     }
 
     /// The vehicle that hops, and its ends.

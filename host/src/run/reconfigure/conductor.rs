@@ -40,10 +40,10 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
 use rov::configuration::{adjacency, clusters};
+pub use rov::docking::HAND_OVER_S;
 use rov::dynamics::State;
 use rov::guidance::reference::{Reference, ReferenceTrajectory};
 use rov::guidance::tracking::{TrackingController, TrackingError};
-pub use rov::parallel::HAND_OVER_S;
 use rov::power::{self, PowerLaw};
 use sim::rov::propellers::LAG_S;
 use together::Together;
@@ -174,7 +174,7 @@ impl<'a> Conductor<'a> {
             held: false,
             off: (0.0, 0.0),
             mover: None,
-            together: plan.is_parallel().then(Together::default),
+            together: plan.is_parallel().then(Together::new),
             stations: Vec::new(),
             lead,
         };

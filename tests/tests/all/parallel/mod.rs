@@ -1,7 +1,7 @@
 //! Parallel moves: random problems before the judge, what they save, and plans spoilt in time.
 
 use judge::{Condition, verify};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::problem::Problem;
@@ -52,7 +52,8 @@ fn over_fifty_random_problems_time_is_saved_and_no_energy_spent() {
             assert!(together.energy_total_j <= plan.energy_total_j * (1.0 + 1e-6), "{what}");
         }
         assert!(by_time.time_s <= plan.time_s * (1.0 + 1e-9), "{what}");
-        assert!(by_energy.energy_total_j <= by_time.energy_total_j * (1.0 + 1e-6), "{what}");
+        // Of nearly equal energies the quicker is taken.
+        assert!(by_energy.energy_total_j <= by_time.energy_total_j * (1.0 + 1e-3), "{what}");
         let share = by_time.time_s / plan.time_s;
         let saved = by_energy.energy_total_j / plan.energy_total_j;
         println!(

@@ -75,7 +75,6 @@ impl Underway {
 }
 
 /// See the module's documentation.
-#[derive(Default)]
 pub(super) struct Together {
     plan_s: f64,
     rate: f64,
@@ -105,6 +104,21 @@ pub struct Followed<'a> {
 }
 
 impl Together {
+    /// At the beginning, with all robots at rest: time passes as fast as it may.
+    pub fn new() -> Self {
+        Self {
+            plan_s: 0.0,
+            rate: 1.0,
+            change_per_s: 0.0,
+            movers: Vec::new(),
+            next: 0,
+            astray: false,
+            waited_s: 0.0,
+            rest_s: 0.0,
+            docking: None,
+        }
+    }
+
     /// Robots that are under way or hand over.
     pub fn followed(&self) -> impl Iterator<Item = Followed<'_>> {
         self.movers.iter().filter_map(|mover| {
@@ -191,7 +205,11 @@ impl Conductor<'_> {
         let to_s = together.plan_s + rate * dt_s;
         let blocked = block_s.is_some_and(|block_s| to_s >= block_s);
         if let Some(block_s) = block_s.filter(|_| blocked) {
-            (together.plan_s, together.rate, together.change_per_s) = (block_s, 0.0, 0.0);
+            // One that docks as soon as it may delays no other.
+            if together.plan_s >= block_s {
+                (together.rate, together.change_per_s) = (0.0, 0.0);
+            }
+            together.plan_s = block_s;
         } else {
             together.plan_s = to_s;
         }

@@ -1,0 +1,170 @@
+//! Which configurations do a task, and the least that getting into one costs.
+//!
+//! Each service takes the place nearest to where it is wanted, of those whose kind of robot can serve it.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use reconfiguration::plan::{Criterion, Manner};
+use reconfiguration::pose::Pose;
+use reconfiguration::problem::{Problem, Slot};
+use reconfiguration::task::Task;
+use reconfiguration::vehicle::Vehicle;
+
+use super::super::balance::balance;
+use super::super::configuration::{adjacency, clusters};
+use super::super::planner::PlanError;
+use super::super::power::PowerLaw;
+use super::super::propulsion::{Propulsion, Steady};
+use super::super::route::Mover;
+use super::super::vector::{length, offset};
+use super::growth::Place;
+
+/// What is left of the least over sampled directions for those between.
+const SAMPLING: f64 = 0.98;
+
+/// What keeps configurations from doing the task, and how many.
+#[derive(Default)]
+pub(super) struct Refused {
+    services: usize,
+    connection: usize,
+    balance: usize,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { services, connection, balance } = self;
+        write!(
+            f,
+            "{services} lack a service in its place, {connection} are not one cluster, {balance} cannot be balanced"
+        )
+    }
+}
+
+/// See the module's documentation.
+pub(super) struct Fitness<'a> {
+    problem: &'a Problem,
+    task: &'a Task,
+    law: &'a PowerLaw,
+    limits_n: (f64, f64),
+    /// Least energy of a way of a metre, by vehicle, J/m.
+    per_metre_j: HashMap<usize, f64>,
+}
+
+impl<'a> Fitness<'a> {
+    pub fn new(
+        problem: &'a Problem,
+        task: &'a Task,
+        law: &'a PowerLaw,
+        limits_n: (f64, f64),
+    ) -> Result<Self, PlanError> {
+        let rules = &problem.rules;
+        let mut per_metre_j = HashMap::new();
+        for robot in &problem.robots {
+            if per_metre_j.contains_key(&robot.vehicle) {
+                continue;
+            }
+            let vehicle = &problem.vehicles[robot.vehicle];
+            let propulsion = Propulsion::new(vehicle, law.clone(), rules.battery_v, Steady::Whole)
+                .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
+            let mover = Mover::new(propulsion, rules);
+            // It is least in one of many directions, or not far from one.
+            let least_j = directions()
+                .map(|way_m| mover.bound(Criterion::Energy, Manner::Best, way_m, 0.0))
+                .fold(f64::INFINITY, f64::min);
+            per_metre_j.insert(robot.vehicle, SAMPLING * least_j);
+        }
+        Ok(Self { problem, task, law, limits_n, per_metre_j })
+    }
+
+    /// Lower bound of what it costs to fill the places, J.
+    pub fn bound_j(&self, places: &[Place]) -> f64 {
+        let robots = &self.problem.robots;
+        let cost_j = |place: &Place, robot: usize| {
+            let Some(per_metre_j) = self.per_metre_j.get(&place.kind) else { return f64::INFINITY };
+            let matches = robots[robot].vehicle == place.kind;
+            let way_m = offset(robots[robot].start.position_m, place.pose.position_m);
+            if matches { per_metre_j * length(way_m) } else { f64::INFINITY }
+        };
+        // The cheapest assignment over sets of robots, place after place.
+        let mut least = HashMap::from([(0_u32, 0.0_f64)]);
+        for place in places {
+            let mut next: HashMap<u32, f64> = HashMap::new();
+            for (&taken, &sum_j) in &least {
+                for robot in (0..robots.len()).filter(|robot| taken >> robot & 1 == 0) {
+                    let total_j = sum_j + cost_j(place, robot);
+                    let known = next.entry(taken | 1 << robot).or_insert(f64::INFINITY);
+                    *known = known.min(total_j);
+                }
+            }
+            least = next;
+        }
+        least.into_values().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The configuration as slots, with its bound, if it does the task.
+    pub fn slots(&self, places: &[Place], refused: &mut Refused) -> Option<(f64, Vec<Slot>)> {
+        let problem = self.problem;
+        let mut slots: Vec<Slot> = places
+            .iter()
+            .map(|place| Slot { pose: place.pose, requires: self.kind_of(place.kind).into_iter().collect() })
+            .collect();
+        for service in &self.task.services {
+            let serves = |place: &Place| {
+                let brings = |capability: &String| *capability == service.capability;
+                problem
+                    .robots
+                    .iter()
+                    .any(|robot| robot.vehicle == place.kind && robot.capabilities.iter().any(brings))
+            };
+            let apart_m = |place: &Place| length(offset(service.place_m, place.pose.position_m));
+            let nearest = (0..places.len())
+                .filter(|&index| serves(&places[index]) && apart_m(&places[index]) <= service.within_m)
+                .min_by(|&a, &b| apart_m(&places[a]).total_cmp(&apart_m(&places[b])));
+            let Some(index) = nearest else {
+                refused.services += 1;
+                return None;
+            };
+            slots[index].requires.push(service.capability.clone());
+        }
+        let tools = problem.tools.iter().map(|tool| (tool.pose, &problem.vehicles[tool.vehicle]));
+        let robots = places.iter().map(|place| (place.pose, &problem.vehicles[place.kind]));
+        let bodies: Vec<(Pose, &Vehicle)> = tools.chain(robots).collect();
+        if clusters(&adjacency(&bodies)).len() > 1 {
+            refused.connection += 1;
+            return None;
+        }
+        if balance(&bodies, self.law, self.limits_n).is_err() {
+            refused.balance += 1;
+            return None;
+        }
+        Some((self.bound_j(places), slots))
+    }
+
+    /// What a slot asks for where there are several kinds of robots: the name of its own.
+    fn kind_of(&self, kind: usize) -> Option<String> {
+        let several = self.per_metre_j.len() > 1;
+        several.then(|| self.problem.vehicles[kind].name.clone())
+    }
+}
+
+/// The problem with a goal. Of several kinds of robots each brings its name, which slots ask for.
+pub(super) fn with_slots(problem: &Problem, slots: Vec<Slot>) -> Problem {
+    let mut goal = Problem { slots, ..problem.clone() };
+    let mixed = problem.robots.iter().any(|robot| robot.vehicle != problem.robots[0].vehicle);
+    for robot in goal.robots.iter_mut().filter(|_| mixed) {
+        robot.capabilities.push(problem.vehicles[robot.vehicle].name.clone());
+    }
+    goal
+}
+
+/// Unit vectors all around, evenly: the golden spiral.
+fn directions() -> impl Iterator<Item = [f64; 3]> {
+    const COUNT: u32 = 500;
+    (0..COUNT).map(|k| {
+        let z = 1.0 - f64::from(2 * k + 1) / f64::from(COUNT);
+        let (sin, cos) = (std::f64::consts::PI * (3.0 - 5.0_f64.sqrt()) * f64::from(k)).sin_cos();
+        let level = (1.0 - z * z).sqrt();
+        [level * cos, level * sin, z]
+    })
+}
