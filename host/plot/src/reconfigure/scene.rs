@@ -178,8 +178,8 @@ fn draw_caption(cell: &Area<'_>, number_of_moves: usize, rest: &Rest) -> Result<
         }
         together => {
             let id = |way: &Way| rest.robots.get(way.robot).map_or(0, |r| r.id);
-            let each = together.iter().map(|way| format!("{} to {}", id(way), way.slot + 1));
-            format!("{number_of_moves}. together, robots to slots: {}", each.collect::<Vec<_>>().join(", "))
+            let each = together.iter().map(|way| format!("{} to {}", id(way), destination(way.slot)));
+            format!("{number_of_moves}. together, robots {}", each.collect::<Vec<_>>().join(", "))
         }
     };
     let (width, _) = picture::area_size(cell);

@@ -65,8 +65,9 @@ impl<'a> Fitness<'a> {
                 continue;
             }
             let vehicle = &problem.vehicles[robot.vehicle];
-            let propulsion = Propulsion::new(vehicle, law.clone(), rules.battery_v, Steady::Whole)
-                .map_err(|source| PlanError::Propulsion { vehicle: vehicle.name.clone(), source })?;
+            let propulsion = Propulsion::new(vehicle, law.clone(), rules, Steady::Whole).map_err(|source| {
+                PlanError::Propulsion { robot: robot.id, vehicle: vehicle.name.clone(), source }
+            })?;
             let mover = Mover::new(propulsion, rules);
             // It is least in one of many directions, or not far from one.
             let least_j = directions()
@@ -134,7 +135,7 @@ impl<'a> Fitness<'a> {
             refused.connection += 1;
             return None;
         }
-        if balance(&bodies, self.law, self.limits_n).is_err() {
+        if balance(&bodies, self.law, self.limits_n, &self.problem.rules).is_err() {
             refused.balance += 1;
             return None;
         }
