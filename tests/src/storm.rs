@@ -82,6 +82,9 @@ const SKEW_US: u64 = 4_000;
 /// Modules' clocks jump by at most this while they swim, s: some lost ticks.
 const STEP_S: f64 = 0.005;
 
+/// Why the host's radio is not broken.
+const REFUSED: &str = "no machine refuses for that long";
+
 /// Outcome of a storm.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
@@ -356,7 +359,7 @@ impl<'a> World<'a> {
                 (links[module].is_doubled(), links[module].address().map(of))
             });
             while let Some((to, datagram)) = host.poll_transmit(host_now, &mut buffer) {
-                self.fleet.radio.send(now, to, datagram).expect("no machine refuses for that long");
+                self.fleet.radio.send(now, to, datagram).expect(REFUSED);
             }
         }
         self.count_tape(host_now);
@@ -369,7 +372,7 @@ impl<'a> World<'a> {
     /// What came to the host by now, one by one, each counted when it has been handled.
     fn receive(&mut self, now: FleetInstant, host_now: FleetInstant) {
         let mut buffer = [0; MAX_DATAGRAM];
-        while let Ok(Some((length, from))) = self.fleet.radio.receive(now, &mut buffer) {
+        while let Some((length, from)) = self.fleet.radio.receive(now, &mut buffer).expect(REFUSED) {
             match &mut self.host {
                 Some(host) => {
                     let _ = host.handle_datagram(host_now, from, &buffer[..length]);

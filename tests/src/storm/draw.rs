@@ -31,6 +31,9 @@ pub struct Storm {
     pub(super) kinds: Kinds,
 }
 
+/// A machine that has refused sends lets some through for that long at least, before it refuses again.
+const REFUSES_AGAIN_US: u64 = 200_000;
+
 /// Faults of machines, hosts and modules, and what strangers do. Times in µs.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Kinds {
@@ -66,7 +69,15 @@ impl Kinds {
                 let until_us = (from_us + rng.random_range(50..2_000) * MS).min(healed_us);
                 (from_us, until_us, rng.random_range(0..=modules))
             });
-            kinds.refusals = refusals.collect();
+            for refusal @ (from_us, until_us, node) in refusals {
+                // Two that run into each other would be one that breaks the host's radio.
+                let apart = |&(from, until, of): &(u64, u64, usize)| {
+                    of != node || from_us > until + REFUSES_AGAIN_US || from > until_us + REFUSES_AGAIN_US
+                };
+                if kinds.refusals.iter().all(apart) {
+                    kinds.refusals.push(refusal);
+                }
+            }
         }
         if rng.random_bool(0.25) {
             let pauses =

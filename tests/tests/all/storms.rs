@@ -54,8 +54,10 @@ fn fleets_survive_storms() {
 }
 
 /// What storms have found, mended since.
-const FOUND: [(u64, &str); 1] =
-    [(5397, "a tail that lost its power in a turn without a swing, in the way of the plan after it")];
+const FOUND: [(u64, &str); 2] = [
+    (5397, "a tail that lost its power in a turn without a swing, in the way of the plan after it"),
+    (4991, "two refusals that ran into each other broke the host's radio, and no count told of it"),
+];
 
 #[test]
 fn what_storms_have_found_does_not_come_back() {

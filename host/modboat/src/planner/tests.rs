@@ -62,7 +62,7 @@ impl Before {
         let mut less = self.clone();
         match part {
             Part::First => {
-                less.turns.iter_mut().zip(&self.via_rad).for_each(|(turn, via)| turn.from_rad = *via)
+                less.turns.iter_mut().zip(&self.via_rad).for_each(|(turn, via)| turn.from_rad = *via);
             }
             Part::Second => {
                 let moved: Vec<f64> =
@@ -126,7 +126,11 @@ fn passes(plan: &Plan, module: usize, tail_rad: f64) -> Vec<f64> {
         (via_rad, turn.to_rad),
         (centerline_rad + amplitude_rad, centerline_rad - amplitude_rad),
     ];
-    parts.into_iter().filter(|(from, to)| from != to).flat_map(|(from, to)| way(from, to)).collect()
+    parts
+        .into_iter()
+        .filter(|(from, to)| (from - to).abs() > 0.0)
+        .flat_map(|(from, to)| way(from, to))
+        .collect()
 }
 
 /// Distance between two centre lines, each from its module's centre, the second at `apart_m` from the first, m: the least of an end of one from the
