@@ -12,7 +12,7 @@
 //! from the crate `foxglove`, whose server wants an asynchronous runtime: `host/docs/console.md` has the figures.
 
 use runlog::cdr::{Cdr as _, Encoder};
-use runlog::flotilla::Course;
+use runlog::flotilla::Goal;
 use serde_json::{Value, json};
 use tungstenite::{Bytes, Message};
 
@@ -240,17 +240,17 @@ pub fn data(subscription: u32, at_ns: u64, cdr: &[u8]) -> Message {
 
 /// Targets as they are.
 #[must_use]
-pub fn parameters(course: Option<&Course>, id: Option<&str>) -> Message {
+pub fn parameters(goal: Option<&Goal>, id: Option<&str>) -> Message {
     let pair = |values: &[f64]| match values {
         [x, y] => json!([x, y]),
         _ => json!([]),
     };
-    let course = course.cloned().unwrap_or_default();
-    let waypoints = course.waypoints_x_m.iter().zip(&course.waypoints_y_m);
+    let goal = goal.cloned().unwrap_or_default();
+    let waypoints = goal.waypoints_x_m.iter().zip(&goal.waypoints_y_m);
     let values = [
-        pair(&course.velocity_m_s),
-        pair(&course.station_m),
-        json!(course.heading_rad),
+        pair(&goal.velocity_m_s),
+        pair(&goal.station_m),
+        json!(goal.heading_rad),
         json!(waypoints.map(|(x, y)| [*x, *y]).collect::<Vec<[f64; 2]>>()),
     ];
     let all: Vec<Value> =

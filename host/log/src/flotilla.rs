@@ -10,7 +10,7 @@ use super::ros::Time;
 pub const FORMAT: u32 = 1;
 
 pub use poses::{Poses, Trouble};
-pub use status::{Bodies, Body, Course, ModuleStatus, Order, Status};
+pub use status::{Bodies, Body, Goal, ModuleStatus, Order, Status};
 
 mod poses;
 mod status;

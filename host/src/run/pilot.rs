@@ -54,13 +54,13 @@ pub use decision::{Decision, SentCycle, Via};
 use decision::{
     Remaining, all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps,
 };
-pub use helm::{Asked, Helm, speed_max_m_s};
+pub use targets::{Asked, Targets, speed_max_m_s};
 use phase::{Phase, PhaseEvent};
 use settling::Settling;
 
 mod controller;
 mod decision;
-mod helm;
+mod targets;
 pub mod phase;
 mod seen;
 mod settling;
@@ -77,7 +77,7 @@ pub struct Pilot {
     observer: Observer,
     control: Control,
     governor: Option<Governor>,
-    helm: Helm,
+    targets: Targets,
     /// An operator has ordered a stop or a hold.
     halted: bool,
     /// The newest pose.
@@ -138,7 +138,7 @@ impl Pilot {
                 .bounds
                 .as_ref()
                 .map(|bounds| Governor::new(bounds, structure, modboat, &scenario.control)),
-            helm: Helm::new(scenario),
+            targets: Targets::new(scenario),
             halted: false,
             fix: None,
             lacks_pose: false,
@@ -228,7 +228,7 @@ impl Pilot {
             {
                 self.decide(now, end, links)
             }
-            (Phase::Waiting, _) if self.helm.lacks_target().is_none() => {
+            (Phase::Waiting, _) if self.targets.lacks_target().is_none() => {
                 self.decide(now, now.after(self.lead), links)
             }
             _ => None,
@@ -277,8 +277,8 @@ impl Pilot {
         // A cycle that straddles two legs belongs to the one that has more of it.
         let start_s = self.origin.map_or(0.0, |origin| start.as_secs_f64() - origin.as_secs_f64());
         let leg_time_s = start_s + 0.5 * interval_s;
-        self.helm.arrive(estimate.position_m, &self.scenario.modboat);
-        let Asked { target: asked, demand, heading_rad } = self.helm.asked(&self.scenario, leg_time_s)?;
+        self.targets.arrive(estimate.position_m, &self.scenario.modboat);
+        let Asked { target: asked, demand, heading_rad } = self.targets.asked(&self.scenario, leg_time_s)?;
         let observed = Observation {
             velocity_m_s: estimate.velocity_m_s,
             heading_rad: estimate.heading_rad,

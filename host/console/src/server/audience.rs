@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
-use runlog::flotilla::Course;
+use runlog::flotilla::Goal;
 use runlog::message::Message as _;
 use serde_json::Value;
 use tungstenite::{Bytes, Message};
@@ -18,7 +18,7 @@ use super::session::Session;
 /// On the way to another place in a log all messages of so long before it are looked at, ns.
 const SETTLES_NS: u64 = 2_000_000_000;
 /// Topics whose newest message a new subscriber gets: they are told once, or seldom.
-const RETAINED: [&str; 6] = ["/scenario", "/begin", "/tf_static", "/course", "/status", "/markers"];
+const RETAINED: [&str; 6] = ["/scenario", "/begin", "/tf_static", "/goal", "/status", "/markers"];
 
 /// See the module's documentation.
 pub(super) struct Audience {
@@ -28,13 +28,13 @@ pub(super) struct Audience {
     /// By number of its topic, the newest message.
     retained: HashMap<u16, (u64, Bytes)>,
     /// What the fleet is steered by.
-    pub(super) course: Option<Course>,
+    pub(super) goal: Option<Goal>,
 }
 
 impl Audience {
     pub(super) fn new(stage: Box<Stage>) -> Self {
         let (sessions, view, retained) = (Vec::new(), View::default(), HashMap::new());
-        Self { sessions, view, stage, retained, course: None }
+        Self { sessions, view, stage, retained, goal: None }
     }
 
     /// Takes in a message, and passes it on to those that follow its topic.
@@ -46,9 +46,9 @@ impl Audience {
         for session in self.of(Speaks::Stream) {
             pass_on(session, channel.id, at_ns, data);
         }
-        if channel.topic == "/course" {
-            self.course = Course::read(data).ok();
-            let values = stream::parameters(self.course.as_ref(), None);
+        if channel.topic == "/goal" {
+            self.goal = Goal::read(data).ok();
+            let values = stream::parameters(self.goal.as_ref(), None);
             let following = |session: &&mut Session| session.subscriber.follows_parameters;
             self.of(Speaks::Stream).filter(following).for_each(|session| session.push(values.clone()));
         }

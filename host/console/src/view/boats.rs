@@ -1,6 +1,6 @@
 //! A structure of Modboats: where it is, where it is to go, what its tails give.
 
-use runlog::flotilla::{BoatState, Bodies, Course, Cycle, Decision, Fix, Poses, Status, Wrench};
+use runlog::flotilla::{BoatState, Bodies, Goal, Cycle, Decision, Fix, Poses, Status, Wrench};
 use runlog::message::Message as _;
 use serde_json::{Map, Value, json};
 
@@ -12,7 +12,7 @@ pub struct Boats {
     fix: Option<Fix>,
     poses: Option<Poses>,
     bodies: Option<Bodies>,
-    course: Option<Course>,
+    goal: Option<Goal>,
     decision: Option<Decision>,
     cycle: Option<Cycle>,
 }
@@ -43,7 +43,7 @@ impl Boats {
             }
             "/poses" => self.poses = Poses::read(data).ok(),
             "/bodies" => self.bodies = Bodies::read(data).ok(),
-            "/course" => self.course = Course::read(data).ok(),
+            "/goal" => self.goal = Goal::read(data).ok(),
             "/decision" => self.decision = Decision::read(data).ok(),
             "/cycle" => self.cycle = Cycle::read(data).ok(),
             _ => {}
@@ -83,7 +83,7 @@ impl Boats {
             }),
         );
         put("poses", self.shown_poses(status));
-        put("target", self.course.as_ref().map_or(Value::Null, target));
+        put("target", self.goal.as_ref().map_or(Value::Null, target));
         put(
             "wrench",
             self.decision.as_ref().map_or(Value::Null, |decision| {
@@ -129,18 +129,18 @@ fn state(state: &BoatState) -> Value {
     })
 }
 
-fn target(course: &Course) -> Value {
+fn target(goal: &Goal) -> Value {
     let pair = |values: &[f64]| match values {
         [x, y] => json!([x, y]),
         _ => Value::Null,
     };
-    let waypoints = course.waypoints_x_m.iter().zip(&course.waypoints_y_m);
+    let waypoints = goal.waypoints_x_m.iter().zip(&goal.waypoints_y_m);
     json!({
-        "kind": course.kind,
-        "from": course.from,
-        "velocity_m_s": pair(&course.velocity_m_s),
-        "station_m": pair(&course.station_m),
-        "heading_rad": course.heading_rad,
+        "kind": goal.kind,
+        "from": goal.from,
+        "velocity_m_s": pair(&goal.velocity_m_s),
+        "station_m": pair(&goal.station_m),
+        "heading_rad": goal.heading_rad,
         "waypoints_m": waypoints.map(|(x, y)| [*x, *y]).collect::<Vec<[f64; 2]>>(),
     })
 }

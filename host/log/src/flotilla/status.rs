@@ -43,7 +43,7 @@ messages! {
     }
 
     /// What the fleet is steered by. Told again when it changes.
-    Course = "flotilla_msgs" {
+    Goal = "flotilla_msgs" {
         /// Fleet time.
         stamp: Time,
         /// velocity, station, waypoints, or none while a target is waited for.

@@ -8,7 +8,7 @@
 //! | `/markers` | tails 5 Hz, bodies 1 Hz |
 //! | `/fix`, `/acknowledgement`, `/event`, `/gap`, `/decision`, `/cycle` | as they come |
 //! | `/status`, `/bodies` | 5 Hz, the first at once when something changes |
-//! | `/course`, `/order` | when they change, as they come |
+//! | `/goal`, `/order` | when they change, as they come |
 //! | counts, `/contact`, `/diagnostics`, batteries, `/target` | 1 Hz, and at the end |
 
 use std::cell::RefCell;
@@ -120,7 +120,7 @@ pub struct BoatLog<'a> {
     clock_error_us: Option<u64>,
     counted: Option<FleetInstant>,
     standing: Standing,
-    /// Of the course that was told last: its leg or target, and how often there was another.
+    /// Of the goal that was told last: its leg or target, and how often there was another.
     steered: Option<(Option<usize>, (usize, usize))>,
 }
 

@@ -133,7 +133,7 @@ topics! {
         /// How the run stands.
         Status, status: flotilla::Status = "/status";
         /// What the fleet is steered by.
-        Course, course: flotilla::Course = "/course";
+        Goal, goal: flotilla::Goal = "/goal";
         /// Bodies as a motion capture sees them.
         Bodies, bodies: flotilla::Bodies = "/bodies";
         /// What happened, in words.

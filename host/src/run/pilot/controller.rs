@@ -92,14 +92,14 @@ impl Controller for Pilot {
 
     fn halt(&mut self, _: Order) {
         self.halted = true;
-        self.helm.halt();
+        self.targets.halt();
         self.give_up_if_turning();
         self.handle_phase(PhaseEvent::Halted);
     }
 
     fn resume(&mut self) {
         self.halted = false;
-        if self.helm.lacks_target().is_none() {
+        if self.targets.lacks_target().is_none() {
             self.handle_phase(PhaseEvent::Released);
         }
     }
@@ -115,8 +115,8 @@ impl Controller for Pilot {
         let fixed = self.fix.map(|fix| Place { position_m: fix.position_m, heading_rad: fix.heading_rad });
         let observed = self.observer.estimate();
         let place = observed.map(|seen| Place { position_m: seen.position_m, heading_rad: seen.heading_rad });
-        self.helm.steer(steering, &self.scenario, place.or(fixed), t_s)?;
-        if self.helm.lacks_target().is_some() {
+        self.targets.steer(steering, &self.scenario, place.or(fixed), t_s)?;
+        if self.targets.lacks_target().is_some() {
             self.give_up_if_turning();
             self.handle_phase(PhaseEvent::Halted);
             return Ok("the fleet finishes its cycle and holds until the next target".to_owned());
@@ -129,7 +129,7 @@ impl Controller for Pilot {
     }
 
     fn lacks_target(&self) -> Option<&'static str> {
-        self.helm.lacks_target()
+        self.targets.lacks_target()
     }
 
     /// Start of the first cycle.
@@ -165,7 +165,7 @@ impl Controller for Pilot {
     }
 
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {
-        match self.helm.lacks_target() {
+        match self.targets.lacks_target() {
             _ if self.halted => return "the fleet is halted by an operator".to_owned(),
             Some("") => return "the fleet waits for its first target".to_owned(),
             Some(why) => return format!("the fleet holds until the next target: {why}"),

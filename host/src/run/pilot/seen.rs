@@ -3,7 +3,7 @@
 use modboat::observer::{Estimate, Fix};
 
 use super::phase::Phase;
-use super::{Asked, Decision, Helm, Pilot, SentCycle};
+use super::{Asked, Decision, Targets, Pilot, SentCycle};
 
 impl Pilot {
     /// How far the last decision has come.
@@ -33,12 +33,12 @@ impl Pilot {
 
     /// What is asked for `t_s` after time zero, if anything is.
     pub fn asked(&self, t_s: f64) -> Option<Asked> {
-        self.helm.asked(&self.scenario, t_s)
+        self.targets.asked(&self.scenario, t_s)
     }
 
     /// What it is steered by.
-    pub fn helm(&self) -> &Helm {
-        &self.helm
+    pub fn targets(&self) -> &Targets {
+        &self.targets
     }
 
     /// What was sent lately: reports are about it.

@@ -5,7 +5,7 @@ use protocol::time::FleetInstant;
 use record::PoseSample;
 use runlog::flotilla;
 
-use super::super::super::pilot::{Asked, Decision, Helm};
+use super::super::super::pilot::{Asked, Decision, Targets};
 use super::super::super::scenario::{Demand, Scenario};
 use super::super::stamp;
 
@@ -26,32 +26,32 @@ pub(super) fn state(now: FleetInstant, pose: &PoseSample) -> flotilla::BoatState
 }
 
 /// What the fleet is steered by: what is `asked`, if anything is.
-pub(super) fn course(now: FleetInstant, asked: Option<&Asked>, helm: &Helm) -> flotilla::Course {
-    let (waypoints_x_m, waypoints_y_m) = helm.waypoints().map(|[x, y]| (*x, *y)).unzip();
-    let from = if helm.is_given() { "console" } else { "leg" };
-    let mut course = flotilla::Course {
+pub(super) fn goal(now: FleetInstant, asked: Option<&Asked>, targets: &Targets) -> flotilla::Goal {
+    let (waypoints_x_m, waypoints_y_m) = targets.waypoints().map(|[x, y]| (*x, *y)).unzip();
+    let from = if targets.is_given() { "console" } else { "leg" };
+    let mut goal = flotilla::Goal {
         stamp: stamp(now),
         kind: "none".to_owned(),
         from: from.to_owned(),
         waypoints_x_m,
         waypoints_y_m,
-        ..flotilla::Course::default()
+        ..flotilla::Goal::default()
     };
     if let Some(&Asked { demand, heading_rad, .. }) = asked {
-        course.heading_rad = heading_rad;
+        goal.heading_rad = heading_rad;
         let kind = match demand {
             Demand::Velocity(velocity_m_s) => {
-                course.velocity_m_s = velocity_m_s.to_vec();
+                goal.velocity_m_s = velocity_m_s.to_vec();
                 "velocity"
             }
             Demand::Station(station_m) => {
-                course.station_m = station_m.to_vec();
-                if course.waypoints_x_m.is_empty() { "station" } else { "waypoints" }
+                goal.station_m = station_m.to_vec();
+                if goal.waypoints_x_m.is_empty() { "station" } else { "waypoints" }
             }
         };
-        kind.clone_into(&mut course.kind);
+        kind.clone_into(&mut goal.kind);
     }
-    course
+    goal
 }
 
 pub(super) fn wrench(wrench: Wrench) -> flotilla::Wrench {

@@ -11,7 +11,7 @@ use super::super::super::pose_source::PoseSource;
 use super::super::stamp;
 use super::super::topics::{Shown, Told};
 use super::BoatLog;
-use super::messages::course;
+use super::messages::goal;
 
 impl BoatLog<'_> {
     /// How the run stands, and what it is steered by.
@@ -29,10 +29,10 @@ impl BoatLog<'_> {
         let (pilot, links) = (&run.host.controller, run.host.dispatcher());
         let t_s = self.origin.map_or(0.0, |origin| now.as_secs_f64() - origin.as_secs_f64());
         let asked = pilot.asked(t_s);
-        let steered = (asked.map(|asked| asked.target), pilot.helm().changes());
+        let steered = (asked.map(|asked| asked.target), pilot.targets().changes());
         if self.steered != Some(steered) {
             self.steered = Some(steered);
-            self.log.show(now, Shown::Course(&course(now, asked.as_ref(), pilot.helm())));
+            self.log.show(now, Shown::Goal(&goal(now, asked.as_ref(), pilot.targets())));
         }
         let words = |status: &mut flotilla::Status| {
             status.poses = run.poses.trouble().unwrap_or_default().to_owned();

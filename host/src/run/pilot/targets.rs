@@ -13,7 +13,7 @@ const REACHED: f64 = 0.5;
 
 /// Where the target comes from.
 #[derive(Clone, Debug, PartialEq)]
-enum Course {
+enum Source {
     /// The scenario's legs.
     Legs,
     /// There is none, why: empty before the first.
@@ -37,25 +37,25 @@ pub struct Asked {
 
 /// See the module's documentation.
 #[derive(Clone, Debug)]
-pub struct Helm {
-    course: Course,
+pub struct Targets {
+    source: Source,
     /// The heading that goes with it; the leg's where there is none.
     heading_rad: Option<f64>,
     /// How many targets were given.
     given: usize,
 }
 
-impl Helm {
+impl Targets {
     /// By the legs of `scenario`; without a target where it has none.
     pub(super) fn new(scenario: &Scenario) -> Self {
-        let course = if scenario.legs.is_empty() { Course::None("") } else { Course::Legs };
-        Self { course, heading_rad: None, given: 0 }
+        let source = if scenario.legs.is_empty() { Source::None("") } else { Source::Legs };
+        Self { source, heading_rad: None, given: 0 }
     }
 
     /// Why there is no target, if there is none.
     pub(super) fn lacks_target(&self) -> Option<&'static str> {
-        match self.course {
-            Course::None(why) => Some(why),
+        match self.source {
+            Source::None(why) => Some(why),
             _ => None,
         }
     }
@@ -65,12 +65,12 @@ impl Helm {
     pub fn asked(&self, scenario: &Scenario, t_s: f64) -> Option<Asked> {
         let leg_at = scenario.leg_at(t_s);
         let leg = scenario.legs.get(leg_at);
-        let (target, demand) = match &self.course {
-            Course::None(_) => return None,
-            Course::Legs if self.given == 0 => (leg_at, leg?.demand),
-            Course::Legs => (leg_at + scenario.legs.len() * self.given, leg?.demand),
-            Course::Given(demand) => (scenario.legs.len() + self.given, *demand),
-            Course::Waypoints(all) => (scenario.legs.len() + self.given, Demand::Station(*all.front()?)),
+        let (target, demand) = match &self.source {
+            Source::None(_) => return None,
+            Source::Legs if self.given == 0 => (leg_at, leg?.demand),
+            Source::Legs => (leg_at + scenario.legs.len() * self.given, leg?.demand),
+            Source::Given(demand) => (scenario.legs.len() + self.given, *demand),
+            Source::Waypoints(all) => (scenario.legs.len() + self.given, Demand::Station(*all.front()?)),
         };
         let heading_rad = self.heading_rad.or(leg.map(|leg| leg.heading_rad));
         Some(Asked {
@@ -83,13 +83,13 @@ impl Helm {
     /// Whether the target is an operator's.
     #[must_use]
     pub fn is_given(&self) -> bool {
-        self.course != Course::Legs
+        self.source != Source::Legs
     }
 
     /// Waypoints that are left.
     pub fn waypoints(&self) -> impl Iterator<Item = &[f64; 2]> {
-        let all = match &self.course {
-            Course::Waypoints(all) => Some(all),
+        let all = match &self.source {
+            Source::Waypoints(all) => Some(all),
             _ => None,
         };
         all.into_iter().flatten()
@@ -103,7 +103,7 @@ impl Helm {
 
     /// The structure is at `position_m`: a waypoint that it has reached gives way to the next, but for the last.
     pub(super) fn arrive(&mut self, position_m: [f64; 2], parameters: &Parameters) {
-        if let Course::Waypoints(all) = &mut self.course {
+        if let Source::Waypoints(all) = &mut self.source {
             let near = |&[x, y]: &[f64; 2]| {
                 (x - position_m[0]).hypot(y - position_m[1]) < REACHED * parameters.pitch_m
             };
@@ -116,8 +116,8 @@ impl Helm {
 
     /// A stop or a hold: a velocity is for now, and does not go on after it.
     pub(super) fn halt(&mut self) {
-        if matches!(self.course, Course::Given(Demand::Velocity(_))) {
-            self.course = Course::None("it was stopped or held");
+        if matches!(self.source, Source::Given(Demand::Velocity(_))) {
+            self.source = Source::None("it was stopped or held");
             self.given += 1;
         }
     }
@@ -145,25 +145,25 @@ impl Helm {
         }
         let here =
             || place.map(|place| place.position_m).ok_or("there is no pose yet: where it is is not known");
-        let course = match steering {
+        let source = match steering {
             Steering::Velocity(velocity_m_s, _) => {
                 slow_enough(*velocity_m_s, &scenario.modboat)?;
-                Course::Given(Demand::Velocity(*velocity_m_s))
+                Source::Given(Demand::Velocity(*velocity_m_s))
             }
             Steering::Station(position_m, _) => {
                 inside(*position_m, scenario)?;
-                Course::Given(Demand::Station(*position_m))
+                Source::Given(Demand::Station(*position_m))
             }
-            Steering::Waypoints(all, _) if all.is_empty() => Course::Given(Demand::Station(here()?)),
+            Steering::Waypoints(all, _) if all.is_empty() => Source::Given(Demand::Station(here()?)),
             Steering::Waypoints(all, _) => {
                 all.iter().try_for_each(|position_m| inside(*position_m, scenario))?;
-                Course::Waypoints(all.iter().copied().collect())
+                Source::Waypoints(all.iter().copied().collect())
             }
-            Steering::Heading(_) if self.lacks_target().is_some() => Course::Given(Demand::Station(here()?)),
-            Steering::Heading(_) => self.course.clone(),
+            Steering::Heading(_) if self.lacks_target().is_some() => Source::Given(Demand::Station(here()?)),
+            Steering::Heading(_) => self.source.clone(),
             Steering::Legs if scenario.legs.is_empty() => return Err("this run has no legs".to_owned()),
-            Steering::Legs => Course::Legs,
-            Steering::LetGo(why) => Course::None(why),
+            Steering::Legs => Source::Legs,
+            Steering::LetGo(why) => Source::None(why),
         };
         let kept = self.asked(scenario, t_s).map(|asked| asked.heading_rad);
         let kept = kept.or(self.heading_rad).or(place.map(|place| place.heading_rad));
@@ -171,7 +171,7 @@ impl Helm {
             Steering::Legs => None,
             _ => heading_rad.or(kept),
         };
-        self.course = course;
+        self.source = source;
         self.given += 1;
         Ok(())
     }
@@ -228,53 +228,53 @@ mod tests {
     #[test]
     fn targets_take_the_place_of_legs_and_give_way_to_them() {
         let scenario = scenario(false);
-        let mut helm = Helm::new(&scenario);
-        let leg = helm.asked(&scenario, 0.0).expect("a leg");
-        assert_eq!((leg.demand, helm.is_given()), (Demand::Velocity([0.04, 0.0]), false));
-        helm.steer(&Steering::Station([1.0, 0.5], None), &scenario, place(), 0.0).expect("followed");
-        let given = helm.asked(&scenario, 0.0).expect("a target");
+        let mut targets = Targets::new(&scenario);
+        let leg = targets.asked(&scenario, 0.0).expect("a leg");
+        assert_eq!((leg.demand, targets.is_given()), (Demand::Velocity([0.04, 0.0]), false));
+        targets.steer(&Steering::Station([1.0, 0.5], None), &scenario, place(), 0.0).expect("followed");
+        let given = targets.asked(&scenario, 0.0).expect("a target");
         assert!(
             given.demand == STATION && given.target != leg.target && (given.heading_rad - 1.5).abs() < 1e-12
         );
-        helm.steer(&Steering::Heading(1.6), &scenario, place(), 0.0).expect("followed");
-        let turned = helm.asked(&scenario, 0.0).expect("a target");
+        targets.steer(&Steering::Heading(1.6), &scenario, place(), 0.0).expect("followed");
+        let turned = targets.asked(&scenario, 0.0).expect("a target");
         assert!(turned.demand == STATION && (turned.heading_rad - 1.6).abs() < 1e-12);
-        helm.halt();
-        assert!(helm.asked(&scenario, 0.0).is_some_and(|asked| asked.demand == STATION));
-        helm.steer(&Steering::Velocity([0.0, 0.05], None), &scenario, place(), 0.0).expect("followed");
-        helm.halt();
-        assert_eq!(helm.lacks_target(), Some("it was stopped or held"));
-        helm.steer(&Steering::LetGo("let go"), &scenario, place(), 0.0).expect("followed");
-        assert_eq!((helm.asked(&scenario, 0.0), helm.lacks_target()), (None, Some("let go")));
-        helm.steer(&Steering::Legs, &scenario, place(), 0.0).expect("followed");
-        let again = helm.asked(&scenario, 0.0).expect("a leg");
-        assert!(again.demand == leg.demand && again.target != leg.target && !helm.is_given());
+        targets.halt();
+        assert!(targets.asked(&scenario, 0.0).is_some_and(|asked| asked.demand == STATION));
+        targets.steer(&Steering::Velocity([0.0, 0.05], None), &scenario, place(), 0.0).expect("followed");
+        targets.halt();
+        assert_eq!(targets.lacks_target(), Some("it was stopped or held"));
+        targets.steer(&Steering::LetGo("let go"), &scenario, place(), 0.0).expect("followed");
+        assert_eq!((targets.asked(&scenario, 0.0), targets.lacks_target()), (None, Some("let go")));
+        targets.steer(&Steering::Legs, &scenario, place(), 0.0).expect("followed");
+        let again = targets.asked(&scenario, 0.0).expect("a leg");
+        assert!(again.demand == leg.demand && again.target != leg.target && !targets.is_given());
     }
 
     #[test]
     fn waypoints_follow_each_other_and_the_last_is_kept() {
         let scenario = scenario(true);
-        let mut helm = Helm::new(&scenario);
+        let mut targets = Targets::new(&scenario);
         let all = vec![[0.5, 0.0], [1.0, 0.0], [1.0, 1.0]];
-        helm.steer(&Steering::Waypoints(all, None), &scenario, place(), 0.0).expect("followed");
+        targets.steer(&Steering::Waypoints(all, None), &scenario, place(), 0.0).expect("followed");
         let mut met = Vec::new();
         for at in [[0.0, 0.0], [0.45, 0.0], [0.96, 0.0], [1.0, 1.0], [1.0, 1.0]] {
-            helm.arrive(at, &scenario.modboat);
-            met.push(helm.asked(&scenario, 0.0).map(|asked| asked.demand));
+            targets.arrive(at, &scenario.modboat);
+            met.push(targets.asked(&scenario, 0.0).map(|asked| asked.demand));
         }
         let station = |x, y| Some(Demand::Station([x, y]));
         assert_eq!(
             met,
             [station(0.5, 0.0), station(1.0, 0.0), station(1.0, 1.0), station(1.0, 1.0), station(1.0, 1.0)]
         );
-        helm.steer(&Steering::Waypoints(Vec::new(), None), &scenario, place(), 0.0).expect("followed");
-        assert_eq!(helm.asked(&scenario, 0.0).map(|asked| asked.demand), station(0.25, 0.0));
+        targets.steer(&Steering::Waypoints(Vec::new(), None), &scenario, place(), 0.0).expect("followed");
+        assert_eq!(targets.asked(&scenario, 0.0).map(|asked| asked.demand), station(0.25, 0.0));
     }
 
     #[test]
     fn what_cannot_be_followed_changes_nothing() {
         let scenario = scenario(true);
-        let mut helm = Helm::new(&scenario);
+        let mut targets = Targets::new(&scenario);
         for steering in [
             Steering::Station([3.0, 0.0], None),
             Steering::Station([f64::NAN, 0.0], None),
@@ -284,13 +284,13 @@ mod tests {
             Steering::Velocity([0.0, 0.0], Some(f64::INFINITY)),
             Steering::Heading(f64::NAN),
         ] {
-            let why = helm.steer(&steering, &scenario, place(), 0.0).expect_err("cannot be followed");
-            assert!(!why.is_empty() && helm.changes() == (0, 0), "{steering:?}: {why}");
+            let why = targets.steer(&steering, &scenario, place(), 0.0).expect_err("cannot be followed");
+            assert!(!why.is_empty() && targets.changes() == (0, 0), "{steering:?}: {why}");
         }
         let waits = Scenario { legs: Vec::new(), ..scenario };
-        let mut helm = Helm::new(&waits);
-        assert!(helm.steer(&Steering::Legs, &waits, place(), 0.0).is_err());
-        assert!(helm.steer(&Steering::Heading(0.0), &waits, None, 0.0).is_err());
-        assert_eq!(helm.lacks_target(), Some(""));
+        let mut targets = Targets::new(&waits);
+        assert!(targets.steer(&Steering::Legs, &waits, place(), 0.0).is_err());
+        assert!(targets.steer(&Steering::Heading(0.0), &waits, None, 0.0).is_err());
+        assert_eq!(targets.lacks_target(), Some(""));
     }
 }
