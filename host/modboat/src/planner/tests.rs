@@ -258,3 +258,26 @@ fn plans_that_must_be_power_tolerant_go_round_a_module_that_stopped_in_a_turn() 
     println!("{moved} of {all} swim in the second");
     assert!(moved * 2 > all, "only {moved} of {all} do what was asked in the second");
 }
+
+/// Every module has said where it rests: none stands anywhere else.
+#[test]
+fn a_decision_that_is_over_keeps_no_plan_from_being_power_tolerant() {
+    let mut differ = 0;
+    for seed in SEEDS {
+        let (structure, planner) = planner("2x1", LossTolerance::Prefer);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let (tails, demand) = draw(structure.len(), &mut rng);
+        let before = Before::new(&tails, &mut rng);
+        let plan = |previous: Previous<'_>| {
+            let mut plan = Plan::default();
+            planner.clone().plan_into(demand, Some(&tails), Some(previous), &mut plan);
+            plan.power_tolerant
+        };
+        let over = plan(Previous { is_over: true, ..before.as_previous() });
+        let rest: Vec<Swing> =
+            tails.iter().map(|&rad| Swing { centerline_rad: rad, amplitude_rad: 0.0 }).collect();
+        assert_eq!(over, plan(Previous { is_over: true, ..Previous::cycle(&rest) }), "seed {seed}");
+        differ += usize::from(over != plan(before.as_previous()));
+    }
+    assert!(differ > 0, "what may still be under way counts");
+}
