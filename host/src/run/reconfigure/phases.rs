@@ -13,6 +13,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use quantity::vector::length;
 use reconfiguration::plan::{ActionKind, Move};
 use reconfiguration::problem::Rules;
 use record::reconfigure::Record;
@@ -102,8 +103,8 @@ fn parts(own: &Move, rules: &Rules, distance_m: f64) -> Vec<(usize, f64, f64)> {
                 let (mut early_s, mut late_s) = (0.0, duration_s);
                 for _ in 0..40 {
                     let middle_s = 0.5 * (early_s + late_s);
-                    let left_m =
-                        length(offset(trajectory.at(middle_s).pose.position_m, action.to.position_m));
+                    let place_m = trajectory.at(middle_s).pose.position_m;
+                    let left_m = length([0, 1, 2].map(|k| action.to.position_m[k] - place_m[k]));
                     if left_m > distance_m { early_s = middle_s } else { late_s = middle_s }
                 }
                 let share = if duration_s > 0.0 { early_s / duration_s } else { 0.0 };

@@ -311,7 +311,7 @@ mod tests {
             (format!("{GOOD}[rules]\nbounds_m = [[0, 0, 0], [0.3, 1, 1]]\n"), "t.toml:8: robot 1 at [-0.483"),
             (
                 format!("{GOOD}[bounds]\nedge_m = [[-1.0, -1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0]]\n"),
-                "t.toml:12: edge_m: its edge 1 crosses or touches its edge 3",
+                "t.toml:12: [bounds] edge_m: its edge 1 crosses or touches its edge 3",
             ),
             (
                 format!("{GOOD}[bounds]\nedge_m = [[-0.8, -1], [2, -1], [2, 1], [-0.8, 1]]\n"),
@@ -319,7 +319,7 @@ mod tests {
             ),
             (
                 format!("{GOOD}[bounds]\nmargin_m = -1.0\nedge_m = [[-2, -2], [2, -2], [0, 2]]\n"),
-                "t.toml:12: margin_m = -1 m",
+                "t.toml:12: [bounds] margin_m = -1 m",
             ),
             (format!("{GOOD}[rules]\nspeed = 1.0\n"), "t.toml:12: [rules] unknown field `speed`"),
             (GOOD[..GOOD.find("[[slot]]").unwrap()].to_owned(), "t.toml:1: 0 slots for 1 robots"),
