@@ -50,7 +50,7 @@ fn place(rng: &mut ChaCha8Rng, plane: &Plane) -> [i64; 2] {
 /// The map turned by a quarter as often as that, or its mirror image turned.
 fn turned(plane: &Plane, symmetry: usize) -> Plane {
     let [width, height] = plane.last().map(i64::from);
-    let [wide, high] = if symmetry % 2 == 0 { [width, height] } else { [height, width] };
+    let [wide, high] = if symmetry.is_multiple_of(2) { [width, height] } else { [height, width] };
     let is_free = |x: u32, y: u32| {
         // The centre of a cell, doubled, is an odd vertex of a map twice as fine.
         let [x, y] =
