@@ -4,7 +4,7 @@ mod solid;
 mod visibility;
 
 use grid::Map;
-use grid::any_angle::AnyAngle;
+use grid::any_angle::{AnyAngle, Shortest};
 use grid::plane::Plane;
 use grid::read;
 use grid::theta::Search;
