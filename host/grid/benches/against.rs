@@ -10,7 +10,7 @@ use std::time::Instant;
 use condor_grid::{AnyAnglePathfinder, AnyAngleSearchRequest, Cell, Grid, Point, Point2, ThetaStar};
 use criterion::{Criterion, criterion_group, criterion_main};
 use grid::Map;
-use grid::any_angle::AnyAngle;
+use grid::any_angle::{AnyAngle, Shortest};
 use grid::plane::Plane;
 use grid::read;
 use grid::theta::Search;

@@ -8,6 +8,7 @@
 //! In 3D the shortest path turns at edges, anywhere along them; between centres of cells no method is exact that is not a
 //! visibility graph.
 
+use super::Map;
 use super::corridor::Corridor;
 use super::plane::Plane;
 use super::taut::Taut;
@@ -35,20 +36,28 @@ impl AnyAngle {
     pub fn expanded(&self) -> usize {
         self.expanded
     }
+}
 
-    /// On a 2D map.
-    pub(super) fn on_plane(&mut self, plane: &Plane, start: usize, goal: usize) -> Option<FoundPath> {
-        let found = self.taut.shortest(plane, start, goal);
-        self.expanded = self.taut.expanded();
+/// A map on which shortest paths at any angle are found.
+pub trait Shortest<const N: usize>: Map<N> {
+    /// The shortest path; `None` proves that there is none.
+    fn shortest(&self, scratch: &mut AnyAngle, start: usize, goal: usize) -> Option<FoundPath>;
+}
+
+impl Shortest<2> for Plane {
+    fn shortest(&self, scratch: &mut AnyAngle, start: usize, goal: usize) -> Option<FoundPath> {
+        let found = scratch.taut.shortest(self, start, goal);
+        scratch.expanded = scratch.taut.expanded();
         found
     }
+}
 
-    /// On a 3D map.
-    pub(super) fn on_volume(&mut self, volume: &Volume, start: usize, goal: usize) -> Option<FoundPath> {
-        let found = self.search.theta_star_again(volume, start, goal);
-        self.expanded = self.search.expanded();
+impl Shortest<3> for Volume {
+    fn shortest(&self, scratch: &mut AnyAngle, start: usize, goal: usize) -> Option<FoundPath> {
+        let found = scratch.search.theta_star_again(self, start, goal);
+        scratch.expanded = scratch.search.expanded();
         let mut found = found?;
-        self.corridor.tighten(volume, &mut found);
+        scratch.corridor.tighten(self, &mut found);
         Some(found)
     }
 }

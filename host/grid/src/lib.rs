@@ -38,14 +38,6 @@ pub trait Map<const N: usize>: theta::Space {
 
     /// The greatest coordinates of a vertex.
     fn last(&self) -> [u32; N];
-
-    /// The shortest path at any angle, or `None` where there is none; see [`any_angle`] for how short.
-    fn shortest(
-        &self,
-        scratch: &mut any_angle::AnyAngle,
-        start: usize,
-        goal: usize,
-    ) -> Option<theta::FoundPath>;
 }
 
 /// One bit for every cell, set where it is free.

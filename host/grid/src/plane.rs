@@ -25,8 +25,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::any_angle::AnyAngle;
-use super::theta::{FoundPath, Space};
+use super::theta::Space;
 use super::{Bits, CELLS_MAX, Map, SIDE_MAX};
 
 /// A 2D map of free and blocked cells.
@@ -227,10 +226,6 @@ impl Map<2> for Plane {
 
     fn last(&self) -> [u32; 2] {
         [self.width, self.height]
-    }
-
-    fn shortest(&self, scratch: &mut AnyAngle, start: usize, goal: usize) -> Option<FoundPath> {
-        scratch.on_plane(self, start, goal)
     }
 }
 

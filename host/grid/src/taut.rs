@@ -51,6 +51,7 @@ use super::theta::{FoundPath, Space};
 
 mod cone;
 mod run;
+mod sight;
 
 use cone::Cone;
 use run::Run;

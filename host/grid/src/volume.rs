@@ -17,8 +17,7 @@
 //!
 //! Limits: [`SIDE_MAX`] cells along a side, [`CELLS_MAX`] in all.
 
-use super::any_angle::AnyAngle;
-use super::theta::{FoundPath, Space};
+use super::theta::Space;
 use super::{Bits, CELLS_MAX, Map, SIDE_MAX};
 
 /// A move to a neighbour: the step along each axis, and which of the 27 cells around (x fastest, then y, then z) must be
@@ -208,10 +207,6 @@ impl Map<3> for Volume {
 
     fn last(&self) -> [u32; 3] {
         self.size.map(|side| side - 1)
-    }
-
-    fn shortest(&self, scratch: &mut AnyAngle, start: usize, goal: usize) -> Option<FoundPath> {
-        scratch.on_volume(self, start, goal)
     }
 }
 

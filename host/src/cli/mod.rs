@@ -56,7 +56,7 @@ enum Command {
     Plan(plan::Arguments),
     /// Filter: 6-DOF motion of an ROV under given forces or pulses, one JSON request a line in, one JSON reply out
     Simulate(simulate::Arguments),
-    /// Shortest paths on 2D and 3D maps by Theta* or A*: one query, or a scenario of them
+    /// Shortest paths on 2D and 3D maps, at any angle or by A*: one query, or a scenario of them
     Path(path::Arguments),
     /// Plan how ROVs change their configuration at least energy, and execute it in simulation
     Reconfigure(reconfigure::Arguments),

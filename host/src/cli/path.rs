@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use grid::Map;
-use grid::any_angle::AnyAngle;
+use grid::any_angle::{AnyAngle, Shortest};
 use grid::plane::Plane;
 use grid::read::{self, Query, ReadError};
 use grid::theta::{self, FoundPath, Search};
@@ -167,7 +167,7 @@ fn place<const N: usize>(option: &str, words: &str, map: &impl Map<N>) -> Result
 /// Answers all queries; `done` gets what was found.
 fn answer<const N: usize>(
     arguments: &Arguments,
-    map: &impl Map<N>,
+    map: &impl Shortest<N>,
     questions: &[Question<N>],
     size: &str,
     done: impl FnOnce(&[Answer]) -> Result<(), Failure>,
@@ -208,7 +208,7 @@ fn answer<const N: usize>(
 fn ask<const N: usize>(
     algorithm: Algorithm,
     (any_angle, search): &mut (AnyAngle, Search),
-    map: &impl Map<N>,
+    map: &impl Shortest<N>,
     question: &Question<N>,
 ) -> Answer {
     let ends = map.vertex(question.start).zip(map.vertex(question.goal));

@@ -74,8 +74,8 @@ impl Cone {
         self.walk = None;
         let [x, y] = self.root_at;
         let far = self.line - y;
-        // The quotient is rounded once, and a fraction whose denominator is at most 2¹⁶ is no closer to a whole number than
-        // 2⁻¹⁶ unless it is one: which cell an end is in, and whether it is a vertex, is exact.
+        // Exact about which cell an end is in, and whether it is a vertex: the products are below 2³³, and a fraction whose
+        // denominator is below 2¹⁶ is no closer to a whole number than 2⁻¹⁶ unless it is one, far more than rounding does.
         let meets = |[dx, dy]: [i32; 2]| f64::from(x) + f64::from(dx) * f64::from(far) / f64::from(dy);
         let [left, right] = self.rays;
         let a = if left[1] == 0 { f64::NEG_INFINITY } else { meets(left) };

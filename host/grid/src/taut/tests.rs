@@ -73,3 +73,24 @@ fn exact_on_random_maps() {
     }
     assert!(found > 10_000 && unreachable > 1000, "{found}, {unreachable}");
 }
+
+#[test]
+fn warm_it_allocates_for_the_path_only() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let blocked: Vec<bool> = (0..200 * 200).map(|_| rng.random_bool(0.15)).collect();
+    let plane = Plane::new(200, 200, |x, y| !blocked[(y * 200 + x) as usize]).expect("a map");
+    let [start, goal] = [[3, 3], [190, 180]].map(|at| plane.vertex(at).expect("on it"));
+    let mut taut = Taut::new();
+    let cold = taut.shortest(&plane, start, goal).expect("a way");
+    let mut warm = None;
+    let counted = allocation_counter::measure(|| warm = taut.shortest(&plane, start, goal));
+    assert_eq!(warm.as_ref(), Some(&cold));
+    // The path grows by doubling.
+    assert!(
+        cold.expanded > 1000 && counted.count_total <= 8,
+        "{} for {}",
+        counted.count_total,
+        cold.expanded
+    );
+    assert_eq!(counted.count_current, 1, "the path is kept");
+}

@@ -1,7 +1,7 @@
 //! Paths in 3D: each leg judged cell by cell, and their lengths against the 26-neighbour lengths that scenarios give.
 
 use grid::Map;
-use grid::any_angle::AnyAngle;
+use grid::any_angle::{AnyAngle, Shortest};
 use grid::read;
 use grid::theta::Search;
 use grid::volume::Volume;
