@@ -16,3 +16,4 @@ mod reconfigure_executed;
 mod stops;
 mod storms;
 mod transitions;
+mod turned;
