@@ -14,6 +14,7 @@
 //! | [`spoil`] | ways to spoil a plan of ROVs |
 //! | [`storm`] | whole fleets on a bad medium, with reboots, and the checks on them |
 //! | [`stream`] | planners asked demand after demand, and what came of it |
+//! | [`turned`] | seeded reconfigurations of ROVs at any heading, of two kinds |
 //! | [`figures`] | quantiles |
 
 pub mod checker;
@@ -29,3 +30,4 @@ pub mod shifted;
 pub mod spoil;
 pub mod storm;
 pub mod stream;
+pub mod turned;

@@ -329,6 +329,56 @@ mod tests {
     }
 
     #[test]
+    fn a_docked_leg_is_free_where_its_hull_is_at_the_heading_of_the_nearer_end() {
+        let seed = 8;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let (mut free, mut blocked, mut grazed, mut turning) = (0, 0, 0, 0);
+        for case in 0..3000 {
+            let mut point = |spread: f64| [0.0; 3].map(|_: f64| spread * (2.0 * rng.random::<f64>() - 1.0));
+            let (position_m, from_m, to_m, yaws) = (point(0.8), point(1.2), point(1.2), point(3.2));
+            let mut water =
+                clearance(vec![Resting { pose: Pose { position_m, yaw_rad: yaws[0] }, half_m: HALF_M }]);
+            water.start = Pose::from([-0.4, 0.1, 0.0, yaws[1]]);
+            water.slot = Pose::from([0.5, -0.2, 0.1, yaws[2]]);
+            let at = |n: u32| {
+                let s = f64::from(n) / 400.0;
+                std::array::from_fn(|k| from_m[k] + s * (to_m[k] - from_m[k]))
+            };
+            let is_nearer_to_slot = |at_m: [f64; 3]| {
+                let [start, slot] =
+                    [&water.start, &water.slot].map(|pose| length(offset(pose.position_m, at_m)));
+                slot < start
+            };
+            let open = |at_m: [f64; 3]| {
+                let nearer = if is_nearer_to_slot(at_m) { &water.slot } else { &water.start };
+                water.leg_is_free(at_m, at_m, nearer.yaw_rad)
+            };
+            let change = (0..400).find(|&n| is_nearer_to_slot(at(n)) != is_nearer_to_slot(at(n + 1)));
+            let samples_are_open = (0..=400).all(|n| open(at(n)));
+            let what = format!("seed {seed}, case {case}");
+            if water.docked_leg_is_free(from_m, to_m) {
+                free += 1;
+                assert!(samples_are_open, "{what}");
+                // Within a step of where the one heading becomes the other there is room.
+                let near =
+                    |n: u32| (n.saturating_sub(1)..=(n + 2).min(400)).any(|n| water.turn_is_free(at(n)));
+                assert!(change.is_none_or(near), "{what}: no room to turn");
+                turning += usize::from(change.is_some());
+            } else {
+                blocked += 1;
+                let has_room =
+                    change.is_none_or(|n| water.turn_is_free(at(n)) && water.turn_is_free(at(n + 1)));
+                grazed += usize::from(samples_are_open && has_room);
+            }
+        }
+        assert!(
+            free > 300 && blocked > 300 && turning > 100,
+            "{free} free, {blocked} blocked, {turning} turning"
+        );
+        assert!(grazed < blocked / 50, "{grazed} of {blocked} are open at every sample");
+    }
+
+    #[test]
     fn docked_hulls_slide_along_each_other_and_do_not_turn() {
         let neighbour = Resting { pose: Pose::from([-1.0, 0.33, 0.0, 0.0]), half_m: HALF_M };
         let water = clearance(vec![neighbour]);

@@ -3,7 +3,7 @@
 //! | part | where |
 //! |---|---|
 //! | which configurations can wait, and what that draws | [`balance`](super::balance) |
-//! | one robot's route | [`route`](super::route) over [`search_graph`](super::search_graph), Theta* of [`grid`] |
+//! | one robot's route | [`route`](super::route); by the paper's rules over [`search_graph`](super::search_graph), Theta* of [`grid`] |
 //! | the order of moves, and robots to slots | [`super::order`] |
 //! | places, and what is docked in them | `places` |
 //! | costs and bounds of moves | `pricer` |

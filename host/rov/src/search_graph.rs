@@ -52,11 +52,11 @@ impl Lattice {
                 near_m[1][k] = near_m[1][k].max(at_m[k] + reach_m + room_m(k));
             }
         }
-        let water_m = clearance.water.extent_m();
-        for k in 0..3 {
-            near_m[0][k] = near_m[0][k].max(water_m[0][k]);
-            near_m[1][k] = near_m[1][k].min(water_m[1][k]);
-        }
+        let [low, high] = clearance.water.extent_m();
+        let near_m = [
+            std::array::from_fn(|k| near_m[0][k].max(low[k])),
+            std::array::from_fn(|k| near_m[1][k].min(high[k])),
+        ];
         let mut times = 1.0;
         loop {
             let part = Self::new(self.origin_m, self.cell_m.map(|side| side * times), near_m);

@@ -20,3 +20,4 @@ mod shortest;
 mod stops;
 mod storms;
 mod transitions;
+mod turned;

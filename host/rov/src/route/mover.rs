@@ -109,12 +109,12 @@ fn improved(offer: &Offer, lambda_w: f64, of: impl Fn(f64) -> Option<Expense>) -
     let [low, high] = offer.between;
     let mut middle = (offer.speed, of(offer.speed));
     // At the least speed: not worth a step up if the smallest one costs.
-    if low == offer.speed && (high == low || price(&of(low * 1.002)) >= price(&middle.1)) {
+    if low >= offer.speed && (high <= low || price(&of(low * 1.002)) >= price(&middle.1)) {
         return middle.1;
     }
     let at_edge = |speed: f64| (speed, of(speed));
     let (mut left, mut right) = (at_edge(low), at_edge(high));
-    if low == offer.speed || high == offer.speed {
+    if low >= offer.speed || high <= offer.speed {
         let between = (low * high).sqrt();
         middle = (between, of(between));
     }
