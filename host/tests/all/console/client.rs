@@ -73,6 +73,8 @@ pub struct Page {
     numbers: Vec<u64>,
     /// Events that came.
     pub events: Vec<Value>,
+    /// What was told last of all that happened.
+    pub history: Value,
     next_id: u64,
 }
 
@@ -84,7 +86,14 @@ impl Page {
     }
 
     pub fn over(socket: WebSocket<TcpStream>) -> Self {
-        Self { socket, answers: Vec::new(), numbers: Vec::new(), events: Vec::new(), next_id: 1000 }
+        Self {
+            socket,
+            answers: Vec::new(),
+            numbers: Vec::new(),
+            events: Vec::new(),
+            history: Value::Null,
+            next_id: 1000,
+        }
     }
 
     /// Opened, with the token shown.
@@ -107,7 +116,10 @@ impl Page {
                 match value["kind"].as_str().expect("a kind") {
                     "answer" => self.answers.push(value.clone()),
                     "snapshot" => self.numbers.push(value["n"].as_u64().expect("a number")),
-                    "events" | "history" => {
+                    kind @ ("events" | "history") => {
+                        if kind == "history" {
+                            self.history = value.clone();
+                        }
                         self.events.extend(value["events"].as_array().expect("events").iter().cloned());
                     }
                     _ => {}
