@@ -15,7 +15,7 @@ use super::super::tap::Channel;
 use super::super::view::{Stage, View};
 use super::session::Session;
 
-/// On the way to another place in a log all messages of so long before it are looked at, ns.
+/// On the way to another place in a log all messages of this time before it are looked at, ns.
 const SETTLES_NS: u64 = 2_000_000_000;
 /// See the module's documentation.
 pub(super) struct Audience {
