@@ -73,8 +73,9 @@ pub struct Page {
     numbers: Vec<u64>,
     /// Events that came.
     pub events: Vec<Value>,
-    /// What was told last of all that happened.
+    /// What was told last of all that happened, and of what is run.
     pub history: Value,
+    scene: Value,
     next_id: u64,
 }
 
@@ -92,6 +93,7 @@ impl Page {
             numbers: Vec::new(),
             events: Vec::new(),
             history: Value::Null,
+            scene: Value::Null,
             next_id: 1000,
         }
     }
@@ -122,6 +124,7 @@ impl Page {
                         }
                         self.events.extend(value["events"].as_array().expect("events").iter().cloned());
                     }
+                    "scene" => self.scene = value.clone(),
                     _ => {}
                 }
                 return value;
@@ -131,7 +134,10 @@ impl Page {
 
     /// What is told of the scene, once it is known.
     pub fn scene(&mut self) -> Value {
-        self.first(|value| value["kind"] == "scene" && value["name"].is_string())
+        while !self.scene["name"].is_string() {
+            self.next();
+        }
+        self.scene.clone()
     }
 
     /// The first message that is `wanted`.
