@@ -7,7 +7,7 @@
 //! | Foxglove's protocol | the same, or the token in the address: its clients are pages of their own |
 //! | orders | the token |
 //!
-//! The token is made anew by each run, has 128 bits, and is compared in a time that does not depend on it.
+//! Each run makes a token of its own. It has 128 bits, and is compared in a time that does not depend on it.
 
 use std::fmt::Write as _;
 use std::net::{IpAddr, SocketAddr};

@@ -13,7 +13,7 @@ pub const CONSOLE: &str = "flotilla.console.v1";
 /// Foxglove's, by its newer and its older name; the frames are the same.
 pub const STREAM: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
-/// Scripts and styles are files of this server alone, and nobody else shows the page in a frame.
+/// Scripts and styles are files of this server alone, and no other page shows this one in a frame.
 const POLICY: &str =
     "default-src 'self'; connect-src 'self' ws:; img-src 'self' data:; frame-ancestors 'none'";
 

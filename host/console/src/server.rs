@@ -25,7 +25,7 @@ pub const ADDRESS: &str = "127.0.0.1:4880";
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// And no more often than this, whatever clients send.
 const LOOK_AT_MOST: Duration = Duration::from_millis(1);
-/// When the run is over, clients have this time to take what is left.
+/// When the run is over, clients have this time to take what is left, and as much to take that it was the last.
 const LEFT_WITHIN: Duration = Duration::from_millis(300);
 
 /// What is shown.
@@ -118,17 +118,19 @@ impl Drop for Server {
 }
 
 fn serve(listener: &TcpListener, hub: &mut Hub, stop: &AtomicBool) {
-    let mut ends = None;
+    let (mut over, mut told) = (None, false);
     loop {
         let began = Instant::now();
         hub.look(began);
         if stop.load(Ordering::Relaxed) {
-            let ends = *ends.get_or_insert_with(|| {
-                hub.finish(began);
-                began + LEFT_WITHIN
-            });
-            if began >= ends || !hub.has_left() {
+            // What is told last may be of a topic that is new, to which clients subscribe first.
+            let since = began.saturating_duration_since(*over.get_or_insert(began));
+            if hub.clients().next().is_none() || since >= 2 * LEFT_WITHIN || told && !hub.has_left() {
                 return;
+            }
+            if since >= LEFT_WITHIN && !told {
+                hub.finish(began);
+                told = true;
             }
         }
         wait(listener, hub);

@@ -9,7 +9,7 @@
 //! | client | 2 service call request | the same, with the request |
 //!
 //! Source: <https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md>; `foxglove.sdk.v1` is its newer name. Written here and not taken
-//! from the crate `foxglove`, whose server wants an asynchronous runtime: `host/docs/console.md` has the figures.
+//! from the crate `foxglove`, which wants an asynchronous runtime for its server.
 
 use runlog::cdr::{Cdr as _, Encoder};
 use runlog::flotilla::Goal;

@@ -52,7 +52,9 @@ impl Served {
             }
         };
         // What it goes on to say must not fill the pipe.
-        std::thread::spawn(move || lines.map_while(Result::ok).for_each(|line| eprintln!("flotilla: {line}")));
+        std::thread::spawn(move || {
+            lines.map_while(Result::ok).for_each(|line| eprintln!("flotilla: {line}"))
+        });
         Self { program, address }
     }
 
@@ -63,7 +65,8 @@ impl Served {
             .env("FLOTILLA_BROWSER", packages)
             .output()
             .expect("node starts");
-        let [out, err] = [output.stdout, output.stderr].map(|said| String::from_utf8_lossy(&said).into_owned());
+        let [out, err] =
+            [output.stdout, output.stderr].map(|said| String::from_utf8_lossy(&said).into_owned());
         println!("{script}\n{out}");
         assert!(output.status.success(), "{script}: {}\n{out}{err}", output.status);
     }
@@ -80,7 +83,8 @@ impl Drop for Served {
 fn a_fleet_is_operated_from_a_browser() {
     packages();
     let out = folder("operate");
-    let arguments = ["run", "--interactive", "--realtime", "--serve", "127.0.0.1:0", "--seed", "5", "--out", "."];
+    let arguments =
+        ["run", "--interactive", "--realtime", "--serve", "127.0.0.1:0", "--seed", "5", "--out", "."];
     let served = Served::start(&arguments, &out);
     served.browse("operate.mjs");
 }
@@ -89,7 +93,8 @@ fn a_fleet_is_operated_from_a_browser() {
 fn orders_without_the_token_or_from_another_origin_are_refused() {
     packages();
     let out = folder("refuse");
-    let arguments = ["run", "holonomic-1", "--realtime", "--serve", "127.0.0.1:0", "--seed", "6", "--out", "."];
+    let arguments =
+        ["run", "holonomic-1", "--realtime", "--serve", "127.0.0.1:0", "--seed", "6", "--out", "."];
     let served = Served::start(&arguments, &out);
     served.browse("refuse.mjs");
 }
@@ -98,7 +103,10 @@ fn orders_without_the_token_or_from_another_origin_are_refused() {
 fn a_log_is_played_and_scrubbed() {
     packages();
     let out = folder("scrub");
-    let made = Command::new(FLOTILLA).args(["run", "holonomic-1", "--seed", "7", "--out", "."]).current_dir(&out).output();
+    let made = Command::new(FLOTILLA)
+        .args(["run", "holonomic-1", "--seed", "7", "--out", "."])
+        .current_dir(&out)
+        .output();
     assert!(made.is_ok_and(|output| output.status.success()), "a run to look at");
     let served = Served::start(&["serve", "log.mcap", "--address", "127.0.0.1:0"], &out);
     served.browse("scrub.mjs");

@@ -6,7 +6,7 @@ use std::time::Instant;
 use runlog::flotilla::Goal;
 use runlog::message::Message as _;
 use serde_json::Value;
-use tungstenite::{Bytes, Message};
+use tungstenite::Message;
 
 use super::super::http::Speaks;
 use super::super::player::Player;
@@ -15,18 +15,15 @@ use super::super::tap::Channel;
 use super::super::view::{Stage, View};
 use super::session::Session;
 
-/// On the way to another place in a log all messages of so long before it are looked at, ns.
+/// On the way to another place in a log all messages of this time before it are looked at, ns.
 const SETTLES_NS: u64 = 2_000_000_000;
-/// Topics whose newest message a new subscriber gets: they are told once, or seldom.
-const RETAINED: [&str; 6] = ["/scenario", "/begin", "/tf_static", "/goal", "/status", "/markers"];
-
 /// See the module's documentation.
 pub(super) struct Audience {
     pub(super) sessions: Vec<Session>,
     pub(super) view: View,
     stage: Box<Stage>,
-    /// By number of its topic, the newest message.
-    retained: HashMap<u16, (u64, Bytes)>,
+    /// By number of its topic, the newest message: a new subscriber begins with it.
+    retained: HashMap<u16, (u64, Vec<u8>)>,
     /// What the fleet is steered by.
     pub(super) goal: Option<Goal>,
 }
@@ -40,9 +37,10 @@ impl Audience {
     /// Takes in a message, and passes it on to those that follow its topic.
     pub(super) fn take(&mut self, channel: &Channel, at_ns: u64, data: &[u8]) {
         self.view.take(&channel.topic, at_ns, data, self.stage.as_ref());
-        if RETAINED.contains(&channel.topic.as_str()) {
-            self.retained.insert(channel.id, (at_ns, Bytes::copy_from_slice(data)));
-        }
+        let (retained_ns, retained) = self.retained.entry(channel.id).or_default();
+        *retained_ns = at_ns;
+        retained.clear();
+        retained.extend_from_slice(data);
         for session in self.of(Speaks::Stream) {
             pass_on(session, channel.id, at_ns, data);
         }
@@ -95,7 +93,7 @@ impl Audience {
         }
     }
 
-    /// The newest of those topics that are told seldom goes to a client to which they are new.
+    /// The newest of those topics goes to a client to which they are new: some are told once.
     pub(super) fn catch_up(&mut self, index: usize, channels: &[u16]) {
         let Some(session) = self.sessions.get_mut(index) else { return };
         for channel in channels {

@@ -206,9 +206,9 @@ impl Hub {
     fn answer(&mut self) {
         let Self { source: Source::Run { counter, .. }, audience, .. } = self else { return };
         while let Some(answer) = counter.answer() {
-            let whose =
+            let asker =
                 audience.sessions.iter_mut().find(|session| session.client.id == answer.ticket.client);
-            whose.into_iter().for_each(|session| session.answer(&answer));
+            asker.into_iter().for_each(|session| session.answer(&answer));
         }
     }
 

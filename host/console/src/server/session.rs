@@ -64,7 +64,7 @@ impl Session {
         Ask { ticket: Ticket { client: self.client.id, id }, by: self.name(), wanted }
     }
 
-    /// An ask whose answer goes to a call; `None` where too many wait.
+    /// An ask that is answered by a call's response; `None` where too many wait.
     pub(super) fn ask_by_call(&mut self, wanted: Wanted, call: Option<Call>) -> Option<Ask> {
         if self.awaited.len() >= CALLS {
             return None;

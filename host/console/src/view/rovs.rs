@@ -43,7 +43,7 @@ impl Rovs {
                 "end_rad": one.end_rad,
             })
         });
-        let sum = |of: fn(&runlog::flotilla::Move) -> f64| moves.iter().map(of).sum::<f64>();
+        let sum = |of: fn(&runlog::flotilla::Move) -> f64| moves.iter().map(of).sum::<f64>() + 0.0;
         json!({
             "moving": self.robots.as_ref().map_or(-1, |robots| robots.moving),
             "done": done.collect::<Vec<Value>>(),

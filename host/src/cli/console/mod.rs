@@ -21,7 +21,7 @@ pub(super) struct ServeArguments {
     /// Serve a page that shows the run, and takes orders; follows the wall clock [default ADDRESS: 127.0.0.1:4880]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = ADDRESS)]
     pub(super) serve: Option<String>,
-    /// Let others than this machine reach the page: whoever has its address may order
+    /// Let others than this machine reach the page: a person with its address may order
     #[arg(long)]
     pub(super) allow_remote: bool,
 }

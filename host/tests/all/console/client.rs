@@ -73,6 +73,9 @@ pub struct Page {
     numbers: Vec<u64>,
     /// Events that came.
     pub events: Vec<Value>,
+    /// What was told last of all that happened, and of what is run.
+    pub history: Value,
+    scene: Value,
     next_id: u64,
 }
 
@@ -84,7 +87,15 @@ impl Page {
     }
 
     pub fn over(socket: WebSocket<TcpStream>) -> Self {
-        Self { socket, answers: Vec::new(), numbers: Vec::new(), events: Vec::new(), next_id: 1000 }
+        Self {
+            socket,
+            answers: Vec::new(),
+            numbers: Vec::new(),
+            events: Vec::new(),
+            history: Value::Null,
+            scene: Value::Null,
+            next_id: 1000,
+        }
     }
 
     /// Opened, with the token shown.
@@ -107,9 +118,13 @@ impl Page {
                 match value["kind"].as_str().expect("a kind") {
                     "answer" => self.answers.push(value.clone()),
                     "snapshot" => self.numbers.push(value["n"].as_u64().expect("a number")),
-                    "events" | "history" => {
+                    kind @ ("events" | "history") => {
+                        if kind == "history" {
+                            self.history = value.clone();
+                        }
                         self.events.extend(value["events"].as_array().expect("events").iter().cloned());
                     }
+                    "scene" => self.scene = value.clone(),
                     _ => {}
                 }
                 return value;
@@ -119,7 +134,10 @@ impl Page {
 
     /// What is told of the scene, once it is known.
     pub fn scene(&mut self) -> Value {
-        self.first(|value| value["kind"] == "scene" && value["name"].is_string())
+        while !self.scene["name"].is_string() {
+            self.next();
+        }
+        self.scene.clone()
     }
 
     /// The first message that is `wanted`.

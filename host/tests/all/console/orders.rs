@@ -152,7 +152,8 @@ fn foxgloves_protocol_has_the_topics_and_stops_the_fleet_with_the_token() {
     let arguments = ["run", "--serve", "127.0.0.1:0", "--out", "results"];
     let (_run, url) = served(folder.path(), &arguments);
     let mut page = Page::open(&url);
-    page.until(executing);
+    // Odometry is told from the first cycle on.
+    page.until(|snapshot| snapshot["t_s"].as_f64() > Some(0.5));
     for (query, trusted) in [(String::new(), false), (format!("?token={}", token_of(&url)), true)] {
         let mut socket = open_as(&url, "foxglove.sdk.v1", None, &query).expect("a stream");
         let mut text = |op: &str| loop {

@@ -23,7 +23,8 @@ fn a_log_is_played_paused_and_scrubbed() {
     assert_eq!(refused["ok"], Value::from(false), "{refused}");
     page.order(r#""do":"pause""#);
     page.order(r#""do":"seek","at_s":40.0"#);
-    let history = page.first(|value| value["kind"] == "history");
+    // It comes before the answer.
+    let history = page.history.clone();
     assert!(history["trail"].as_array().map_or(0, Vec::len) > 60, "{history}");
     assert!(history["decisions"].as_array().map_or(0, Vec::len) > 10);
     let at = page.until(|snapshot| snapshot["play"]["at_s"] == 40.0 && snapshot["play"]["playing"] == false);
@@ -31,7 +32,7 @@ fn a_log_is_played_paused_and_scrubbed() {
     assert!(at["truth"].is_object() && at["modules"][5]["tail_rad"].is_number(), "{at}");
     // What is before is told as it was then: the trail is shorter.
     page.order(r#""do":"seek","at_s":10.0"#);
-    let earlier = page.first(|value| value["kind"] == "history");
+    let earlier = page.history.clone();
     assert!(earlier["trail"].as_array().map(Vec::len) < history["trail"].as_array().map(Vec::len));
     page.order(r#""do":"speed","factor":100.0"#);
     page.order(r#""do":"play""#);

@@ -116,7 +116,11 @@ fn crates_depend_on_each_other_as_listed() {
     }
     let listed = |name: &str| CRATES.iter().any(|(listed, _)| *listed == name);
     let unlisted: Vec<&String> = dependencies.keys().filter(|name| !listed(name)).collect();
-    assert_eq!(unlisted, ["browser", "mocap", "model", "qemu", "readers", "tests"], "packages of tests alone");
+    assert_eq!(
+        unlisted,
+        ["browser", "mocap", "model", "qemu", "readers", "tests"],
+        "packages of tests alone"
+    );
 }
 
 #[test]
