@@ -9,6 +9,7 @@ mod experiments;
 mod frames;
 mod hardware_in_loop;
 mod house;
+mod one_cluster;
 mod planner;
 mod plans;
 mod reach;
