@@ -182,7 +182,29 @@ fn limits_n(volts: f64) -> Option<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use reconfiguration::pose::Pose;
+    use reconfiguration::vehicle::Vehicle;
+
     use super::*;
+
+    /// Trim of 5 mm against a centre of gravity 20 mm down: sin θ = 1/4, 0.2527 rad.
+    #[test]
+    fn a_stable_cluster_holds_what_is_left_of_pitch_within_the_limit() {
+        let mut vehicle = Vehicle::built_in("bluerov2").expect("it comes with the program");
+        let pose = Pose::from([3.0, -2.0, 5.0, 0.7]);
+        // Buoyant by 2 N: one newton down by each of the upright two.
+        let thrusts = [0.0, 0.0, 0.0, 0.0, -1.0, -1.0];
+        let left = |vehicle: &Vehicle, tilt_limit_rad: f64| {
+            unbalanced(&[(&Body { name: "robot 1".to_owned(), pose, vehicle }, &thrusts)], tilt_limit_rad)
+        };
+        assert_eq!(left(&vehicle, 0.0), None);
+        vehicle.body.r_g_m[0] = 0.005;
+        assert_eq!(left(&vehicle, 0.253), None);
+        assert!(left(&vehicle, 0.252).is_some_and(|said| said.contains("N·m of")));
+        // Upside down nothing is held.
+        vehicle.body.r_g_m[2] = -0.02;
+        assert!(left(&vehicle, 0.253).is_some());
+    }
 
     #[test]
     fn limits_are_the_ends_of_the_table() {

@@ -170,7 +170,7 @@ impl Allocator {
     pub fn reaches(&self, demand: &[f64; 6]) -> bool {
         let (tau, _) = self.relieved(Vector6::from(*demand));
         let reached = self.matrix.matrix() * (self.rows.transpose() * self.whitened(&tau));
-        (tau - reached).norm() <= 1e-6 * tau.norm()
+        (tau - reached).norm() <= RANGE_TOLERANCE * Vector6::from(*demand).norm()
     }
 
     /// W τ.
@@ -184,7 +184,10 @@ impl Allocator {
         let Some(Passive { map, most_nm }) = &self.passive else { return (tau, 1.0) };
         let p = Vector2::new(map[0].dot(&tau), map[1].dot(&tau));
         let share = if p.norm() > *most_nm { most_nm / p.norm() } else { 1.0 };
-        (share * (tau - Vector6::new(0.0, 0.0, 0.0, p.x, p.y, 0.0)), share)
+        let left = tau - Vector6::new(0.0, 0.0, 0.0, p.x, p.y, 0.0);
+        // What stability takes whole leaves rounding.
+        let left = if left.norm() <= RANGE_TOLERANCE * tau.norm() { Vector6::zeros() } else { left };
+        (share * left, share)
     }
 
     /// Wrench T u of thrusts u, N and N·m.

@@ -35,6 +35,8 @@ use super::water::Water;
 
 /// Headings are rounded to this, rad.
 const STEP_RAD: f64 = 1e-9;
+/// A place of a plan nearer than this to where its robot starts or ends is that place, m.
+const KEPT_M: f64 = 1e-9;
 /// Places are compared in so many steps of what they are rounded to: what rounding may part is still one.
 const COARSE: f64 = 1000.0;
 
@@ -107,7 +109,7 @@ impl Framed {
             .flatten()
             .collect();
             let place = |at_m: [f64; 3]| {
-                let kept = known.iter().find(|(framed, _)| framed.position_m == at_m);
+                let kept = known.iter().find(|(framed, _)| length(offset(framed.position_m, at_m)) < KEPT_M);
                 kept.map_or_else(|| self.frame.place_in_world(at_m), |(_, file)| file.position_m)
             };
             let pose = |pose: Pose| {

@@ -160,6 +160,17 @@ struct Remote {
     poses: Option<LabBodies>,
 }
 
+impl PowerKind {
+    /// As the table of results says it.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Table => "the T200's table",
+            Self::Fitted => "the smooth law",
+            Self::Quadratic => "the square law",
+        }
+    }
+}
+
 /// A column of the results.
 struct Column {
     /// Its heading, and the name of its files.
@@ -323,7 +334,8 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     }
     // What was measured is told before anything is written, and written whether or not it could be told.
     let mut out = std::io::stdout().lock();
-    let told = table::print(&mut out, &scenario.problem, &columns).and_then(|()| out.flush());
+    let told = table::print(&mut out, &scenario.problem, &columns, arguments.power.name())
+        .and_then(|()| out.flush());
     let files = save(&scenario.problem, &columns, logs, &folder);
     let listed = told.and_then(|()| list(&mut out, &files));
     complaints.extend(files.complaints);

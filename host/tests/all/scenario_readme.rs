@@ -163,7 +163,7 @@ fn every_key_of_a_reconfiguration_is_documented_with_its_default() {
             };
         }
     }
-    assert_eq!(documented["rules"].len(), 12);
+    assert_eq!(documented["rules"].len(), 14);
     assert_eq!(parse(&full).expect(&full), parse(LEAST_RECONFIGURE).expect("least"), "{full}");
 }
 

@@ -12,10 +12,15 @@ use crate::run::reconfigure::phases::Phases;
 use crate::run::reconfigure::summary::Summary;
 
 /// Prints a row a figure, a column a plan.
-pub(super) fn print(out: &mut impl Write, problem: &Problem, columns: &[Column]) -> std::io::Result<()> {
+pub(super) fn print(
+    out: &mut impl Write,
+    problem: &Problem,
+    columns: &[Column],
+    power: &str,
+) -> std::io::Result<()> {
     writeln!(
         out,
-        "{}: {}, {}, {}",
+        "{}: {}, {}, {}; power by {power}",
         problem.name,
         count(problem.robots.len(), "robot"),
         count(problem.slots.len(), "slot"),
