@@ -12,6 +12,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use reconfiguration::pose::Pose;
+use reconfiguration::problem::is_still;
 use reconfiguration::vehicle::Vehicle;
 
 use super::allocation::{Allocation, Allocator};
@@ -113,7 +114,7 @@ fn of_cluster(
 ) -> Option<Allocation> {
     let origin = members.first()?.0;
     let at_rest = Cluster::new(&origin, members).ok()?;
-    let wrench: [f64; 6] = if current_m_s == [0.0; 3] {
+    let wrench: [f64; 6] = if is_still(&current_m_s) {
         // τ_c = g(level)
         at_rest.hydrostatics().restoring(&Vector3::z()).into()
     } else {
