@@ -1,5 +1,7 @@
 //! The judge on a plan written by hand, good and spoilt.
 
+mod edge;
+
 use std::collections::BTreeSet;
 
 use reconfiguration::body;
@@ -222,23 +224,6 @@ fn clearance_is_kept_to_the_centimetre() {
         let (conditions, told) = broken(&problem, &plan);
         assert_eq!(conditions.is_empty(), kept, "{told}");
         assert!(kept || told.contains("clearance to tool 1 0.590 m at least, 0.600 m"), "{told}");
-    }
-}
-
-/// Robot 2 turns by a radian at y = 0.3 m, where half its diagonal reaches 0.25 m to the side; 0.1 m of margin are asked.
-#[test]
-fn the_edge_of_the_water_is_kept_to_the_centimetre() {
-    let mut problem = problem();
-    let plan = plan(&problem, Manner::Best, &WAYS);
-    for (y_m, kept) in [(0.66, true), (0.64, false)] {
-        let edge_m = vec![[-3.0, -3.0], [3.0, -3.0], [3.0, y_m], [-3.0, y_m]];
-        problem.bounds = Some(quantity::bounds::Bounds { edge_m, margin_m: 0.1 });
-        let (conditions, told) = broken(&problem, &plan);
-        assert_eq!(conditions, (!kept).then_some(Condition::Bounds).into_iter().collect(), "{told}");
-        assert!(
-            kept || told.contains("robot 2 is 0.090 m from the edge at least, 0.1 m are asked"),
-            "{told}"
-        );
     }
 }
 

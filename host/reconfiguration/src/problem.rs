@@ -87,9 +87,10 @@ pub struct Rules {
     pub tilt_limit_rad: f64,
 }
 
-/// Whether water rests.
-fn is_still(current_m_s: &[f64; 3]) -> bool {
-    *current_m_s == [0.0; 3]
+/// Whether water rests that has this velocity.
+#[must_use]
+pub fn is_still(current_m_s: &[f64; 3]) -> bool {
+    current_m_s.iter().all(|component| *component == 0.0)
 }
 
 impl Default for Rules {

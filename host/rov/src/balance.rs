@@ -13,7 +13,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use reconfiguration::pose::Pose;
-use reconfiguration::problem::Rules;
+use reconfiguration::problem::{Rules, is_still};
 use reconfiguration::vehicle::Vehicle;
 
 use super::allocation::{Allocation, Allocator};
@@ -129,7 +129,7 @@ fn of_cluster(
 ) -> Option<Allocation> {
     let origin = members.first()?.0;
     let at_rest = Cluster::new(&origin, members).ok()?;
-    let wrench: [f64; 6] = if current_m_s == [0.0; 3] {
+    let wrench: [f64; 6] = if is_still(&current_m_s) {
         // τ_c = g(level)
         at_rest.hydrostatics().restoring(&Vector3::z()).into()
     } else {

@@ -19,7 +19,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use reconfiguration::plan::{Action, ActionKind, Holding, Manner, Move, Plan};
 use reconfiguration::pose::Pose;
-use reconfiguration::problem::{Problem, Rules};
+use reconfiguration::problem::{Problem, Rules, is_still};
 use reconfiguration::vehicle::Vehicle;
 use thiserror::Error;
 
@@ -56,7 +56,7 @@ pub enum PricingError {
 /// [`PricingError`].
 pub fn price(problem: &Problem, plan: &mut Plan, law: &PowerLaw) -> Result<(), PricingError> {
     let current_m_s = problem.rules.current_m_s;
-    if current_m_s == [0.0; 3] {
+    if is_still(&current_m_s) {
         return Ok(());
     }
     let limits_n = power::limits_n(problem.rules.battery_v)?;

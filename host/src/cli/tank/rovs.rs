@@ -107,7 +107,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         }
         Ok(poses)
     })?;
-    truth.map_or(Ok(()), Truth::finish)
+    truth.map_or(Ok(()), |truth| truth.finish(&mut robots))
 }
 
 /// How the motion capture calls a body: by its number and its name, of which the roster may say one.

@@ -107,7 +107,9 @@ fn a_gap_of_a_quarter_of_a_leg_is_a_shortfall() {
     let (result, ..) = paused(&scenario("3x1", 40.0, ""), 4, 12.0, 14.0);
     let complaints = result.summary.complaints();
     assert!(
-        complaints.len() == 1 && complaints[0].starts_with("leg 1: the fleet held for 1"),
+        complaints.len() == 1
+            && complaints[0].starts_with("leg 1: the fleet held for 1")
+            && complaints[0].ends_with(": the host did not run"),
         "{complaints:?}"
     );
     assert_eq!(result.summary.failure.as_ref(), complaints.first());

@@ -9,7 +9,7 @@
 
 use reconfiguration::plan::{ActionKind, Move, Plan};
 use reconfiguration::pose::Pose;
-use reconfiguration::problem::Problem;
+use reconfiguration::problem::{Problem, is_still};
 use reconfiguration::vehicle::Vehicle;
 use rov::configuration::LevelBox;
 use rov::dynamics::State;
@@ -124,7 +124,7 @@ fn expected(problem: &Problem, planned: &Move, law: &PowerLaw) -> Result<Energy,
         let way_m: [f64; 3] = std::array::from_fn(|k| action.to.position_m[k] - action.from.position_m[k]);
         let length_m = way_m.iter().map(|x| x * x).sum::<f64>().sqrt();
         let angle_rad = quantity::wrap_rad(action.to.yaw_rad - action.from.yaw_rad);
-        let flows = rules.current_m_s != [0.0; 3];
+        let flows = !is_still(&rules.current_m_s);
         let expense = match action.kind {
             ActionKind::Leg | ActionKind::Turn if flows => {
                 let duration_s = trajectory.duration_s();

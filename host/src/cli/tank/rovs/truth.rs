@@ -19,6 +19,8 @@ pub(super) struct Truth {
     writer: FileWriter,
     robots: Topic<RobotsMessage>,
     events: Topic<Event>,
+    /// The time of the tank, µs.
+    at_us: u64,
 }
 
 impl Truth {
@@ -26,20 +28,26 @@ impl Truth {
         let open = || {
             let mut writer = FileWriter::create(path)?;
             let (robots, events) = (writer.topic("/truth/robots")?, writer.topic("/truth/event")?);
-            Ok(Self { path: path.to_owned(), writer, robots, events })
+            Ok(Self { path: path.to_owned(), writer, robots, events, at_us: 0 })
         };
         open().map_err(|error| cannot(path, &error))
     }
 
     /// The state at `at_us`, the time of the tank, and what has happened since the last time.
     pub(super) fn write(&mut self, at_us: u64, robots: &mut Robots) -> Result<(), Failure> {
-        let (at_ns, stamp) = (at_us * 1000, Time::from_nanos(at_us * 1000));
+        self.at_us = at_us;
+        self.tell(at_us.is_multiple_of(EVERY_US), robots)
+    }
+
+    fn tell(&mut self, sampled: bool, robots: &mut Robots) -> Result<(), Failure> {
+        let (at_us, at_ns) = (self.at_us, self.at_us * 1000);
+        let stamp = Time::from_nanos(at_ns);
         let mut write = || {
             for (module, text) in robots.happened.drain(..) {
                 let event = Event { stamp: stamp.clone(), module, text };
                 self.writer.write(self.events, at_ns, &event)?;
             }
-            if at_us.is_multiple_of(EVERY_US) {
+            if sampled {
                 self.writer.write(self.robots, at_ns, &sample(stamp.clone(), at_us, robots))?;
             }
             Ok(())
@@ -47,7 +55,9 @@ impl Truth {
         write().map_err(|error| cannot(&self.path, &error))
     }
 
-    pub(super) fn finish(self) -> Result<(), Failure> {
+    /// The end, with the state that it leaves.
+    pub(super) fn finish(mut self, robots: &mut Robots) -> Result<(), Failure> {
+        self.tell(true, robots)?;
         self.writer.finish().map_err(|error| cannot(&self.path, &error))
     }
 }
