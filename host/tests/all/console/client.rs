@@ -1,6 +1,6 @@
 //! A browser's side of the console: a request, a socket, and what comes by it.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Instant;
 
@@ -9,6 +9,9 @@ use tungstenite::http::Uri;
 use tungstenite::{ClientRequestBuilder, Error, HandshakeError, Message, WebSocket};
 
 use crate::common::PATIENCE;
+
+/// After tens of thousands of connections the system uses a port again whose last connection is not over at the other end.
+const RETRIES: usize = 20;
 
 /// The address and port of a page's address.
 pub fn host_of(url: &str) -> String {
@@ -47,13 +50,17 @@ pub fn open_as(
     if let Some(origin) = origin {
         request = request.with_header("Origin", origin);
     }
-    let stream = TcpStream::connect(&host).expect("a server");
-    stream.set_read_timeout(Some(PATIENCE)).expect("a timeout");
-    match tungstenite::client(request, stream) {
-        Ok((socket, _)) => Ok(socket),
-        Err(HandshakeError::Failure(Error::Http(reply))) => Err(reply.status().as_u16()),
-        Err(error) => panic!("{error}"),
+    for _ in 0..RETRIES {
+        let stream = TcpStream::connect(&host).expect("a server");
+        stream.set_read_timeout(Some(PATIENCE)).expect("a timeout");
+        match tungstenite::client(request.clone(), stream) {
+            Ok((socket, _)) => return Ok(socket),
+            Err(HandshakeError::Failure(Error::Http(reply))) => return Err(reply.status().as_u16()),
+            Err(HandshakeError::Failure(Error::Io(error))) if error.kind() == ErrorKind::ConnectionReset => {}
+            Err(error) => panic!("{error}"),
+        }
     }
+    panic!("the server resets every connection");
 }
 
 /// The code of a refusal.
