@@ -77,8 +77,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
             let pose = pose_at(action, t_s);
             let from_start_m = distance_m(pose.position_m, first.from.position_m);
             let from_slot_m = distance_m(pose.position_m, slot.position_m);
-            let docked_rad =
-                if from_slot_m < from_start_m { slot.yaw_rad } else { first.from.yaw_rad };
+            let docked_rad = if from_slot_m < from_start_m { slot.yaw_rad } else { first.from.yaw_rad };
             let hull = match judge.plan.manner {
                 Manner::Paper if !turns_on_the_spot => Pose { yaw_rad: docked_rad, ..pose },
                 _ => pose,
@@ -91,9 +90,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                 }
                 let reach_m: f64 = box_m.iter().zip(body.vehicle.box_m).map(|(a, b)| (a + b).powi(2)).sum();
                 // Nothing overlaps beyond half the sum of the diagonals.
-                if apart_m <= reach_m.sqrt()
-                    && geometry::overlap((hull, box_m), body_box(body))
-                {
+                if apart_m <= reach_m.sqrt() && geometry::overlap((hull, box_m), body_box(body)) {
                     worst(Condition::V3, &format!("collision with {}", body.name), now_s, apart_m);
                 }
             }

@@ -213,7 +213,8 @@ fn ordered(
             })?
         }
     };
-    let rule_cost = finder.rule().or_else(|| (pricer.request.order == OrderRule::Paper).then_some(order.cost));
+    let rule_cost =
+        finder.rule().or_else(|| (pricer.request.order == OrderRule::Paper).then_some(order.cost));
     let priced = finder.known().priced;
     let Some(mut plan) = pricer.write(&order) else { return Err(out_of_patience(&finder)) };
     let planned = Planned {
@@ -273,3 +274,6 @@ impl Pricer<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

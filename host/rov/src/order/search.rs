@@ -93,7 +93,8 @@ impl<C: MoveCosts> Finder<'_, C> {
     /// [`NoOrder::Stopped`] if it was stopped before there was one.
     pub fn first(&mut self) -> Result<(), NoOrder> {
         let stopped = self.beam(&Remaining::Assigned, 1).is_err();
-        let stopped = stopped || (self.costs().layout().moves() == 1 && self.by_paper() == Err(NoRule::Stopped));
+        let stopped =
+            stopped || (self.costs().layout().moves() == 1 && self.by_paper() == Err(NoRule::Stopped));
         if stopped && self.best().is_none() { Err(NoOrder::Stopped) } else { Ok(()) }
     }
 
@@ -154,7 +155,12 @@ impl<C: MoveCosts> Finder<'_, C> {
     }
 
     /// A* until so many moves more are priced, or its memory is full; whether it has come to its end.
-    fn best_first(&mut self, remaining: &Remaining, on: &mut BestFirst, share: usize) -> Result<bool, Stopped> {
+    fn best_first(
+        &mut self,
+        remaining: &Remaining,
+        on: &mut BestFirst,
+        share: usize,
+    ) -> Result<bool, Stopped> {
         let costs = self.costs();
         let layout = costs.layout();
         let until = self.known().priced + share;

@@ -123,9 +123,9 @@ impl<'a> Places<'a> {
     /// Whether robots in these slots, whatever their kinds, and all tools may be one cluster.
     pub(super) fn is_one_cluster(&self, layout: &Layout, slots: &[usize], kinds: &[Vec<u8>]) -> bool {
         let tools = (self.seats()..self.seats() + self.problem.tools.len()).map(|seat| vec![seat]);
-        let filled = slots.iter().map(|&slot| {
-            kinds[slot].iter().map(|&kind| self.seat(layout.robots() + slot, kind)).collect()
-        });
+        let filled = slots
+            .iter()
+            .map(|&slot| kinds[slot].iter().map(|&kind| self.seat(layout.robots() + slot, kind)).collect());
         let nodes: Vec<Vec<usize>> = tools.chain(filled).collect();
         let (mut seen, mut next) = (vec![0], 0);
         while let Some(&node) = seen.get(next) {

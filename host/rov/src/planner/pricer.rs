@@ -156,7 +156,8 @@ impl<'a> Pricer<'a> {
                     continue;
                 }
                 for to in self.layout.robots()..places {
-                    let allowed = self.layout.slot(to).is_none_or(|slot| self.admitted[slot].contains(&(kind as u8)));
+                    let allowed =
+                        self.layout.slot(to).is_none_or(|slot| self.admitted[slot].contains(&(kind as u8)));
                     if allowed && from != to {
                         let (from_pose, to_pose) = (self.places.pose(from), self.places.pose(to));
                         let vehicle = self.vehicle_of_kind[kind];

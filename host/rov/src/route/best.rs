@@ -26,8 +26,7 @@ const STEP: f64 = 0.03;
 pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, sparse: &mut Sparse) -> Option<Route> {
     let pricer = Pricer { query, criterion };
     let mut ways = Vec::with_capacity(8 * REFINED);
-    let straight =
-        Polyline::new(&[query.clearance.start.position_m, query.clearance.slot.position_m])?;
+    let straight = Polyline::new(&[query.clearance.start.position_m, query.clearance.slot.position_m])?;
     add_parted(&pricer, &straight, &mut ways);
     if ways.is_empty() {
         sparse.begin(&pricer);

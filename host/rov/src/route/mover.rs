@@ -95,11 +95,7 @@ fn least(offers: &[Offer]) -> f64 {
 }
 
 /// The best of the offers, its speed improved between the two of the table beside it.
-fn gentlest(
-    offers: &[Offer],
-    lambda_w: f64,
-    of: impl Fn(f64, f64) -> Option<Expense>,
-) -> Option<Expense> {
+fn gentlest(offers: &[Offer], lambda_w: f64, of: impl Fn(f64, f64) -> Option<Expense>) -> Option<Expense> {
     let limit = least(offers) * (1.0 + CLOSE);
     let near = offers.iter().filter(|offer| offer.price <= limit);
     let exact = near.filter_map(|offer| improved(offer, lambda_w, |speed| of(speed, offer.acceleration)));

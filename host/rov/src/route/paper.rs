@@ -34,7 +34,8 @@ pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, search: &mut S
     let paths = match criterion {
         Criterion::Euclidean => vec![path(&shortest, search)?],
         Criterion::Energy => {
-            let a_radian = query.mover.propulsion.turn(1.0, yaw_rate_rad_s, None)?.with_others(query.lambda_w);
+            let a_radian =
+                query.mover.propulsion.turn(1.0, yaw_rate_rad_s, None)?.with_others(query.lambda_w);
             let turn = |from: f64, to: f64| a_radian * wrap_rad(to - from).abs();
             let corner = |came_m: Option<[f64; 3]>, leg_m: [f64; 3], last: bool| {
                 let before = came_m.map_or(Some(start.yaw_rad), azimuth_rad);

@@ -80,7 +80,10 @@ impl Polyline {
     pub fn without(&self, corner: usize, keep_before: bool) -> Self {
         let mut less = *self;
         less.points.copy_within(corner + 1..self.count, corner);
-        less.modes.copy_within(if keep_before { corner + 1 } else { corner }..MOST - 1, if keep_before { corner } else { corner - 1 });
+        less.modes.copy_within(
+            if keep_before { corner + 1 } else { corner }..MOST - 1,
+            if keep_before { corner } else { corner - 1 },
+        );
         less.count -= 1;
         less
     }
@@ -150,7 +153,8 @@ impl Pricer<'_> {
             return None;
         }
         let turns = |corner: usize| wrap_rad(headings[corner + 1] - headings[corner]).abs() >= SAME_RAD;
-        let is_free = (0..=legs).all(|corner| !turns(corner) || clearance.turn_is_free(polyline.points[corner]))
+        let is_free = (0..=legs)
+            .all(|corner| !turns(corner) || clearance.turn_is_free(polyline.points[corner]))
             && (0..legs).all(|leg| {
                 clearance.leg_is_free(polyline.points[leg], polyline.points[leg + 1], headings[leg + 1])
             });

@@ -131,7 +131,13 @@ impl Sparse {
         }
     }
 
-    fn is_free(&mut self, pricer: &Pricer<'_>, layer: usize, (from, to): (usize, usize), yaw_rad: f64) -> bool {
+    fn is_free(
+        &mut self,
+        pricer: &Pricer<'_>,
+        layer: usize,
+        (from, to): (usize, usize),
+        yaw_rad: f64,
+    ) -> bool {
         let count = self.places.len();
         let (low, high) = (from.min(to), from.max(to));
         let (from_m, to_m) = (self.places[from], self.places[to]);

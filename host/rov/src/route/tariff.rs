@@ -84,7 +84,8 @@ impl Prices {
     }
 
     fn add(&mut self, other: &Self, weight: f64) {
-        let pairs = self.ramps_j.iter_mut().zip(&other.ramps_j).chain([(&mut self.cruise_w, &other.cruise_w)]);
+        let pairs =
+            self.ramps_j.iter_mut().zip(&other.ramps_j).chain([(&mut self.cruise_w, &other.cruise_w)]);
         for (own, other) in pairs {
             for (own, other) in own.iter_mut().zip(other) {
                 *own += weight * other;

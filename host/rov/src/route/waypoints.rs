@@ -118,9 +118,8 @@ fn around(radius_m: f64) -> impl Iterator<Item = [f64; 3]> {
         arm[face / 2] = if face % 2 == 0 { radius_m } else { -radius_m };
         arm
     });
-    let corners = (0..8).map(move |corner| {
-        std::array::from_fn(|k| if corner >> k & 1 == 0 { corner_m } else { -corner_m })
-    });
+    let corners = (0..8)
+        .map(move |corner| std::array::from_fn(|k| if corner >> k & 1 == 0 { corner_m } else { -corner_m }));
     faces.chain(corners)
 }
 
