@@ -1,10 +1,9 @@
-//! Criterion benches of whole reconfigurations (`cargo bench -p host --bench reconfigure`): plans of T → I with the tool, by both criteria, and one way of it by Theta*.
+//! Criterion benches of whole reconfigurations (`cargo bench -p host --bench reconfigure`): plans of T → I with the tool, by both criteria, and one way of it.
 
 use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion as Bench, criterion_group, criterion_main};
-use grid::theta::Search;
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::problem::Problem;
@@ -13,7 +12,7 @@ use rov::conditions::Conditions;
 use rov::planner::{OrderRule, Request, plan as planned};
 use rov::power::PowerLaw;
 use rov::propulsion::{Propulsion, Steady};
-use rov::route::{Mover, RouteQuery};
+use rov::route::{Mover, RouteQuery, Scratch};
 use rov::search_graph::Lattice;
 
 /// The last robot of the stem around all others to the far end of the line, no robot having moved.
@@ -37,10 +36,10 @@ fn route(bench: &mut Bench, problem: &Problem) {
     let cell_m = std::array::from_fn(|k| vehicle.box_m[k] / f64::from(rules.grid_divisions[k]));
     let lattice = Lattice::new(problem.robots[0].start.position_m, cell_m, problem.bounds_m());
     let query = RouteQuery { mover: &mover, clearance: &clearance, lattice: &lattice, rules, lambda_w: 0.5 };
-    let mut search = Search::new();
+    let mut scratch = Scratch::default();
     for criterion in [Criterion::Energy, Criterion::Euclidean] {
         bench.bench_function(&format!("plan/one way of T to I/{criterion:?}"), |b| {
-            b.iter(|| query.route(black_box(criterion), Manner::Best, &mut search));
+            b.iter(|| query.route(black_box(criterion), Manner::Best, &mut scratch));
         });
     }
 }

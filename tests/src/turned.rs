@@ -54,7 +54,8 @@ fn grown(
             let host = cluster[rng.random_range(0..cluster.len())];
             let pose = docked(&host, kind, vehicles, spatial, rng);
             let own = LevelBox::around(pose, &vehicles[kind]);
-            if cluster.iter().all(|(other, at)| own.gap_m(&LevelBox::around(*at, &vehicles[*other])) > -1e-6) {
+            if cluster.iter().all(|(other, at)| own.gap_m(&LevelBox::around(*at, &vehicles[*other])) > -1e-6)
+            {
                 cluster.push((kind, pose));
                 break;
             }

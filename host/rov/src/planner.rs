@@ -109,9 +109,7 @@ pub enum PlanError {
     #[error("no order of moves to the goal was found among {priced} moves priced; there may be one")]
     OutOfPatience { priced: usize },
     /// No order of moves leads to the goal.
-    #[error(
-        "the goal cannot be reached with one move a robot: {why} ({states} configurations searched, every one there is)"
-    )]
+    #[error("the goal cannot be reached: {why} ({states} configurations searched, every one there is)")]
     Unreachable { why: String, states: usize },
     /// No order leads there by way of parking places either.
     #[error(

@@ -8,6 +8,7 @@ mod execution;
 mod experiments;
 mod hardware_in_loop;
 mod house;
+mod orders;
 mod planner;
 mod plans;
 mod reach;

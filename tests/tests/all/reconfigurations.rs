@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use grid::theta::Search;
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use judge::verify;
 use rand::{RngExt, SeedableRng};
@@ -17,7 +16,7 @@ use rov::conditions::Conditions;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};
 use rov::power::{PowerLaw, limits_n};
 use rov::propulsion::{Propulsion, Steady};
-use rov::route::{Mover, RouteQuery};
+use rov::route::{Mover, RouteQuery, Scratch};
 use rov::search_graph::Lattice;
 use tests::figures::mean;
 use tests::reconfigure::{Kind, problem};
@@ -144,7 +143,7 @@ fn the_exact_order_is_never_above_the_rule_over_fifty_random_reconfigurations() 
                 assert!(planned.cost <= rule, "{what}: {} J, by the rule {rule} J", planned.cost);
                 savings.push(1.0 - planned.cost / rule);
             }
-            Err(PlanError::Unreachable { .. }) => unreachable += 1,
+            Err(PlanError::Unreachable { .. } | PlanError::Blocked { .. }) => unreachable += 1,
             Err(error) => panic!("{what}: {error}"),
         }
     }
@@ -209,7 +208,9 @@ fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
         match result {
             Ok(count) => (plans, moves) = (plans + 1, moves + count),
             Err(PlanError::DeadEnd { .. }) => dead_ends += 1,
-            Err(error @ PlanError::Unreachable { .. }) => unreachable.push(format!("{what}: {error}")),
+            Err(error @ (PlanError::Unreachable { .. } | PlanError::Blocked { .. })) => {
+                unreachable.push(format!("{what}: {error}"))
+            }
             Err(error) => panic!("{what}: {error}"),
         }
     }
@@ -234,7 +235,7 @@ struct Oracle<'a> {
     manner: Manner,
     mover: Mover,
     lattice: Lattice,
-    search: Search,
+    scratch: Scratch,
 }
 
 impl<'a> Oracle<'a> {
@@ -243,7 +244,7 @@ impl<'a> Oracle<'a> {
         let cell_m = std::array::from_fn(|k| vehicle.box_m[k] / f64::from(rules.grid_divisions[k]));
         let lattice = Lattice::new(problem.robots[0].start.position_m, cell_m, problem.bounds_m());
         let mover = mover(problem, manner);
-        Self { problem, criterion, manner, mover, lattice, search: Search::new() }
+        Self { problem, criterion, manner, mover, lattice, scratch: Scratch::default() }
     }
 
     /// The least that is still to be paid when robots are in these slots and the others at their starts.
@@ -298,7 +299,7 @@ impl<'a> Oracle<'a> {
         };
         let (mover, lattice, rules) = (&self.mover, &self.lattice, &problem.rules);
         let query = RouteQuery { mover, clearance: &clearance, lattice, rules, lambda_w };
-        let route = query.route(self.criterion, self.manner, &mut self.search)?;
+        let route = query.route(self.criterion, self.manner, &mut self.scratch)?;
         Some(route.cost(self.criterion, lambda_w))
     }
 }
@@ -323,7 +324,7 @@ fn the_exact_order_is_the_least_of_all_orders_and_assignments() {
                 let off = (planned.cost - truth).abs();
                 assert!(off <= 1e-9 * truth, "{what}: {} where the least is {truth}", planned.cost);
             }
-            (None, Err(PlanError::Unreachable { .. })) => {}
+            (None, Err(PlanError::Unreachable { .. } | PlanError::Blocked { .. })) => {}
             (truth, planned) => panic!("{what}: {truth:?}, {planned:?}"),
         }
     }
@@ -356,9 +357,11 @@ fn a_goal_out_of_reach_is_proved_to_be() {
         slots: vec![slot(pose(2, 0)), slot(pose(0, 0))],
         rules: Rules {
             bounds_m: Some([[-2.5, -2.0, -height / 2.0], [2.5, 2.0, height / 2.0]]),
+            moves_per_robot: 1,
             ..Rules::default()
         },
     };
+    tunnel.rules.moves_per_robot = 1;
     for problem in [&tunnel, &walled] {
         problem.check().unwrap_or_else(|error| panic!("{}: {error}", problem.name));
         for (criterion, manner) in [(Criterion::Energy, Manner::Best), (Criterion::Euclidean, Manner::Paper)]

@@ -11,14 +11,16 @@ use reconfiguration::plan::Criterion;
 
 use super::super::clearance::Clearance;
 use super::super::vector::{length, offset};
-use super::polyline::{Polyline, Pricer};
+use super::polyline::{CHOICES, Polyline, Pricer};
 use super::refine::refined;
 use super::sparse::{Headings, Sparse};
 use super::{Route, RouteQuery};
 
 /// Ways that are refined, and how much dearer than the cheapest they may be before.
-const REFINED: usize = 4;
-const DEARER: f64 = 1.1;
+const REFINED: usize = 5;
+const DEARER: f64 = 1.12;
+/// How much dearer than in open water the straight line may be to be the way at once.
+const OPEN: f64 = 1.03;
 /// Steps along a leg in which room to turn is looked for, in d.
 const STEP: f64 = 0.03;
 
@@ -28,7 +30,7 @@ pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, sparse: &mut S
     let mut ways = Vec::with_capacity(8 * REFINED);
     let straight = Polyline::new(&[query.clearance.start.position_m, query.clearance.slot.position_m])?;
     add_parted(&pricer, &straight, &mut ways);
-    if ways.is_empty() {
+    if !is_open(&pricer, &ways) {
         sparse.begin(&pricer);
         sparse.search(&pricer, Headings::Held);
         if !sparse.found.is_empty() && criterion == Criterion::Energy {
@@ -41,17 +43,40 @@ pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, sparse: &mut S
     ways.sort_by(|a, b| a.0.total_cmp(&b.0));
     let limit = DEARER * ways.first()?.0;
     let mut chosen: Vec<(f64, Polyline)> = Vec::with_capacity(REFINED);
-    for (price, way) in ways.into_iter().filter(|way| way.0 <= limit).take(REFINED) {
-        let (way, price) = refined(&pricer, way, price);
+    for (price, way) in ways.drain(..).filter(|way| way.0 <= limit).take(REFINED) {
+        let rival = chosen.iter().map(|way| way.0).fold(f64::INFINITY, f64::min);
+        let (way, price) = refined(&pricer, way, price, rival);
         chosen.push((price, way));
     }
     chosen.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The table that chose them is some 1 % off.
+    // Where the corners are now, other headings may be cheaper.
+    ways = Vec::with_capacity(4);
+    let (price, way) = *chosen.first()?;
+    add_parted(&pricer, &way, &mut ways);
+    let again = ways.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).filter(|way| way.0 < 1.02 * price);
+    if let Some((price, way)) = again {
+        let (way, price) = refined(&pricer, way, price, price);
+        chosen.push((price, way));
+        chosen.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    // The table that chose them is some 2 % off.
     let routes = chosen.iter().take(2).filter_map(|(_, way)| pricer.route(way));
     routes.min_by(|a, b| {
         let price = |route: &Route| route.cost(criterion, query.lambda_w);
         price(a).total_cmp(&price(b))
     })
+}
+
+/// Whether the straight line costs little more than it would with room to turn everywhere and no hull beside it.
+fn is_open(pricer: &Pricer<'_>, ways: &[(f64, Polyline)]) -> bool {
+    let (start, slot) = (&pricer.query.clearance.start, &pricer.query.clearance.slot);
+    let leg_m = offset(start.position_m, slot.position_m);
+    let free = CHOICES.iter().map(|&mode| {
+        let yaw_rad = pricer.heading(mode, leg_m);
+        pricer.turn(start.yaw_rad, yaw_rad) + pricer.leg(leg_m, yaw_rad) + pricer.turn(yaw_rad, slot.yaw_rad)
+    });
+    let limit = OPEN * free.fold(f64::INFINITY, f64::min);
+    ways.iter().any(|way| way.0 <= limit)
 }
 
 /// The way, and the way with a corner more where the hull first has room to turn, last has, and both; each with its cheapest headings, if

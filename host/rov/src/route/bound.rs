@@ -21,7 +21,7 @@ use super::super::cost_per_metre::PowerMap;
 
 /// Values of λ, the n_k, and samples of the elevation of d.
 const POWERS: usize = 40;
-const PLANES: usize = 48;
+const PLANES: usize = 32;
 const SAMPLES: usize = 96;
 /// What is left for directions between the samples.
 const SAMPLING: f64 = 0.995;

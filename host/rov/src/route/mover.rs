@@ -11,7 +11,7 @@ use super::in_body;
 use super::tariff::{Offer, Scale, Tariff};
 
 /// An acceleration whose price by the table is above the best by less than this share is tried as well.
-const CLOSE: f64 = 0.015;
+const CLOSE: f64 = 0.03;
 
 /// One kind of robot, with the costs of its motion under the rules of a problem.
 #[derive(Debug)]

@@ -27,7 +27,8 @@ pub(super) enum Mode {
     At(f64),
 }
 
-const CHOICES: [Mode; 4] = [Mode::Start, Mode::Slot, Mode::Along, Mode::Against];
+/// The headings that are tried first.
+pub(super) const CHOICES: [Mode; 4] = [Mode::Start, Mode::Slot, Mode::Along, Mode::Against];
 
 /// Corners and headings; of a fixed size, so that trying one allocates nothing.
 #[derive(Clone, Copy, Debug)]

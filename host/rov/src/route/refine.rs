@@ -17,8 +17,8 @@ const TURN: f64 = 0.5;
 /// What is gained by less than this share is not worth a try more.
 const WORTH: f64 = 1e-7;
 
-/// The polyline improved, and what it costs now.
-pub(super) fn refined(pricer: &Pricer<'_>, first: Polyline, price: f64) -> (Polyline, f64) {
+/// The polyline improved, and what it costs now; left unfinished where it stays far above `rival`.
+pub(super) fn refined(pricer: &Pricer<'_>, first: Polyline, price: f64, rival: f64) -> (Polyline, f64) {
     let d_m = pricer.query.clearance.distance_m;
     let (mut best, mut least) = (first, price);
     let mut step_m = FIRST * d_m;
@@ -31,6 +31,9 @@ pub(super) fn refined(pricer: &Pricer<'_>, first: Polyline, price: f64) -> (Poly
             }
         }
         step_m /= 2.0;
+        if least > (1.0 + 0.5 * step_m / d_m) * rival {
+            break;
+        }
     }
     (best, least)
 }
@@ -63,6 +66,21 @@ fn round(pricer: &Pricer<'_>, best: &mut Polyline, least: &mut f64, step_m: f64)
             }
         }
         corner += 1;
+    }
+    // Two corners at once, with the leg between them.
+    for corner in 1..best.count.saturating_sub(2) {
+        for direction in directions(best, corner) {
+            for sign in [1.0, -1.0] {
+                let mut trial = *best;
+                for (k, along) in direction.iter().enumerate() {
+                    trial.points[corner][k] += sign * step_m * along;
+                    trial.points[corner + 1][k] += sign * step_m * along;
+                }
+                if take(pricer, best, least, trial) {
+                    break;
+                }
+            }
+        }
     }
     let d_m = pricer.query.clearance.distance_m;
     for leg in 0..best.count - 1 {

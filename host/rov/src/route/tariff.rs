@@ -14,7 +14,7 @@
 //! | λ | what all others draw | W |
 //!
 //! P and R are kept at [`SPEEDS`] speeds and three accelerations for every direction of a net over the sphere, and are linear between
-//! its nodes: what is read is some 1 % from the price of the leg itself. It chooses ways, speeds and accelerations; the leg chosen is priced by itself.
+//! its nodes: what is read is some 2 % from the price of the leg itself. It chooses ways, speeds and accelerations; the leg chosen is priced by itself.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::OnceLock;
@@ -22,22 +22,22 @@ use std::sync::OnceLock;
 use super::super::propulsion::Propulsion;
 
 /// Nodes in azimuth, and cells in elevation.
-const AZIMUTHS: usize = 48;
-const ELEVATIONS: usize = 24;
+const AZIMUTHS: usize = 36;
+const ELEVATIONS: usize = 18;
 /// Speeds of a table; [`LOWEST`] of them are below the least that may be asked for: ways too short for it.
-const SPEEDS: usize = 12;
-const LOWEST: usize = 2;
+const SPEEDS: usize = 10;
+const LOWEST: usize = 1;
 /// Shares of the greatest acceleration that are tried.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 /// What stands for a power beyond the thrusters' limits, W: finite, so that it can be weighted by zero.
 const BEYOND_W: f64 = 1e12;
-/// Abscissae of Gauss–Legendre quadrature with two points on [0, 1] (Abramowitz and Stegun, 25.4.29); both weigh one half.
-const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
 /// Speeds and accelerations that may be chosen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     speeds: [f64; SPEEDS],
+    /// Time for a metre (or radian) at each.
+    paces: [f64; SPEEDS],
     accelerations: [f64; 3],
 }
 
@@ -48,7 +48,9 @@ impl Scale {
             Some(above) => low * (growth * above as f64).exp(),
             None => low * (n + 1) as f64 / (LOWEST + 1) as f64,
         };
-        Self { speeds: std::array::from_fn(speed), accelerations: SHARES.map(|share| share * acceleration) }
+        let speeds: [f64; SPEEDS] = std::array::from_fn(speed);
+        let paces = speeds.map(|speed| 1.0 / speed);
+        Self { speeds, paces, accelerations: SHARES.map(|share| share * acceleration) }
     }
 }
 
@@ -71,11 +73,9 @@ impl Prices {
         let ramps_j = scale.accelerations.map(|a| {
             let (mut from, mut sum_j) = (0.0, 0.0);
             scale.speeds.map(|speed| {
-                let step = speed - from;
-                for share in GAUSS {
-                    let v = from + share * step;
-                    sum_j += 0.5 * step / a * (power_w(v, a) + power_w(v, -a));
-                }
+                // By the midpoint: between neighbours P is all but straight.
+                let middle = 0.5 * (from + speed);
+                sum_j += (speed - from) / a * (power_w(middle, a) + power_w(middle, -a));
                 from = speed;
                 sum_j
             })
@@ -108,26 +108,29 @@ impl Prices {
     /// The best speed at one acceleration.
     fn best(&self, ramp: usize, scale: &Scale, way: f64, lambda_w: f64) -> Offer {
         let a = scale.accelerations[ramp];
-        let mut best = Offer { price: f64::INFINITY, speed: 0.0, between: [0.0; 2], acceleration: a };
-        let mut before = scale.speeds[LOWEST];
-        for n in LOWEST..SPEEDS {
-            let v = scale.speeds[n];
-            let is_short = v * v > way * a;
-            let (speed, price) = if is_short {
-                let peak = (way * a).sqrt();
-                (peak, self.short_j(ramp, scale, peak) + 2.0 * lambda_w * peak / a)
-            } else {
-                let steady = self.cruise_w[n] * (way / v - v / a);
-                (v, self.ramps_j[ramp][n] + steady + lambda_w * (way / v + v / a))
-            };
-            if price < best.price {
-                let after = if is_short { speed } else { scale.speeds[(n + 1).min(SPEEDS - 1)] };
-                best = Offer { price, speed, between: [before.min(speed), after], acceleration: a };
+        let (inverse, most) = (1.0 / a, way * a);
+        let (mut least, mut at) = (f64::INFINITY, LOWEST);
+        let mut n = LOWEST;
+        while n < SPEEDS && scale.speeds[n] * scale.speeds[n] <= most {
+            let (whole_s, ramp_s) = (way * scale.paces[n], scale.speeds[n] * inverse);
+            let price =
+                self.ramps_j[ramp][n] + self.cruise_w[n] * (whole_s - ramp_s) + lambda_w * (whole_s + ramp_s);
+            if price < least {
+                (least, at) = (price, n);
             }
-            if is_short {
-                break;
+            n += 1;
+        }
+        let beside = |n: usize| scale.speeds[n.clamp(LOWEST, SPEEDS - 1)];
+        let between = [beside(at.saturating_sub(1)), beside(at + 1)];
+        let mut best = Offer { price: least, speed: scale.speeds[at], between, acceleration: a };
+        if n < SPEEDS {
+            // Too short for the next speed.
+            let peak = most.sqrt();
+            let price = self.short_j(ramp, scale, peak) + 2.0 * lambda_w * peak * inverse;
+            if price < least {
+                let between = [beside(n.saturating_sub(1)).min(peak), peak];
+                best = Offer { price, speed: peak, between, acceleration: a };
             }
-            before = v;
         }
         // The next speed may be beyond what the way allows.
         best.between[1] = best.between[1].min((way * a).sqrt()).max(best.speed);

@@ -5,19 +5,28 @@
 //! | along the axes of start and slot, and on the line between them | undocking, docking, turning on the way |
 //! | around the box that the mover's centre keeps out of, for every body near a dock zone | sliding around hulls |
 //! | beside such bodies by half a hull's diagonal | room to turn |
+//! | fourteen at two distances around start, slot and the middle between them, where there is room to turn | turning, if the headings differ |
+//! | eight on the circle where the border of a zone meets the sphere of radius d around a body | leaving the zone past it |
 //! | fourteen on a sphere around every body, a little outside (19) | the way around bodies outside the zones |
 //!
 //! Neighbours among the fourteen see each other past the sphere: they are at most 54.7° apart, and 1/cos 27.4° = 1.126. All directions
 //! come from the problem: the axes of bodies, the vertical, and the level direction from start to slot.
 
+use std::f64::consts::TAU;
+
+use quantity::vector::cross;
+use quantity::wrap_rad;
+
 use super::super::clearance::{Clearance, Resting};
 use super::super::vector::{length, offset, turned};
-use super::azimuth_rad;
+use super::{SAME_RAD, azimuth_rad};
 
 /// Radius of the sphere of places around a body, in d.
 const AROUND: f64 = 1.13;
 /// What places keep from the hulls they are beside, in d.
 const BESIDE: f64 = 1e-4;
+/// Distances of places to turn at from start, slot and the middle, in d.
+const TURNING: [f64; 2] = [0.35, 0.75];
 /// Places nearer to each other than this share of d are one.
 const APART: f64 = 0.02;
 
@@ -86,6 +95,24 @@ pub(super) fn collect(clearance: &Clearance, places: &mut Vec<[f64; 3]>) {
         }
     }
     let ahead_rad = azimuth_rad(way_m).unwrap_or(start.yaw_rad);
+    if wrap_rad(start.yaw_rad - slot.yaw_rad).abs() >= SAME_RAD {
+        let middle_m = std::array::from_fn(|k| start.position_m[k] + 0.5 * way_m[k]);
+        for centre_m in [start.position_m, slot.position_m, middle_m] {
+            for arm in TURNING.iter().flat_map(|share| around(share * d_m)) {
+                let at_m = sum(centre_m, turned(arm, ahead_rad));
+                if clearance.turn_is_free(at_m) {
+                    offer(at_m);
+                }
+            }
+        }
+    }
+    for pose in [start, slot] {
+        for body in &clearance.resting {
+            for at_m in where_spheres_meet(pose.position_m, body.pose.position_m, d_m) {
+                offer(at_m);
+            }
+        }
+    }
     for body in &clearance.resting {
         for arm in around(AROUND * d_m) {
             offer(sum(body.pose.position_m, turned(arm, ahead_rad)));
@@ -108,6 +135,25 @@ fn kept_out_m(clearance: &Clearance, body: &Resting, yaw_rad: f64) -> [f64; 3] {
         y + length * sin.abs() + width * cos.abs() + gap_m,
         z + height + gap_m,
     ]
+}
+
+/// Eight places on the circle that is at the same distance `d_m` from both, a little farther out; none where there is no circle.
+fn where_spheres_meet(a: [f64; 3], b: [f64; 3], d_m: f64) -> impl Iterator<Item = [f64; 3]> {
+    const CIRCLE: usize = 8;
+    const OUT: f64 = 1.01;
+    let way = offset(a, b);
+    let apart_m = length(way);
+    let radius_m = (d_m * d_m - apart_m * apart_m / 4.0).max(0.0).sqrt();
+    let count = if apart_m < 1e-6 * d_m || radius_m == 0.0 { 0 } else { CIRCLE };
+    let axis = way.map(|component| component / apart_m);
+    // Level, and the third direction; any level one where the axis is upright.
+    let level = cross(axis, [0.0, 0.0, 1.0]);
+    let across = if length(level) > 1e-6 { level.map(|c| c / length(level)) } else { [1.0, 0.0, 0.0] };
+    let third = cross(axis, across);
+    (0..count).map(move |k| {
+        let (sin, cos) = (k as f64 / CIRCLE as f64 * TAU).sin_cos();
+        std::array::from_fn(|n| a[n] + 0.5 * way[n] + OUT * radius_m * (cos * across[n] + sin * third[n]))
+    })
 }
 
 /// The faces and the corners of a cube, all at the same distance.
