@@ -76,13 +76,8 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
             let now_s = action.start_s + t_s;
             let pose = pose_at(action, t_s);
             let from_start_m = distance_m(pose.position_m, first.from.position_m);
-<<<<<<< HEAD
             let from_slot_m = distance_m(pose.position_m, slot.position_m);
             let docked_rad = if from_slot_m < from_start_m { slot.yaw_rad } else { first.from.yaw_rad };
-=======
-            let from_slot_m = distance_m(pose.position_m, slot.pose.position_m);
-            let docked_rad = if from_slot_m < from_start_m { slot.pose.yaw_rad } else { first.from.yaw_rad };
->>>>>>> w6-rovplan
             let hull = match judge.plan.manner {
                 Manner::Paper if !turns_on_the_spot => Pose { yaw_rad: docked_rad, ..pose },
                 _ => pose,
