@@ -97,3 +97,6 @@ fn azimuth_rad([x, y, _]: [f64; 3]) -> Option<f64> {
 fn in_body(vector: [f64; 3], yaw_rad: f64) -> [f64; 3] {
     turned(vector, -yaw_rad)
 }
+
+#[cfg(test)]
+mod tests;

@@ -97,6 +97,12 @@ pub(super) struct Pricer<'a> {
 }
 
 impl Pricer<'_> {
+    /// Whether start and slot have different headings.
+    pub fn turns(&self) -> bool {
+        let (start, slot) = (&self.query.clearance.start, &self.query.clearance.slot);
+        wrap_rad(slot.yaw_rad - start.yaw_rad).abs() >= SAME_RAD
+    }
+
     fn weigh(&self, length_m: f64, price_j: f64) -> f64 {
         match self.criterion {
             Criterion::Energy => price_j,

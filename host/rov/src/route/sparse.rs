@@ -11,12 +11,11 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use quantity::wrap_rad;
 use reconfiguration::plan::{Criterion, Manner};
 
 use super::super::vector::{length, offset};
-use super::polyline::{CHOICES, MOST, Polyline, Pricer};
-use super::{SAME_RAD, waypoints};
+use super::polyline::{CHOICES, MOST, Mode, Polyline, Pricer};
+use super::waypoints;
 
 /// Most ways that a search looks for, and how much dearer than the first they may be.
 const WAYS: usize = 4;
@@ -78,7 +77,7 @@ impl Sparse {
         let query = pricer.query;
         let clearance = query.clearance;
         let yaws = [clearance.start.yaw_rad, clearance.slot.yaw_rad];
-        let layers = 1 + usize::from(wrap_rad(yaws[1] - yaws[0]).abs() >= SAME_RAD);
+        let layers = 1 + usize::from(pricer.turns());
         let count = self.places.len();
         let at = query.mover.bound_at(Manner::Best, query.lambda_w);
         let bound = |way_m: [f64; 3]| match pricer.criterion {
@@ -138,11 +137,14 @@ impl Sparse {
             }
             let (layer, place) = (to / count, to % count);
             if !looked {
-                let (from_m, to_m) = (self.places[from % count], self.places[place]);
-                let price = leg_price(pricer, headings, offset(from_m, to_m), yaws[layer]);
-                let f = self.nodes[from].g + price + self.bounds[place];
-                if f < limit && self.is_free(pricer, layer, (from % count, place), yaws[layer]) {
-                    self.queue.push(entry(f, from, to, true));
+                // To look is cheaper than to price, and most edges are blocked.
+                if self.is_free(pricer, layer, (from % count, place), yaws[layer]) {
+                    let leg_m = offset(self.places[from % count], self.places[place]);
+                    let price = leg_price(pricer, headings, leg_m, yaws[layer]);
+                    let f = self.nodes[from].g + price + self.bounds[place];
+                    if f < limit {
+                        self.queue.push(entry(f, from, to, true));
+                    }
                 }
                 continue;
             }
@@ -236,6 +238,7 @@ fn leg_price(pricer: &Pricer<'_>, headings: Headings, leg_m: [f64; 3], yaw_rad: 
         (Headings::Held, _) | (_, Criterion::Euclidean) => pricer.leg(leg_m, yaw_rad),
         (Headings::Free, Criterion::Energy) => CHOICES
             .into_iter()
+            .filter(|&mode| mode != Mode::Slot || pricer.turns())
             .map(|mode| pricer.leg(leg_m, pricer.heading(mode, leg_m)))
             .fold(f64::INFINITY, f64::min),
     }

@@ -5,11 +5,12 @@
 //! | along the axes of start and slot, and on the line between them | undocking, docking, turning on the way |
 //! | around the box that the mover's centre keeps out of, for every body near a dock zone | sliding around hulls |
 //! | beside such bodies by half a hull's diagonal | room to turn |
-//! | fourteen at two distances around start, slot and the middle between them, where there is room to turn | turning, if the headings differ |
+//! | eighteen at two distances around start, slot and the middle between them, where there is room to turn | turning, if the headings differ |
 //! | eight on the circle where the border of a zone meets the sphere of radius d around a body | leaving the zone past it |
-//! | fourteen on a sphere around every body, a little outside (19) | the way around bodies outside the zones |
+//! | eighteen on a sphere around every body, a little outside (19) | the way around bodies outside the zones |
 //!
-//! Neighbours among the fourteen see each other past the sphere: they are at most 54.7° apart, and 1/cos 27.4° = 1.126. All directions
+//! Neighbours among the eighteen see each other past the sphere, in a level layer of water too: they are at most 54.7° apart, and
+//! 1/cos 27.4° = 1.126. All directions
 //! come from the problem: the axes of bodies, the vertical, and the level direction from start to slot.
 
 use std::f64::consts::TAU;
@@ -156,7 +157,7 @@ fn where_spheres_meet(a: [f64; 3], b: [f64; 3], d_m: f64) -> impl Iterator<Item 
     })
 }
 
-/// The faces and the corners of a cube, all at the same distance.
+/// The faces, the corners and the upright edges of a cube, all at the same distance.
 fn around(radius_m: f64) -> impl Iterator<Item = [f64; 3]> {
     let corner_m = radius_m / 3.0_f64.sqrt();
     let faces = (0..6).map(move |face| {
@@ -166,7 +167,10 @@ fn around(radius_m: f64) -> impl Iterator<Item = [f64; 3]> {
     });
     let corners = (0..8)
         .map(move |corner| std::array::from_fn(|k| if corner >> k & 1 == 0 { corner_m } else { -corner_m }));
-    faces.chain(corners)
+    let edge_m = radius_m / 2.0_f64.sqrt();
+    let edges = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+    let edges = edges.into_iter().map(move |[x, y]: [f64; 2]| [x * edge_m, y * edge_m, 0.0]);
+    faces.chain(corners).chain(edges)
 }
 
 fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
