@@ -36,7 +36,9 @@ pub fn order(bench: &mut Bench) {
         let request =
             Request { criterion: Criterion::Energy, manner: Manner::Best, order: OrderRule::Exact, law };
         group.bench_function(format!("{robots} robots"), |b| {
-            b.iter(|| plan_with(black_box(&problem), &request, &InTurn, &mut Patience(2_000)).expect("a plan"));
+            b.iter(|| {
+                plan_with(black_box(&problem), &request, &InTurn, &mut Patience(2_000)).expect("a plan")
+            });
         });
     }
     group.finish();

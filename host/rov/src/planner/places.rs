@@ -92,6 +92,11 @@ impl<'a> Places<'a> {
         tools.chain(robots).collect()
     }
 
+    /// Seats of the tools.
+    pub(super) fn tools(&self) -> Vec<usize> {
+        (self.seats()..self.seats() + self.problem.tools.len()).collect()
+    }
+
     /// Whether a robot of that kind in a place would overlap one of the seats.
     pub(super) fn is_blocked(&self, place: usize, kind: u8, taken: &[usize]) -> bool {
         let own = &self.overlapping[self.seat(place, kind)];
