@@ -138,7 +138,7 @@ fn a_cube_of_eight_becomes_a_line_by_the_best_order_known() {
     let line: Vec<([f64; 4], &str)> =
         (0..8).map(|n| ([3.0 + 0.483 * f64::from(n), 0.0, 5.0, 0.0], "")).collect();
     let eight = problem(&cube, &line);
-    let planned = planned(&eight, 2_000).expect("a plan");
+    let planned = planned(&eight, 600).expect("a plan");
     println!("{:.1} J, at least {:.1} J, {} priced", planned.cost, planned.bound, planned.priced);
     judged(&eight, &planned.plan);
     assert!(planned.gap().is_some_and(|gap| gap < 0.2), "{:?}", planned.gap());

@@ -78,10 +78,13 @@ impl PartialOrd for Entry {
     }
 }
 
+/// The cheapest way found to every state: its cost, and the state and the hop it came by.
+type Reached = HashMap<State, (f64, Option<(State, Hop)>)>;
+
 /// A* that can be gone on with.
 struct BestFirst {
     queue: BinaryHeap<Entry>,
-    reached: HashMap<State, (f64, Option<(State, Hop)>)>,
+    reached: Reached,
     /// Least f that was dropped.
     dropped: f64,
 }
@@ -265,7 +268,7 @@ impl BestFirst {
     }
 }
 
-fn trace(reached: &HashMap<State, (f64, Option<(State, Hop)>)>, end: State) -> Vec<Hop> {
+fn trace(reached: &Reached, end: State) -> Vec<Hop> {
     let mut moves = Vec::new();
     let mut state = end;
     while let Some((_, Some((before, hop)))) = reached.get(&state) {

@@ -21,7 +21,7 @@ impl Drawn {
     fn new(seed: u64, robots: usize, slots: usize, kinds: u8) -> Self {
         let of_robots = (0..robots).map(|robot| robot as u8 % kinds).collect();
         let layout = Layout::new(of_robots, (0..kinds).collect(), slots);
-        Self { seed, layout, depends: seed % 2 == 0, priced: AtomicUsize::new(0) }
+        Self { seed, layout, depends: seed.is_multiple_of(2), priced: AtomicUsize::new(0) }
     }
 
     fn parking(self, berths: usize, moves: usize) -> Self {
