@@ -252,13 +252,13 @@ impl<'a> Judge<'a> {
 
     /// v2.
     fn judge_slot(&mut self, index: usize, own: &Move, mover: usize) {
-        let Some((number, slot)) = own.slot.and_then(|slot| Some((slot, self.problem.slots.get(slot)?))) else {
+        let Some((number, slot)) = own.slot.and_then(|slot| Some((slot, self.problem.slots.get(slot)?)))
+        else {
             return;
         };
         let Some(robot) = self.problem.robots.get(mover) else { return };
         for wanted in slot.requires.iter().filter(|wanted| !robot.capabilities.contains(wanted)) {
-            let message =
-                format!("slot {} requires {wanted:?}, robot {} brings none", number + 1, robot.id);
+            let message = format!("slot {} requires {wanted:?}, robot {} brings none", number + 1, robot.id);
             self.add(Some(index), own.start_s, Condition::V2, message);
         }
     }

@@ -75,7 +75,8 @@ pub struct Action {
 pub struct Move {
     /// The robot's id.
     pub robot: u16,
-    /// Index of its slot, from 0; null where it parks.
+    /// Index of its slot, from 0; null where it parks, never left out.
+    #[serde(deserialize_with = "Option::deserialize")]
     pub slot: Option<usize>,
     /// Where it parks, until it moves again; left out where it goes to a slot.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -2,10 +2,12 @@
 
 #[path = "rov/allocation.rs"]
 mod allocation;
+#[path = "rov/order.rs"]
+mod order;
 #[path = "rov/second.rs"]
 mod second;
 
 use criterion::{criterion_group, criterion_main};
 
-criterion_group!(benches, allocation::allocation, second::second);
+criterion_group!(benches, allocation::allocation, order::order, second::second);
 criterion_main!(benches);

@@ -122,9 +122,7 @@ pub enum PlanError {
     #[error("no order of moves to the goal was found among {priced} moves priced; there may be one")]
     OutOfPatience { priced: usize },
     /// No order of moves leads to the goal.
-    #[error(
-        "the goal cannot be reached with one move a robot: {why} ({states} configurations searched, every one there is)"
-    )]
+    #[error("the goal cannot be reached: {why} ({states} configurations searched, every one there is)")]
     Unreachable { why: String, states: usize },
     /// No order leads there by way of parking places either.
     #[error(
@@ -238,7 +236,8 @@ fn ordered(
             })?
         }
     };
-    let rule_cost = finder.rule().or_else(|| (pricer.request.order == OrderRule::Paper).then_some(order.cost));
+    let rule_cost =
+        finder.rule().or_else(|| (pricer.request.order == OrderRule::Paper).then_some(order.cost));
     let priced = finder.known().priced;
     let Some(mut plan) = pricer.write(&order) else { return Err(out_of_patience(&finder)) };
     let planned = Planned {
@@ -299,3 +298,6 @@ impl Pricer<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

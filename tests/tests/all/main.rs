@@ -11,6 +11,7 @@ mod frames;
 mod hardware_in_loop;
 mod house;
 mod one_cluster;
+mod orders;
 mod parallel;
 mod planner;
 mod plans;

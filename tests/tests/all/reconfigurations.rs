@@ -144,7 +144,7 @@ fn the_exact_order_is_never_above_the_rule_over_fifty_random_reconfigurations() 
                 assert!(planned.cost <= rule, "{what}: {} J, by the rule {rule} J", planned.cost);
                 savings.push(1.0 - planned.cost / rule);
             }
-            Err(PlanError::Unreachable { .. }) => unreachable += 1,
+            Err(PlanError::Unreachable { .. } | PlanError::Blocked { .. }) => unreachable += 1,
             Err(error) => panic!("{what}: {error}"),
         }
     }
@@ -209,7 +209,9 @@ fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
         match result {
             Ok(count) => (plans, moves) = (plans + 1, moves + count),
             Err(PlanError::DeadEnd { .. }) => dead_ends += 1,
-            Err(error @ PlanError::Unreachable { .. }) => unreachable.push(format!("{what}: {error}")),
+            Err(error @ (PlanError::Unreachable { .. } | PlanError::Blocked { .. })) => {
+                unreachable.push(format!("{what}: {error}"))
+            }
             Err(error) => panic!("{what}: {error}"),
         }
     }
@@ -324,7 +326,7 @@ fn the_exact_order_is_the_least_of_all_orders_and_assignments() {
                 let off = (planned.cost - truth).abs();
                 assert!(off <= 1e-9 * truth, "{what}: {} where the least is {truth}", planned.cost);
             }
-            (None, Err(PlanError::Unreachable { .. })) => {}
+            (None, Err(PlanError::Unreachable { .. } | PlanError::Blocked { .. })) => {}
             (truth, planned) => panic!("{what}: {truth:?}, {planned:?}"),
         }
     }
@@ -357,10 +359,12 @@ fn a_goal_out_of_reach_is_proved_to_be() {
         slots: vec![slot(pose(2, 0)), slot(pose(0, 0))],
         rules: Rules {
             bounds_m: Some([[-2.5, -2.0, -height / 2.0], [2.5, 2.0, height / 2.0]]),
+            moves_per_robot: 1,
             ..Rules::default()
         },
         bounds: None,
     };
+    tunnel.rules.moves_per_robot = 1;
     for problem in [&tunnel, &walled] {
         problem.check().unwrap_or_else(|error| panic!("{}: {error}", problem.name));
         for (criterion, manner) in [(Criterion::Energy, Manner::Best), (Criterion::Euclidean, Manner::Paper)]

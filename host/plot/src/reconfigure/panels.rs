@@ -4,9 +4,9 @@
 //! Over each column stands a bar for every record, as long as its move, with the number of the robot. More than four
 //! slots go on in further blocks under the first.
 
-use reconfiguration::plan::destination;
 use plotters::element::{PathElement, Rectangle};
 use plotters::style::RGBColor;
+use reconfiguration::plan::destination;
 use record::reconfigure::{Record, Sample};
 
 use super::executed_move::{self, ExecutedMove};

@@ -173,7 +173,8 @@ fn draw_caption(cell: &Area<'_>, number_of_moves: usize, rest: &Rest) -> Result<
         [] => format!("start; grid of {} m", number(GRID_M, 1)),
         [way] => {
             let id = rest.robots.get(way.robot).map_or(0, |r| r.id);
-            let (to, seconds, joules) = (destination(way.slot), number(way.duration_s, 1), number(way.energy_j, 1));
+            let (to, seconds, joules) =
+                (destination(way.slot), number(way.duration_s, 1), number(way.energy_j, 1));
             format!("{number_of_moves}. robot {id} to {to}: {seconds} s, {joules} J")
         }
         together => {

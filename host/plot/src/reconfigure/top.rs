@@ -1,7 +1,7 @@
 //! `top.svg`: all paths of a plan from above, north up, with the order of the moves in words, after the paper's Fig. 7b.
 
-use reconfiguration::plan::destination;
 use plotters::style::RGBColor;
+use reconfiguration::plan::destination;
 use record::reconfigure::Record;
 
 use super::executed_move;
@@ -163,7 +163,8 @@ fn draw_list(area: &Area<'_>, rests: &[Rest]) -> Result<(), DrawError> {
     let ways = rests.iter().flat_map(|rest| rest.ways.iter().map(move |way| (rest, way)));
     for (n, (rest, way)) in ways.enumerate() {
         let id = rest.robots.get(way.robot).map_or(0, |r| r.id);
-        let (to, seconds, joules) = (destination(way.slot), number(way.duration_s, 1), number(way.energy_j, 1));
+        let (to, seconds, joules) =
+            (destination(way.slot), number(way.duration_s, 1), number(way.energy_j, 1));
         let text = format!("{}. robot {id} to {to}: {seconds} s, {joules} J", n + 1);
         let colour: RGBColor = style::module_colour(way.robot);
         let entry = [(Sign::Line(colour, Pattern::Solid, 0.85, 3.0), text)];

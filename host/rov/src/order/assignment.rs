@@ -94,23 +94,24 @@ impl Assignment {
         let n = self.size;
         // From row to row, by taking the other's column.
         let mut way = [[f64::INFINITY; MOST]; MOST];
-        for i in 0..n {
-            for k in 0..n {
-                way[i][k] = if i == k { 0.0 } else { self.reduced[i][self.column[k]] };
+        for (i, row) in way.iter_mut().enumerate().take(n) {
+            for (k, cost) in row.iter_mut().enumerate().take(n) {
+                *cost = if i == k { 0.0 } else { self.reduced[i][self.column[k]] };
             }
         }
         for middle in 0..n {
-            for i in 0..n {
-                let first = way[i][middle];
-                for k in 0..n {
-                    way[i][k] = way[i][k].min(first + way[middle][k]);
+            let onwards = way[middle];
+            for row in way.iter_mut().take(n) {
+                let first = row[middle];
+                for (cost, next) in row.iter_mut().zip(onwards).take(n) {
+                    *cost = cost.min(first + next);
                 }
             }
         }
         let mut forced = [[f64::INFINITY; MOST]; MOST];
-        for i in 0..n {
-            for j in 0..n {
-                forced[i][j] = self.cost + self.reduced[i][j] + way[self.row[j]][i];
+        for (i, row) in forced.iter_mut().enumerate().take(n) {
+            for (j, cost) in row.iter_mut().enumerate().take(n) {
+                *cost = self.cost + self.reduced[i][j] + way[self.row[j]][i];
             }
         }
         forced

@@ -126,7 +126,10 @@ impl<C: MoveCosts> Finder<'_, C> {
             let most = queue.peek().map_or(f64::INFINITY, f_of).min(self.limit());
             let hops: Vec<(State, Hop)> = batch.iter().map(|of| (nodes[of.node].state, of.hop)).collect();
             // The first is priced in any case.
-            let slack = batch.iter().enumerate().map(|(k, of)| if k == 0 { f64::INFINITY } else { most - of.g - of.rest });
+            let slack = batch
+                .iter()
+                .enumerate()
+                .map(|(k, of)| if k == 0 { f64::INFINITY } else { most - of.g - of.rest });
             let answers = self.answers(&hops, &slack.collect::<Vec<_>>())?;
             for ((of, (state, hop)), answer) in batch.iter().zip(&hops).zip(answers) {
                 match answer {

@@ -105,8 +105,10 @@ impl Remaining {
     }
 }
 
-/// The robots that wait, the empty slots, and the cheapest assignment.
-fn assigned(costs: &impl MoveCosts, state: &State) -> Option<(Vec<(usize, u8)>, Vec<usize>, Assignment)> {
+/// The robots that wait (place and kind), the empty slots, and the cheapest assignment.
+type Assigned = (Vec<(usize, u8)>, Vec<usize>, Assignment);
+
+fn assigned(costs: &impl MoveCosts, state: &State) -> Option<Assigned> {
     let layout = costs.layout();
     let rows: Vec<(usize, u8)> = layout.waiting(state).collect();
     let slots = layout.robots()..layout.robots() + layout.slots();

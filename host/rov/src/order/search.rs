@@ -78,10 +78,13 @@ impl PartialOrd for Entry {
     }
 }
 
+/// The cheapest way found to every state: its cost, and the state and the hop it came by.
+type Reached = HashMap<State, (f64, Option<(State, Hop)>)>;
+
 /// A* that can be gone on with.
 struct BestFirst {
     queue: BinaryHeap<Entry>,
-    reached: HashMap<State, (f64, Option<(State, Hop)>)>,
+    reached: Reached,
     /// Least f that was dropped.
     dropped: f64,
 }
@@ -93,7 +96,8 @@ impl<C: MoveCosts> Finder<'_, C> {
     /// [`NoOrder::Stopped`] if it was stopped before there was one.
     pub fn first(&mut self) -> Result<(), NoOrder> {
         let stopped = self.beam(&Remaining::Assigned, 1).is_err();
-        let stopped = stopped || (self.costs().layout().moves() == 1 && self.by_paper() == Err(NoRule::Stopped));
+        let stopped =
+            stopped || (self.costs().layout().moves() == 1 && self.by_paper() == Err(NoRule::Stopped));
         if stopped && self.best().is_none() { Err(NoOrder::Stopped) } else { Ok(()) }
     }
 
@@ -154,7 +158,12 @@ impl<C: MoveCosts> Finder<'_, C> {
     }
 
     /// A* until so many moves more are priced, or its memory is full; whether it has come to its end.
-    fn best_first(&mut self, remaining: &Remaining, on: &mut BestFirst, share: usize) -> Result<bool, Stopped> {
+    fn best_first(
+        &mut self,
+        remaining: &Remaining,
+        on: &mut BestFirst,
+        share: usize,
+    ) -> Result<bool, Stopped> {
         let costs = self.costs();
         let layout = costs.layout();
         let until = self.known().priced + share;
@@ -259,7 +268,7 @@ impl BestFirst {
     }
 }
 
-fn trace(reached: &HashMap<State, (f64, Option<(State, Hop)>)>, end: State) -> Vec<Hop> {
+fn trace(reached: &Reached, end: State) -> Vec<Hop> {
     let mut moves = Vec::new();
     let mut state = end;
     while let Some((_, Some((before, hop)))) = reached.get(&state) {

@@ -28,7 +28,8 @@ const STEP: f64 = 0.25;
 pub(super) fn open(problem: &Problem, water: &Water) -> Vec<Pose> {
     let Some(first) = problem.robots.first() else { return Vec::new() };
     let yaw_rad = first.start.yaw_rad;
-    let clearance_m = problem.robots.iter().map(|robot| problem.clearance_m(&problem.vehicles[robot.vehicle]));
+    let clearance_m =
+        problem.robots.iter().map(|robot| problem.clearance_m(&problem.vehicles[robot.vehicle]));
     let clearance_m = clearance_m.fold(0.0, f64::max);
     let taken: Vec<Pose> = taken(problem).map(|(pose, _)| pose).collect();
     let anchors = ends(problem);
@@ -70,8 +71,7 @@ pub(super) fn docked(problem: &Problem, water: &Water) -> Vec<Pose> {
                 if dot(normal, *own_normal) < -1.0 + 1e-9 {
                     let pose = Pose { position_m: offset(*own_m, face_m), yaw_rad: body.yaw_rad };
                     let own = LevelBox::around(pose, vehicle);
-                    let is_free =
-                        all.iter().all(|(other, of)| !own.overlaps(&LevelBox::around(*other, of)));
+                    let is_free = all.iter().all(|(other, of)| !own.overlaps(&LevelBox::around(*other, of)));
                     if is_free && water.holds(pose.position_m, half_m(vehicle), pose.yaw_rad, TOUCH_M) {
                         found.push(pose);
                     }

@@ -92,6 +92,11 @@ impl<'a> Places<'a> {
         tools.chain(robots).collect()
     }
 
+    /// Seats of the tools.
+    pub(super) fn tools(&self) -> Vec<usize> {
+        (self.seats()..self.seats() + self.problem.tools.len()).collect()
+    }
+
     /// Whether a robot of that kind in a place would overlap one of the seats.
     pub(super) fn is_blocked(&self, place: usize, kind: u8, taken: &[usize]) -> bool {
         let own = &self.overlapping[self.seat(place, kind)];
@@ -123,9 +128,9 @@ impl<'a> Places<'a> {
     /// Whether robots in these slots, whatever their kinds, and all tools may be one cluster.
     pub(super) fn is_one_cluster(&self, layout: &Layout, slots: &[usize], kinds: &[Vec<u8>]) -> bool {
         let tools = (self.seats()..self.seats() + self.problem.tools.len()).map(|seat| vec![seat]);
-        let filled = slots.iter().map(|&slot| {
-            kinds[slot].iter().map(|&kind| self.seat(layout.robots() + slot, kind)).collect()
-        });
+        let filled = slots
+            .iter()
+            .map(|&slot| kinds[slot].iter().map(|&kind| self.seat(layout.robots() + slot, kind)).collect());
         let nodes: Vec<Vec<usize>> = tools.chain(filled).collect();
         let (mut seen, mut next) = (vec![0], 0);
         while let Some(&node) = seen.get(next) {

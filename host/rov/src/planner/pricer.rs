@@ -4,9 +4,10 @@
 //! draw meanwhile. The least over all routes of E + λT is concave in λ, so between two of these powers the chord lies
 //! below it. Where robots may park on their way the straight-line bound is used, for which no detour is a short cut.
 
-use std::sync::{Mutex, PoisonError};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use reconfiguration::plan::{Criterion, Manner};
+use reconfiguration::plan::{Action, ActionKind, Criterion, Manner};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
@@ -37,6 +38,19 @@ const ROUNDING: f64 = 1.0 - 1e-9;
 /// Goals that are looked through to keep a choice of slots one cluster.
 const GOALS_MOST: usize = 20_000;
 
+/// No more routes are kept, some 2 kB each.
+const ROUTES_MOST: usize = 60_000;
+
+/// What a route depends on.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct RouteKey {
+    hop: Hop,
+    vehicle: usize,
+    lambda: u64,
+    /// Seats of the bodies that are in the way.
+    met: Vec<usize>,
+}
+
 /// Where robots go from and to, and what is in their way.
 #[derive(Clone, Copy)]
 struct Way {
@@ -57,6 +71,7 @@ pub(super) struct Pricer<'a> {
     movers: Vec<Option<Mover>>,
     /// One for every move that is priced at a time.
     desks: Vec<Mutex<Scratch>>,
+    routes: Mutex<HashMap<RouteKey, Option<Arc<Route>>>>,
     lattice: Lattice,
     water: &'a Water,
     vehicle_of_kind: Vec<usize>,
@@ -100,6 +115,7 @@ impl<'a> Pricer<'a> {
             waits: Waits::new(&request.law, limits_n, rules),
             movers: movers(problem, request)?,
             desks: (0..DESKS).map(|_| Mutex::default()).collect(),
+            routes: Mutex::default(),
             lattice: Lattice::new(anchor_m, cell_m, water.extent_m()),
             water,
             vehicle_of_kind: kinds.vehicle,
@@ -160,7 +176,8 @@ impl<'a> Pricer<'a> {
                     continue;
                 }
                 for to in self.layout.robots()..places {
-                    let allowed = self.layout.slot(to).is_none_or(|slot| self.admitted[slot].contains(&(kind as u8)));
+                    let allowed =
+                        self.layout.slot(to).is_none_or(|slot| self.admitted[slot].contains(&(kind as u8)));
                     if allowed && from != to {
                         let (from_pose, to_pose) = (self.places.pose(from), self.places.pose(to));
                         let vehicle = self.vehicle_of_kind[kind];
@@ -225,10 +242,10 @@ impl<'a> Pricer<'a> {
         })
     }
 
-    fn route(&self, desk: usize, way: &Way, resting: &[(Pose, &Vehicle)], lambda_w: f64) -> Option<Route> {
+    fn clearance(&self, way: &Way, resting: &[(Pose, &Vehicle)]) -> Clearance {
         let half = |vehicle: &Vehicle| vehicle.box_m.map(|side| side / 2.0);
         let vehicle = &self.problem.vehicles[way.vehicle];
-        let clearance = Clearance {
+        Clearance {
             resting: resting
                 .iter()
                 .map(|(pose, vehicle)| Resting { pose: *pose, half_m: half(vehicle) })
@@ -238,7 +255,11 @@ impl<'a> Pricer<'a> {
             slot: way.to,
             distance_m: self.problem.clearance_m(vehicle),
             water: self.water.clone(),
-        };
+        }
+    }
+
+    fn route(&self, desk: usize, way: &Way, resting: &[(Pose, &Vehicle)], lambda_w: f64) -> Option<Route> {
+        let clearance = self.clearance(way, resting);
         let mover = self.movers[way.vehicle].as_ref()?;
         let query = RouteQuery {
             mover,
@@ -278,12 +299,52 @@ impl<'a> Pricer<'a> {
     }
 
     /// The route of a hop, while others draw `lambda_w`.
-    pub(super) fn route_of(&self, desk: usize, state: &State, hop: Hop, lambda_w: f64) -> Option<Route> {
+    ///
+    /// Most bodies at rest are in no robot's way. So it is looked for with the tools alone, and again with every body that
+    /// what was found runs into, until it runs into none. What is in the way is the same for many states, and each such
+    /// route is found once.
+    pub(super) fn route_of(&self, desk: usize, state: &State, hop: Hop, lambda_w: f64) -> Option<Arc<Route>> {
         let way = self.way(state, hop)?;
         let taken = self.places.taken(&self.layout, state, hop.ends().0);
-        let resting: Vec<(Pose, &Vehicle)> = taken.iter().map(|&seat| self.places.body(seat)).collect();
-        self.route(desk, &way, &resting, lambda_w)
+        if self.request.manner == Manner::Paper {
+            return self.route(desk, &way, &self.bodies(&taken), lambda_w).map(Arc::new);
+        }
+        let mut met = self.places.tools();
+        loop {
+            let key = RouteKey { hop, vehicle: way.vehicle, lambda: lambda_w.to_bits(), met: met.clone() };
+            let known = self.routes.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+            let route = known.unwrap_or_else(|| {
+                let route = self.route(desk, &way, &self.bodies(&met), lambda_w).map(Arc::new);
+                let mut routes = self.routes.lock().unwrap_or_else(PoisonError::into_inner);
+                if routes.len() < ROUTES_MOST {
+                    routes.insert(key, route.clone());
+                }
+                route
+            })?;
+            let runs_into = |seat: &usize| {
+                !met.contains(seat) && !is_free(&self.clearance(&way, &self.bodies(&[*seat])), &route)
+            };
+            let more: Vec<usize> = taken.iter().copied().filter(runs_into).collect();
+            if more.is_empty() {
+                return Some(route);
+            }
+            met.extend(more);
+            met.sort_unstable();
+        }
     }
+
+    fn bodies(&self, seats: &[usize]) -> Vec<(Pose, &'a Vehicle)> {
+        seats.iter().map(|&seat| self.places.body(seat)).collect()
+    }
+}
+
+/// Whether the hull runs into nothing on its route.
+fn is_free(clearance: &Clearance, route: &Route) -> bool {
+    route.actions.iter().all(|Action { kind, from, to, .. }| match kind {
+        ActionKind::Leg => clearance.leg_is_free(from.position_m, to.position_m, from.yaw_rad),
+        ActionKind::Turn => clearance.turn_is_free(from.position_m),
+        ActionKind::Undock | ActionKind::Dock => true,
+    })
 }
 
 impl MoveCosts for Pricer<'_> {

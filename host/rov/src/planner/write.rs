@@ -40,7 +40,7 @@ impl Pricer<'_> {
                 .map(|(&other, thrusts_n)| Holding { robot: problem.robots[other].id, thrusts_n })
                 .collect();
             let route = self.route_of(0, &here, hop, lambda_w)?;
-            let mut actions = route.actions;
+            let mut actions = route.actions.clone();
             for action in &mut actions {
                 action.start_s += now_s;
             }
@@ -49,7 +49,7 @@ impl Pricer<'_> {
                 robot: problem.robots[robot].id,
                 slot,
                 to: slot.is_none().then(|| self.places.pose(to)),
-                path: route.path,
+                path: route.path.clone(),
                 start_s: now_s,
                 duration_s: route.duration_s,
                 energy_navigate_j: route.energy_j,

@@ -83,7 +83,9 @@ impl Progress for Watch<'_> {
                      moves priced",
                     100.0 * gap
                 ),
-                _ => format!("planning: {title}: no order yet, at least {bound:.1} {unit}, {priced} moves priced"),
+                _ => format!(
+                    "planning: {title}: no order yet, at least {bound:.1} {unit}, {priced} moves priced"
+                ),
             }
         };
         if self.terminal && now - self.looked >= LOOK {

@@ -126,7 +126,9 @@ fn proof(planned: &Planned) -> String {
     }
     let over = match planned.moves {
         1 => "over all orders and assignments, one move a robot, by these routes".to_owned(),
-        n => format!("over all orders and assignments with at most {n} moves a robot, by these routes and parking places"),
+        n => format!(
+            "over all orders and assignments with at most {n} moves a robot, by these routes and parking places"
+        ),
     };
     match planned.gap() {
         _ if planned.proved => format!(", proved least {over}"),
