@@ -54,8 +54,8 @@ pub(super) fn account(judge: &mut Judge<'_>) {
             let message = format!("it stands behind a move that begins later, at {:.3} s", later.start_s);
             wrong.push((Some(index), own.start_s, Condition::Timing, message));
         }
-        let same = plan.moves[..index].iter().filter(|before| before.robot == own.robot);
-        if let Some(before) = same.filter(|before| end_s(before) > own.start_s + SAME_S).next_back() {
+        let mut same = plan.moves[..index].iter().filter(|before| before.robot == own.robot);
+        if let Some(before) = same.rfind(|before| end_s(before) > own.start_s + SAME_S) {
             let message = format!(
                 "robot {} sets out before its move before it ends, at {:.3} s",
                 own.robot,
@@ -150,10 +150,10 @@ fn waiting<'a>(judge: &Judge<'a>, interval: &Interval) -> Vec<Body<'a>> {
         .robots
         .iter()
         .map(|robot| {
-            let over = judge.plan.moves.iter().filter(|own| {
+            let over = judge.plan.moves.iter().rfind(|own| {
                 own.robot == robot.id && end_s(own) <= interval.start_s + interval.duration_s / 2.0
             });
-            over.last().and_then(|own| own.actions.last()).map_or(robot.start, |last| last.to)
+            over.and_then(|own| own.actions.last()).map_or(robot.start, |last| last.to)
         })
         .collect();
     bodies(problem, &poses, None).into_iter().filter(|body| !away.contains(&body.name)).collect()

@@ -20,7 +20,7 @@ pub struct Record {
 pub struct Sample {
     /// Time since the beginning of the plan, s.
     pub t_s: f64,
-    /// Which move is under way: index into the plan's moves.
+    /// Which move is under way, of several the first: index into the plan's moves. Robots that are under way have a reference.
     pub moving: Option<usize>,
     /// Restoring moments K and M on the waiting cluster (5), body of the tool, N·m.
     pub restoring_nm: [f64; 2],

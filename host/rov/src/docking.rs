@@ -9,7 +9,8 @@
 //!
 //! Executed in simulation, 38 moves of ten problems: letting go takes 0.300 s and 0.08 J on average, taking hold 0.02 s
 //! and 0.02 J (`cargo test -p tests --test all docking:: -- --nocapture`). So hand-over is priced and the latch is not:
-//! it is below what tracking adds on the way. The rules' `undock_s` and `dock_s` come on top of nothing: what is longer
+//! it is below what tracking adds on the way. With it executed over planned energy of a move is 1.005, at most 1.5 % off;
+//! without it was 1.011 and 4.4 %. The rules' `undock_s` and `dock_s` come on top of nothing: what is longer
 //! counts.
 //!
 //! By the paper's rules docking takes what `undock_s` and `dock_s` say.

@@ -22,6 +22,7 @@ mod pilot_phases;
 mod plan;
 mod provision;
 mod reconfigure;
+mod reconfigure_parallel;
 mod rov_udp;
 mod run;
 mod said;

@@ -73,7 +73,7 @@ impl Between {
     }
 
     fn at_rest(&self) -> bool {
-        self.coefficients[1] == [0.0; 3] && self.coefficients[2] == [0.0; 3]
+        self.coefficients[1..].as_flattened().iter().all(|component| *component == 0.0)
     }
 }
 

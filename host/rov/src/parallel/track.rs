@@ -60,7 +60,7 @@ impl Piece {
     /// p, v and ½ a at `t_s`.
     pub fn motion(&self, t_s: f64) -> [[f64; 3]; 3] {
         let Self { place_m, velocity_m_s: v, acceleration_m_s2: a, .. } = self;
-        if *v == [0.0; 3] && *a == [0.0; 3] {
+        if v.iter().chain(a).all(|component| *component == 0.0) {
             return [*place_m, [0.0; 3], [0.0; 3]];
         }
         let past_s = t_s - self.from_s;

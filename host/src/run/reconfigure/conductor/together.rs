@@ -84,7 +84,7 @@ pub(super) struct Together {
     next: usize,
     astray: bool,
     waited_s: f64,
-    /// For so long the time stands still whatever else is.
+    /// The time stands still for this time whatever else is, s.
     rest_s: f64,
     /// The mover that was told last to take hold.
     docking: Option<usize>,
