@@ -92,7 +92,7 @@ fn lay(problem: &Problem, plan: &mut Plan, law: &PowerLaw) -> Option<bool> {
                 bodies.push((pose, &problem.vehicles[robot.vehicle]));
             }
         }
-        let (balance_w, thrusts_n) = match balance(&bodies, law, limits_n) {
+        let (balance_w, thrusts_n) = match balance(&bodies, law, limits_n, &problem.rules) {
             Ok(balance) => (balance.power_w, balance.thrusts_n),
             Err(_) => {
                 all_balanced = false;

@@ -106,6 +106,7 @@ pub fn problem(rng: &mut impl Rng) -> Problem {
         tools: if with_tool { vec![Tool { vehicle: TOOL, pose: first.1 }] } else { Vec::new() },
         slots: goal.iter().map(slot).collect(),
         rules: Rules::default(),
+        bounds: None,
     }
 }
 

@@ -94,7 +94,9 @@ pub(super) fn check(
     cluster.iter().enumerate().for_each(|(body, &cluster)| members.entry(cluster).or_default().push(body));
     for members in members.into_values() {
         let own = members.iter().map(|&body| (&resting[body], thrusts[body].unwrap_or_default()));
-        if let Some(message) = unbalanced(&own.collect::<Vec<_>>(), current, judge.problem.rules.tilt_limit_rad) {
+        if let Some(message) =
+            unbalanced(&own.collect::<Vec<_>>(), current, judge.problem.rules.tilt_limit_rad)
+        {
             wrong.push((Condition::V6, message));
         }
     }

@@ -86,7 +86,8 @@ impl Framed {
         framed.rules.bounds_m = problem.rules.bounds_m.map(|_| water.extent_m());
         if let Some(bounds) = &mut framed.bounds {
             for point in &mut bounds.edge_m {
-                let [x, y, _] = turned(offset(frame.origin_m, [point[0], point[1], frame.origin_m[2]]), -frame.yaw_rad);
+                let [x, y, _] =
+                    turned(offset(frame.origin_m, [point[0], point[1], frame.origin_m[2]]), -frame.yaw_rad);
                 *point = [x, y];
             }
         }
@@ -100,7 +101,8 @@ impl Framed {
     pub fn into_world(&self, mut plan: Plan, problem: &Problem) -> Plan {
         for own in &mut plan.moves {
             let robot = self.problem.robots.iter().position(|robot| robot.id == own.robot);
-            let ends = own.slot.and_then(|framed| Some((self.problem.slots.get(framed)?, *self.slots.get(framed)?)));
+            let ends =
+                own.slot.and_then(|framed| Some((self.problem.slots.get(framed)?, *self.slots.get(framed)?)));
             let known: Vec<(Pose, Pose)> = [
                 robot.map(|k| (self.problem.robots[k].start, problem.robots[self.robots[k]].start)),
                 ends.map(|(framed, slot)| (framed.pose, problem.slots[slot].pose)),

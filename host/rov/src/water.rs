@@ -60,7 +60,13 @@ impl Water {
 
     /// Whether a level box that swims straight from one place to another, its heading held, stays in it; `touch_m` may stick out.
     #[must_use]
-    pub fn holds_leg(&self, [from_m, to_m]: [[f64; 3]; 2], half_m: [f64; 3], yaw_rad: f64, touch_m: f64) -> bool {
+    pub fn holds_leg(
+        &self,
+        [from_m, to_m]: [[f64; 3]; 2],
+        half_m: [f64; 3],
+        yaw_rad: f64,
+        touch_m: f64,
+    ) -> bool {
         self.fits([from_m, to_m], half_m, yaw_rad, touch_m)
             && self.edge.as_ref().is_none_or(|edge| {
                 let rim = swept([from_m, to_m], half_m, yaw_rad);
@@ -86,9 +92,10 @@ impl Water {
     #[must_use]
     pub fn holds_cylinder(&self, at_m: [f64; 3], radius_m: f64, half_height_m: f64, touch_m: f64) -> bool {
         self.reaches_no_edge(at_m, [radius_m, radius_m, half_height_m], touch_m)
-            && self.edge.as_ref().is_none_or(|edge| {
-                edge.distance_m([at_m[0], at_m[1]]) >= radius_m + edge.margin_m - touch_m
-            })
+            && self
+                .edge
+                .as_ref()
+                .is_none_or(|edge| edge.distance_m([at_m[0], at_m[1]]) >= radius_m + edge.margin_m - touch_m)
     }
 
     fn reaches_no_edge(&self, at_m: [f64; 3], reach_m: [f64; 3], touch_m: f64) -> bool {

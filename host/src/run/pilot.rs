@@ -54,16 +54,16 @@ pub use decision::{Decision, SentCycle, Via};
 use decision::{
     Remaining, all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps,
 };
-pub use targets::{Asked, Targets, speed_max_m_s};
 use phase::{Phase, PhaseEvent};
 use settling::Settling;
+pub use targets::{Asked, Targets, speed_max_m_s};
 
 mod controller;
 mod decision;
-mod targets;
 pub mod phase;
 mod seen;
 mod settling;
+mod targets;
 
 /// Time before the end of the running cycle from which a decision no longer waits for reports: what it sends must get through. *Assumed.*
 pub const DECIDE_BY: Duration = Duration(200_000);

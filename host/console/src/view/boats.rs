@@ -1,6 +1,6 @@
 //! A structure of Modboats: where it is, where it is to go, what its tails give.
 
-use runlog::flotilla::{BoatState, Bodies, Goal, Cycle, Decision, Fix, Poses, Status, Wrench};
+use runlog::flotilla::{BoatState, Bodies, Cycle, Decision, Fix, Goal, Poses, Status, Wrench};
 use runlog::message::Message as _;
 use serde_json::{Map, Value, json};
 

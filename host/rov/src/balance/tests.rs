@@ -82,7 +82,8 @@ fn what_waits_in_a_current_holds_against_its_drag() {
     let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
     let limits_n = power::limits_n(BATTERY_V).expect("in the table");
     let drag_n = 4.03 * 0.2 + 18.18 * 0.2 * 0.2;
-    let alone = balance_in([0.2, 0.0, 0.0], &[(at(0.0, 0.0), &robot)], &law, limits_n, &Rules::default()).expect("a balance");
+    let alone = balance_in([0.2, 0.0, 0.0], &[(at(0.0, 0.0), &robot)], &law, limits_n, &Rules::default())
+        .expect("a balance");
     let thrusts_n = &alone.thrusts_n[0];
     // The water comes from behind: they push back.
     assert!((thrusts_n[0] + 0.5 * drag_n).abs() < 1e-9 && (thrusts_n[1] + 0.5 * drag_n).abs() < 1e-9);
@@ -90,14 +91,16 @@ fn what_waits_in_a_current_holds_against_its_drag() {
     for turn in [0.0, 1.0, -2.5_f64] {
         let current = [-0.2 * turn.cos(), -0.2 * turn.sin(), 0.0];
         let there = [0.3, -0.2, 0.0, turn].into();
-        let turned = balance_in(current, &[(there, &robot)], &law, limits_n, &Rules::default()).expect("a balance");
+        let turned =
+            balance_in(current, &[(there, &robot)], &law, limits_n, &Rules::default()).expect("a balance");
         assert!((turned.thrusts_n[0][0] - 0.5 * drag_n).abs() < 1e-9, "{turned:?}");
     }
     let row = [(at(0.0, 0.0), &robot), (at(0.483, 0.0), &robot), (at(0.966, 0.0), &robot)];
     let row = balance_in([0.2, 0.0, 0.0], &row, &law, limits_n, &Rules::default()).expect("a balance");
     let ahead_n: f64 = row.thrusts_n.iter().map(|own| own[0] + own[1]).sum();
     assert!((ahead_n + 3.0 * drag_n).abs() < 1e-6, "{row:?}");
-    let still = balance_in([0.0; 3], &[(at(0.0, 0.0), &robot)], &law, limits_n, &Rules::default()).expect("a balance");
+    let still = balance_in([0.0; 3], &[(at(0.0, 0.0), &robot)], &law, limits_n, &Rules::default())
+        .expect("a balance");
     assert!(still.power_w.abs() < 1e-15, "{still:?}");
 }
 

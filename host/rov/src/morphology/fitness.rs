@@ -65,9 +65,10 @@ impl<'a> Fitness<'a> {
                 continue;
             }
             let vehicle = &problem.vehicles[robot.vehicle];
-            let propulsion = Propulsion::new(vehicle, law.clone(), rules, Steady::Whole).map_err(|source| {
-                PlanError::Propulsion { robot: robot.id, vehicle: vehicle.name.clone(), source }
-            })?;
+            let propulsion =
+                Propulsion::new(vehicle, law.clone(), rules, Steady::Whole).map_err(|source| {
+                    PlanError::Propulsion { robot: robot.id, vehicle: vehicle.name.clone(), source }
+                })?;
             let mover = Mover::new(propulsion, rules);
             // It is least in one of many directions, or not far from one.
             let least_j = directions()

@@ -49,7 +49,8 @@ pub(super) fn open(problem: &Problem, water: &Water) -> Vec<Pose> {
             };
             let fits = |pose: &Pose| {
                 let all = problem.robots.iter().map(|robot| &problem.vehicles[robot.vehicle]);
-                all.into_iter().all(|vehicle| water.holds(pose.position_m, half_m(vehicle), pose.yaw_rad, TOUCH_M))
+                all.into_iter()
+                    .all(|vehicle| water.holds(pose.position_m, half_m(vehicle), pose.yaw_rad, TOUCH_M))
             };
             found.extend(place.filter(is_clear).take(1).filter(fits));
         }

@@ -410,7 +410,9 @@ fn movers(problem: &Problem, request: &Request) -> Result<Vec<Option<Mover>>, Pl
         let (robot, name) = (robot.id, || vehicle.name.clone());
         let propulsion = Propulsion::new(vehicle, request.law.clone(), rules, steady)
             .map_err(|source| PlanError::Propulsion { robot, vehicle: name(), source })?;
-        if let Some(Beyond { key, asked, unit, attainable }) = beyond_thrust(&propulsion, rules, request.manner) {
+        if let Some(Beyond { key, asked, unit, attainable }) =
+            beyond_thrust(&propulsion, rules, request.manner)
+        {
             return Err(PlanError::BeyondThrust { robot, vehicle: name(), key, asked, unit, attainable });
         }
         movers.push(Some(Mover::new(propulsion, rules)));

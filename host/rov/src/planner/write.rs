@@ -31,7 +31,8 @@ impl Pricer<'_> {
             }
             let taken = self.places.taken(layout, &here, from);
             let bodies: Vec<(Pose, &Vehicle)> = taken.iter().map(|&seat| self.places.body(seat)).collect();
-            let thrusts_n = balance(&bodies, &self.request.law, self.limits_n, &problem.rules).ok()?.thrusts_n;
+            let thrusts_n =
+                balance(&bodies, &self.request.law, self.limits_n, &problem.rules).ok()?.thrusts_n;
             let lambda_w = self.lambda_w(&here, from).ok()?;
             // In the order of the bodies: tools, then robots by their places.
             let balance = others

@@ -3,7 +3,7 @@
 use modboat::observer::{Estimate, Fix};
 
 use super::phase::Phase;
-use super::{Asked, Decision, Targets, Pilot, SentCycle};
+use super::{Asked, Decision, Pilot, SentCycle, Targets};
 
 impl Pilot {
     /// How far the last decision has come.

@@ -19,8 +19,7 @@
 
 use super::super::ExecutionError;
 use super::{
-    ASTRAY_M, Conductor, Coupling, DOCK_M, DOCK_RAD, Failure, HAND_OVER_S, LEAD_S, PATIENCE_S,
-    apart,
+    ASTRAY_M, Conductor, Coupling, DOCK_M, DOCK_RAD, Failure, HAND_OVER_S, LEAD_S, PATIENCE_S, apart,
 };
 use reconfiguration::plan::ActionKind;
 use reconfiguration::pose::Pose;
@@ -333,7 +332,11 @@ impl Conductor<'_> {
             off_m: worst.map_or(0.0, |mover| mover.off.0),
             off_deg: worst.map_or(0.0, |mover| mover.off.1).to_degrees(),
             waited_s: PATIENCE_S,
-            hint: if worst.is_some_and(|mover| !self.answering[mover.robot]) { " (it does not answer)" } else { "" },
+            hint: if worst.is_some_and(|mover| !self.answering[mover.robot]) {
+                " (it does not answer)"
+            } else {
+                ""
+            },
         }
     }
 }
