@@ -267,6 +267,7 @@ mod tests {
                 .map(|x| Slot { pose: pose([x, 0.0]), requires: Vec::new() })
                 .to_vec(),
             rules: Rules::default(),
+            bounds: None,
         }
     }
 

@@ -156,7 +156,7 @@ mod tests {
     fn propulsion() -> Propulsion {
         let vehicle = Vehicle::built_in("bluerov1").expect("built in");
         let law = PowerLaw::fitted(16.0).expect("in the table");
-        Propulsion::new(&vehicle, law, 16.0, Steady::Whole).expect("six degrees of freedom")
+        Propulsion::new(&vehicle, law, &Rules::default(), Steady::Whole).expect("six degrees of freedom")
     }
 
     /// 2 m along x at heading `yaw_rad`.

@@ -1,6 +1,8 @@
 //! Logs of runs: what replay makes of them, whole or cut, what export makes of them, and what is no log.
 
 use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -20,7 +22,7 @@ use runlog::writer::FileWriter;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-use crate::common::{Finished, PATIENCE, Process};
+use crate::common::{PATIENCE, Process};
 use crate::said::{done, refused, text};
 
 /// Long enough for more than a chunk, with cycles in it.
@@ -36,6 +38,16 @@ fn spoken_to(folder: &Path, arguments: &[&str]) -> Process {
     let mut command = Command::new(env!("CARGO_BIN_EXE_flotilla"));
     command.args(arguments).current_dir(folder).env("XDG_RUNTIME_DIR", folder.join("sockets"));
     Process::spawn(command)
+}
+
+/// The time that a run of that process tells an operator, s; nothing before it can be asked.
+fn told_s(folder: &Path, process: u32) -> Option<f64> {
+    let socket = folder.join(format!("sockets/flotilla/run-{process}.sock"));
+    let mut stream = UnixStream::connect(socket).ok()?;
+    stream.write_all(b"{\"wish\":\"status\"}\n").ok()?;
+    let mut line = String::new();
+    BufReader::new(stream).read_line(&mut line).ok()?;
+    serde_json::from_str::<Value>(&line).ok()?["status"]["t_s"].as_f64()
 }
 
 /// A folder with a short run in `o`.
@@ -169,15 +181,13 @@ fn runs_that_are_killed_leave_their_logs() {
             (folder, run)
         })
         .collect();
-    let mut told_s = Vec::new();
+    let mut killed_s = Vec::new();
     let mut folders = Vec::new();
     for ((folder, mut run), moment_s) in runs.into_iter().zip(moments_s) {
         let began = std::time::Instant::now();
         let at_s = loop {
             assert!(began.elapsed() < PATIENCE, "no run that tells its time");
-            let Finished { out, .. } = spoken_to(folder.path(), &["status", "--json"]).finish();
-            let said = out.first().and_then(|line| serde_json::from_str::<Value>(line).ok());
-            match said.and_then(|said| said["t_s"].as_f64()) {
+            match told_s(folder.path(), run.child.id()) {
                 Some(at_s) if at_s >= moment_s => break at_s,
                 _ => std::thread::sleep(std::time::Duration::from_millis(20)),
             }
@@ -185,10 +195,10 @@ fn runs_that_are_killed_leave_their_logs() {
         run.child.kill().expect("SIGKILL");
         assert_eq!(run.finish().code, None);
         assert!(!folder.path().join("o/summary.json").exists());
-        told_s.push(at_s);
+        killed_s.push(at_s);
         folders.push(folder);
     }
-    for (folder, at_s) in folders.iter().zip(told_s) {
+    for (folder, at_s) in folders.iter().zip(killed_s) {
         let bytes = fs::read(folder.path().join("o/log.mcap")).expect("a log");
         let (replayed, extent) = replay(&bytes[..], bytes.len() as u64, &mut Quiet)
             .unwrap_or_else(|error| panic!("seed {seed}, killed at {at_s} s: {error}"));

@@ -136,7 +136,7 @@ fn every_key_of_a_reconfiguration_is_documented_with_its_default() {
         let unknown = "no_such_key = 1\n";
         let text = match table.as_str() {
             "" => format!("{unknown}{LEAST_RECONFIGURE}"),
-            "rules" | "pose" => format!("{LEAST_RECONFIGURE}[{table}]\n{unknown}"),
+            "rules" | "pose" | "bounds" => format!("{LEAST_RECONFIGURE}[{table}]\n{unknown}"),
             "tool" => format!("{LEAST_RECONFIGURE}[[tool]]\n{unknown}"),
             table => LEAST_RECONFIGURE.replace(&format!("[[{table}]]\n"), &format!("[[{table}]]\n{unknown}")),
         };
@@ -163,7 +163,7 @@ fn every_key_of_a_reconfiguration_is_documented_with_its_default() {
             };
         }
     }
-    assert_eq!(documented["rules"].len(), 14);
+    assert_eq!(documented["rules"].len(), 16);
     assert_eq!(parse(&full).expect(&full), parse(LEAST_RECONFIGURE).expect("least"), "{full}");
 }
 

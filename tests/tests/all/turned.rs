@@ -88,6 +88,7 @@ fn two_robots_that_turn_pass_the_judge() {
         tools: Vec::new(),
         slots: vec![slot(0.0), slot(0.483)],
         rules: Rules::default(),
+        bounds: None,
     };
     problem.check().expect("a sound problem");
     for way in WAYS {

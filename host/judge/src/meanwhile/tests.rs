@@ -26,6 +26,7 @@ fn problem() -> Problem {
         tools: Vec::new(),
         slots: vec![slot(4.0), slot(4.483)],
         rules: Rules::default(),
+        bounds: None,
     }
 }
 
@@ -53,7 +54,8 @@ fn plan(problem: &Problem, late_s: f64) -> Plan {
                     .collect();
             Move {
                 robot: problem.robots[robot].id,
-                slot,
+                slot: Some(slot),
+                to: None,
                 path: vec![from.position_m, to.position_m],
                 start_s,
                 duration_s: now_s - start_s,
@@ -88,6 +90,9 @@ fn plan(problem: &Problem, late_s: f64) -> Plan {
         energy_navigate_j: 6.0,
         energy_balance_j: 0.0,
         energy_total_j: 6.0,
+        lower_bound_j: None,
+        gap: None,
+        proved: None,
     }
 }
 

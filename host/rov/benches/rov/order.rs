@@ -23,6 +23,7 @@ fn rows(robots: u16) -> Problem {
         tools: Vec::new(),
         slots: (0..robots).map(|n| Slot { pose: pose(n, 3.0), requires: Vec::new() }).collect(),
         rules: Rules::default(),
+        bounds: None,
     }
 }
 

@@ -30,6 +30,7 @@ fn problem(starts: &[[f64; 4]], tool: bool) -> Problem {
         tools: if tool { vec![Tool { vehicle: 1, pose: Pose::default() }] } else { Vec::new() },
         slots: Vec::new(),
         rules: Rules { grid_divisions: [1, 1, 1], ..Rules::default() },
+        bounds: None,
     }
 }
 

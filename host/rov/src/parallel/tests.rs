@@ -25,6 +25,7 @@ fn problem(starts: &[[f64; 4]], slots: &[[f64; 4]], tool: Option<[f64; 4]>) -> P
         tools: tool.map(|pose| Tool { vehicle: 1, pose: pose.into() }).into_iter().collect(),
         slots: slots.iter().map(|pose| Slot { pose: Pose::from(*pose), requires: Vec::new() }).collect(),
         rules: Rules { grid_divisions: [1, 1, 1], ..Rules::default() },
+        bounds: None,
     }
 }
 

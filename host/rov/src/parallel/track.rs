@@ -202,7 +202,8 @@ mod tests {
         }
         let own = Move {
             robot: 1,
-            slot: 0,
+            slot: Some(0),
+            to: None,
             path: Vec::new(),
             start_s: 0.0,
             duration_s: now_s,

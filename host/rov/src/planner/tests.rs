@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use reconfiguration::problem::{Robot, Rules, Slot, Tool};
 use reconfiguration::vehicle::Vehicle;
 
+use super::super::conditions::Conditions;
 use super::super::configuration::{adjacency, clusters};
 use super::*;
 
@@ -34,6 +35,7 @@ fn problem(starts: &[Cell], slots: &[Cell], yaw_rad: f64, tool: bool) -> Problem
         tools: if tool { vec![Tool { vehicle: 1, pose: at([0; 3], 0.0) }] } else { Vec::new() },
         slots: slots.iter().map(|cell| Slot { pose: at(*cell, yaw_rad), requires: Vec::new() }).collect(),
         rules: Rules::default(),
+        bounds: None,
     };
     problem.check().expect("a sound problem");
     problem

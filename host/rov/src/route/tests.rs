@@ -22,12 +22,12 @@ fn vehicle() -> Vehicle {
 
 fn propulsion(steady: Steady) -> Propulsion {
     let law = PowerLaw::fitted(BATTERY_V).expect("in the table");
-    Propulsion::new(&vehicle(), law, BATTERY_V, steady).expect("six thrusters")
+    Propulsion::new(&vehicle(), law, &Rules::default(), steady).expect("six thrusters")
 }
 
 fn water(resting: Vec<Resting>, start: Pose, slot: Pose, bounds_m: [[f64; 3]; 2]) -> Clearance {
     let half_m = vehicle().box_m.map(|side| side / 2.0);
-    Clearance { resting, half_m, start, slot, distance_m: 3.0 * half_m[0], bounds_m }
+    Clearance { resting, half_m, start, slot, distance_m: 3.0 * half_m[0], water: bounds_m.into() }
 }
 
 /// Evenly in the cube of that half side.
@@ -152,7 +152,7 @@ fn no_route_is_dearer_than_on_a_grid_ten_times_finer() {
     for seed in 0..SCENES {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let clearance = scene(&mut rng);
-        let lattice = Lattice::new(clearance.start.position_m, cell_m, clearance.bounds_m);
+        let lattice = Lattice::new(clearance.start.position_m, cell_m, clearance.water.extent_m());
         let lambda_w = [0.5, 2.0, 8.0][seed as usize % 3];
         let query =
             RouteQuery { mover: &mover, clearance: &clearance, lattice: &lattice, rules: &rules, lambda_w };

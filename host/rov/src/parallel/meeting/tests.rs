@@ -34,7 +34,8 @@ fn by_way_of(poses: &[Pose], start_s: f64) -> Move {
     }
     Move {
         robot: 1,
-        slot: 0,
+        slot: Some(0),
+        to: None,
         path: Vec::new(),
         start_s,
         duration_s: now_s - start_s,
