@@ -197,7 +197,11 @@ mod tests {
         // Buoyant by 2 N: one newton down by each of the upright two.
         let thrusts = [0.0, 0.0, 0.0, 0.0, -1.0, -1.0];
         let left = |vehicle: &Vehicle, tilt_limit_rad: f64| {
-            unbalanced(&[(&Body { name: "robot 1".to_owned(), pose, vehicle }, &thrusts)], [0.0; 3], tilt_limit_rad)
+            unbalanced(
+                &[(&Body { name: "robot 1".to_owned(), pose, vehicle }, &thrusts)],
+                [0.0; 3],
+                tilt_limit_rad,
+            )
         };
         assert_eq!(left(&vehicle, 0.0), None);
         vehicle.body.r_g_m[0] = 0.005;

@@ -82,7 +82,12 @@ fn nothing_to_do_is_said_so() {
     let text = finished.out.join("\n");
     assert!(text.contains("nothing to do") && !text.contains("NaN") && !text.contains("-0.00"), "{text}");
     let (_, plans) = planned("enclosed.toml", &[]);
-    assert!(plans.iter().all(|plan| plan["energy_total_j"].as_f64().is_some_and(|energy_j| energy_j == 0.0 && energy_j.is_sign_positive())), "{plans:?}");
+    assert!(
+        plans.iter().all(|plan| plan["energy_total_j"]
+            .as_f64()
+            .is_some_and(|energy_j| energy_j == 0.0 && energy_j.is_sign_positive())),
+        "{plans:?}"
+    );
 }
 
 /// The built-in BlueROV2 could not be planned with: it has no thruster for pitch.
