@@ -210,7 +210,7 @@ fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
             Ok(count) => (plans, moves) = (plans + 1, moves + count),
             Err(PlanError::DeadEnd { .. }) => dead_ends += 1,
             Err(error @ (PlanError::Unreachable { .. } | PlanError::Blocked { .. })) => {
-                unreachable.push(format!("{what}: {error}"))
+                unreachable.push(format!("{what}: {error}"));
             }
             Err(error) => panic!("{what}: {error}"),
         }
