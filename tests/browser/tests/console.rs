@@ -53,7 +53,7 @@ impl Served {
         };
         // What it goes on to say must not fill the pipe.
         std::thread::spawn(move || {
-            lines.map_while(Result::ok).for_each(|line| eprintln!("flotilla: {line}"))
+            lines.map_while(Result::ok).for_each(|line| eprintln!("flotilla: {line}"));
         });
         Self { program, address }
     }
