@@ -23,7 +23,7 @@ use modules::Modules;
 use rovs::Rovs;
 
 /// What the scene of a run is: from the first message of its log to an object with the keys `duration_s`, `interactive`, `boats` and
-/// `rovs`. Whoever made the log knows how to read what was asked.
+/// `rovs`. The program that made the log knows how to read what was asked.
 pub type Stage = dyn Fn(&flotilla::Scenario) -> Result<Value, String> + Send;
 
 /// What a server can do besides showing.

@@ -31,6 +31,9 @@ fn crate_files(name: &str) -> Vec<(String, String)> {
     let folder = match name {
         "host" | "protocol" | "firmware" => name.to_owned(),
         "images" | "plant" => format!("firmware/{name}"),
+        // Their folders have names that other packages of crates.io have.
+        "runlog" => "host/log".to_owned(),
+        "runconsole" => "host/console".to_owned(),
         _ => format!("host/{name}"),
     };
     let start = format!("{folder}/src/");
