@@ -9,9 +9,11 @@ use super::ros::Time;
 /// The form of the messages below. Another one is another form: a reader refuses what is newer than itself.
 pub const FORMAT: u32 = 1;
 
+pub use holds::Holds;
 pub use poses::{Poses, Trouble};
 pub use status::{Bodies, Body, Goal, ModuleStatus, Order, Status};
 
+mod holds;
 mod poses;
 mod status;
 
@@ -346,18 +348,6 @@ messages! {
         time_s: Vec<f64>,
         /// For how long of that the fleet held, by leg, s.
         held_s: Vec<f64>,
-    }
-
-    /// Why the fleet held, so far: a reason a leg and a row.
-    Holds = "flotilla_msgs" {
-        /// Fleet time.
-        stamp: Time,
-        /// Which leg, from 0.
-        leg: Vec<u32>,
-        /// Why, as a number.
-        reason: Vec<u8>,
-        /// For how long, s.
-        time_s: Vec<f64>,
     }
 
     /// A module took no part in a leg.
