@@ -383,7 +383,8 @@ mod tests {
     #[test]
     fn headings_and_demands_lie_on_one_turn() {
         let pose = |t_s: f64, heading_rad: f64| PoseSample { t_s, heading_rad, ..PoseSample::default() };
-        let poses = [pose(0.0, 3.1), pose(1.0, std::f64::consts::PI - 1e-3), pose(2.0, -3.1), pose(3.0, -3.09)];
+        let poses =
+            [pose(0.0, 3.1), pose(1.0, std::f64::consts::PI - 1e-3), pose(2.0, -3.1), pose(3.0, -3.09)];
         let headings = unwound(&poses);
         assert!(headings.windows(2).all(|pair| (pair[1].1 - pair[0].1).abs() < 0.05), "{headings:?}");
         let demand_rad = on_nearest_turn(-3.1, 3.0, &headings);
