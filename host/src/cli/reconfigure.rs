@@ -142,7 +142,7 @@ enum OrderKind {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PowerKind {
+pub(super) enum PowerKind {
     /// The T200's measured table
     Table,
     /// A smooth law through its upper part
@@ -483,7 +483,8 @@ fn wanted(arguments: &Arguments) -> Vec<(&'static str, Criterion, Manner, OrderR
     vec![(title, criterion, manner, order)]
 }
 
-fn law(kind: PowerKind, battery_v: f64) -> Result<PowerLaw, Failure> {
+/// The law of power of that name, at a battery's voltage.
+pub(super) fn law(kind: PowerKind, battery_v: f64) -> Result<PowerLaw, Failure> {
     let law = match kind {
         PowerKind::Fitted => PowerLaw::fitted(battery_v),
         PowerKind::Table => PowerLaw::table(battery_v),

@@ -31,6 +31,7 @@ use sim::tank::Tank;
 
 use super::module::{MODBOAT_REPORTS, radio, resolve, setup};
 use super::poses::LabArguments;
+use super::reconfigure::PowerKind;
 use super::run::fleet;
 use super::{Failure, bad, could, signal, tell};
 use crate::run::experiment::water;
@@ -101,6 +102,9 @@ pub(super) struct Arguments {
     /// A thruster of an ROV that fails, from 1, and when: seconds after the water lets go
     #[arg(long, value_name = "ROBOT,THRUSTER@SECONDS", value_parser = clap::value_parser!(rovs::Dead))]
     fail_thruster: Option<rovs::Dead>,
+    /// What thrust costs, of ROVs
+    #[arg(long, value_enum, default_value_t = PowerKind::Table)]
+    power: PowerKind,
     /// The server's clock less this machine's, s
     #[arg(long, value_name = "SECONDS", default_value_t = 86_400.0, allow_hyphen_values = true)]
     clock: f64,

@@ -146,7 +146,7 @@ fn a_reconfiguration() {
             (
                 "start",
                 "strat",
-                "5: [[robot]] 1: unknown field `strat`, expected one of `id`, `vehicle`, `start`, `capabilities`; did you mean `start`?",
+                "5: [[robot]] 1: unknown field `strat`, expected one of `id`, `vehicle`, `start`, `capabilities`, `failed`; did you mean `start`?",
             ),
             (
                 "bluerov1",
@@ -200,7 +200,7 @@ fn a_vehicle() {
             (
                 "direction",
                 "directon",
-                "7: [[thrusters]] 1: unknown field `directon`, expected one of `position_m`, `direction`, `reversed`; did you mean `direction`?",
+                "7: [[thrusters]] 1: unknown field `directon`, expected one of `position_m`, `direction`, `reversed`, `failed`; did you mean `direction`?",
             ),
             ("[[", "capabilities = [\"sonar\", 3]\n[[", "5: capabilities[1] = 3: must be a text in quotes"),
         ],
