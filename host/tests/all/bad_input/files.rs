@@ -299,7 +299,7 @@ fn a_plan() {
     let line = |key: &str| plan.lines().position(|line| line.contains(key)).expect(key) + 1;
     let others = [("t.toml", RECONFIGURATION)];
     let arguments = ["reconfigure", "t.toml", "--verify", "p.json"];
-    let top = "`problem`, `criterion`, `manner`, `robots`, `slots`, `moves`, `energy_navigate_j`, `energy_balance_j`, `energy_total_j`, `time_s`";
+    let top = "`problem`, `criterion`, `manner`, `robots`, `slots`, `moves`, `intervals`, `energy_navigate_j`, `energy_balance_j`, `energy_total_j`, `time_s`, `lower_bound_j`, `gap`, `proved`";
     let mistakes = [
         (
             "\"slot\":0",

@@ -182,7 +182,7 @@ fn a_thruster_that_fails_is_allocated_around_and_named() {
         ("t-to-i-far", 0.0, 3),
         ("t-to-i-below", 0.0, 2),
         ("i-to-l", 0.0, 1),
-        ("t-to-i-far", 1.5, 1),
+        ("t-to-i-far", 1.0, 1),
         ("i-to-l", 1.5, 1),
     ] {
         for nth in 0..most {
