@@ -15,7 +15,6 @@ use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::problem::Problem;
 use record::reconfigure::Record;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan_with};
-use rov::power::PowerLaw;
 use rov::pricing::price;
 
 use super::console::{Attended, Console, ServeArguments, console};
@@ -36,11 +35,13 @@ use crate::run::reconfigure::execution::{Executed, Options, Site, run_into, run_
 use crate::run::reconfigure::poses::LabBodies;
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 
+mod power;
 mod search;
 mod table;
 mod task;
 mod together;
 
+pub(super) use power::{PowerKind, law};
 use search::{Threads, Watch};
 
 /// The scenario that is planned when none is named.
@@ -141,16 +142,6 @@ enum OrderKind {
     Paper,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum PowerKind {
-    /// The T200's measured table
-    Table,
-    /// A smooth law through its upper part
-    Fitted,
-    /// Proportional to the square of thrust, through the table's greatest forward thrust
-    Quadratic,
-}
-
 /// Real ROVs.
 struct Remote {
     radio: UdpRadio,
@@ -158,17 +149,6 @@ struct Remote {
     /// Which of them is which robot.
     seats: Vec<ModuleId>,
     poses: Option<LabBodies>,
-}
-
-impl PowerKind {
-    /// As the table of results says it.
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Table => "the T200's table",
-            Self::Fitted => "the smooth law",
-            Self::Quadratic => "the square law",
-        }
-    }
 }
 
 /// A column of the results.
@@ -481,20 +461,6 @@ fn wanted(arguments: &Arguments) -> Vec<(&'static str, Criterion, Manner, OrderR
         Some(OrderKind::Paper) => OrderRule::Paper,
     };
     vec![(title, criterion, manner, order)]
-}
-
-/// The law of power of that name, at a battery's voltage.
-pub(super) fn law(kind: PowerKind, battery_v: f64) -> Result<PowerLaw, Failure> {
-    let law = match kind {
-        PowerKind::Fitted => PowerLaw::fitted(battery_v),
-        PowerKind::Table => PowerLaw::table(battery_v),
-        PowerKind::Quadratic => PowerLaw::table(battery_v).and_then(|table| {
-            let (_, forward_n) = rov::power::limits_n(battery_v)?;
-            // P = η u² (10), through the end of the table
-            PowerLaw::quadratic(table.power_w(forward_n) / (forward_n * forward_n))
-        }),
-    };
-    law.map_err(bad)
 }
 
 /// Says what is wrong with a plan from a file.

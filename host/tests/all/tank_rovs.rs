@@ -65,13 +65,16 @@ fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) {
     let truth = ["--out", "truth.mcap"];
     // By the smooth law plans are slow: there is time to miss a thruster.
     let law = ["--power", "fitted"];
-    let tank =
-        Process::start(at_home, &[&["tank", "t.toml"][..], &at, &like, &wrong, &fleet, &truth, &law].concat());
+    let tank = Process::start(
+        at_home,
+        &[&["tank", "t.toml"][..], &at, &like, &wrong, &fleet, &truth, &law].concat(),
+    );
     let pose = format!("qtm:{qtm}");
     let run = ["--criterion", "energy", "--radio", "udp", "--listen", &host, "--key", KEY];
     let poses = ["--pose", &pose, "--up", "z", "--out", "out"];
     let said =
-        Process::start(at_home, &[&["reconfigure", "t.toml"][..], &run, &poses, &fleet, &law].concat()).finish();
+        Process::start(at_home, &[&["reconfigure", "t.toml"][..], &run, &poses, &fleet, &law].concat())
+            .finish();
     end(&tank, "INT");
     let seen = tank.finish().err;
     println!("{}\n{}\n{}", seen.join("\n"), said.err.join("\n"), said.out.join("\n"));
