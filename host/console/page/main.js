@@ -173,8 +173,8 @@ function showHead() {
 
 function showPoses() {
   const { poses, fix } = state.snapshot;
-  element("poses-section").hidden = !poses;
-  if (!poses) return;
+  element("poses-section").hidden = !poses?.source;
+  if (!poses?.source) return;
   const used = poses.bodies.filter((body) => body.used).length;
   const age = fix ? `newest fix ${number(fix.age_s * 1000, 0)} ms old` : "no fix yet";
   const late = poses.late_p50_s === null ? "" : `, late by ${number(poses.late_p50_s * 1000, 0)} ms`;

@@ -78,8 +78,9 @@ export class Timeline {
       context.fillRect(left, 26, Math.max(swing - left - 1, 0), height - 66);
       context.globalAlpha = 1;
       context.fillRect(swing, 26, Math.max(right - swing - 1.5, 1), height - 66);
-      if (decision.bounded || decision.missing.length) {
-        context.fillStyle = decision.missing.length ? colours.bad : colours.warn;
+      const lacks = decision.missing.includes(true);
+      if (decision.bounded || lacks) {
+        context.fillStyle = lacks ? colours.bad : colours.warn;
         context.fillRect(left, 18, right - left - 1.5, 6);
       }
       context.fillStyle = decision.loss_tolerant ? colours.good : colours.warn;
@@ -98,17 +99,18 @@ export class Timeline {
     context.font = "11px system-ui, sans-serif";
     for (let t = Math.ceil(begin / 10) * 10; t < end; t += 10) context.fillText(clock(t), x(t) + 2, height - 4);
     context.fillText("lower lines: tolerant of loss, of power loss", 4, 11);
-    element("decision-text").textContent = words(told ?? latest);
+    element("decision-text").textContent = words(told ?? latest, state.scene.modules);
   }
 }
 
-function words(decision) {
+function words(decision, modules) {
   if (!decision) return "–";
+  const absent = modules.filter((_, index) => decision.missing[index]);
   const more = [
     decision.reason,
     `error ${(decision.error * 100).toPrecision(2)} %`,
     decision.transition_s ? `transition ${number(decision.transition_s, 1)} s` : "no transition",
-    decision.missing.length ? `without ${decision.missing.join(", ")}` : "",
+    absent.length ? `without ${absent.join(", ")}` : "",
     decision.bounded ? "cut at the water's edge" : "",
     `${decision.solve_us} µs`,
   ];

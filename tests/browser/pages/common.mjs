@@ -75,7 +75,7 @@ export class Listener {
 
 /** Runs a script in a browser, and refuses errors of the page. */
 export async function inBrowser(script) {
-  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "chromium", args: ["--no-sandbox", "--disable-gpu"] });
+  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
   const wrong = [];
   const open = async (where = address, options = {}) => {
     const context = await browser.newContext({ viewport: DESKTOP, ...options });
@@ -91,6 +91,8 @@ export async function inBrowser(script) {
   } finally {
     await browser.close();
   }
+  // Sockets of judges would keep the script until the run is over.
+  process.exit(0);
 }
 
 /** Position that the page shows, m. */

@@ -108,6 +108,6 @@ fn a_log_is_played_and_scrubbed() {
         .current_dir(&out)
         .output();
     assert!(made.is_ok_and(|output| output.status.success()), "a run to look at");
-    let served = Served::start(&["serve", "log.mcap", "--address", "127.0.0.1:0"], &out);
+    let served = Served::start(&["serve", "log.mcap", "--at", "127.0.0.1:0"], &out);
     served.browse("scrub.mjs");
 }

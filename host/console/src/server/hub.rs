@@ -161,7 +161,10 @@ impl Hub {
         self.tell_fresh();
         if self.due <= now {
             // One that was missed is not made up for.
-            self.due = (self.due + SNAPSHOT_EVERY).max(now);
+            self.due += SNAPSHOT_EVERY;
+            if self.due <= now {
+                self.due = now + SNAPSHOT_EVERY;
+            }
             self.snapshot(now);
         }
         self.write(now);
