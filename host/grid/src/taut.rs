@@ -2,7 +2,7 @@
 //!
 //! A shortest path turns at corners of obstacles only, where one of the four cells around a vertex is blocked, and around them:
 //! it is taut. So it is enough to know what each such corner sees. As in \[1\], sight moves on from grid line to grid line: a
-//! [cone](cone::Cone) is a root r, two rays and the interval I between them on a line of the grid. Beyond the line the free
+//! cone is a root r, two rays and the interval I between them on a line of the grid. Beyond the line the free
 //! cells of the row bound it, and the free cells of the row after that part it into the cones that follow.
 //!
 //! ```text
@@ -30,7 +30,7 @@
 //! short. \[1\] keeps g by root alike, \[2\] does the same with the polygons of a mesh, here the rows of free cells; nothing is
 //! prepared, so that a map may change between two searches.
 //!
-//! Sight is exact: rays are kept as differences of whole numbers, see [`Cone::reach`](cone::Cone::reach). Lengths are sums of
+//! Sight is exact: rays are kept as differences of whole numbers, see `Cone::reach`. Lengths are sums of
 //! square roots; two that differ by less than 10⁻¹² of themselves are equal. A path through the touching corners of two
 //! diagonal blocks is none, since no opening is there, and a turn needs three free cells.
 //!

@@ -12,7 +12,7 @@
 //! earlier, at most one period. A decision needs to know where every tail will be then: at the
 //! end pose of the running cycle if the module reports that it runs it, where it reports to rest if not. A module that has lost its
 //! power since its last report stands somewhere in the running decision: in its swing, or in its turn, if no report is from after that
-//! ([`Remaining`]). For a report that is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, the modules finish their cycle and hold, and the
+//! (`Remaining`). For a report that is missing it waits until [`DECIDE_BY`]. While one pose is unknown nothing is sent, the modules finish their cycle and hold, and the
 //! loop starts again as soon as all are ready. Where fewer are required, one that is silent for long is missing: its tail may be
 //! anywhere, no other module comes within its reach, and the others swim. When it is back, and rests where it says, the next decision
 //! counts on it again.

@@ -3,8 +3,8 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`growth`] | connected configurations of the robots at hand around the tools, at multiples of 90° |
-//! | [`fitness`] | which of them do the task, and the least that getting there can cost |
+//! | `growth` | connected configurations of the robots at hand around the tools, at multiples of 90° |
+//! | `fitness` | which of them do the task, and the least that getting there can cost |
 //!
 //! ```text
 //! E(goal) ≥ Σ over robots of the least J/m · distance, cheapest assignment of robots to places

@@ -2,11 +2,11 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | [`track`] | where a robot is at every instant |
-//! | [`meeting`] | whether two robots keep clear of each other at every instant |
-//! | [`timetable`] | which start times are possible together, and what balances meanwhile |
-//! | [`pace`] | the same way at another speed |
-//! | [`search`] | order, start times and speeds |
+//! | `track` | where a robot is at every instant |
+//! | `meeting` | whether two robots keep clear of each other at every instant |
+//! | `timetable` | which start times are possible together, and what balances meanwhile |
+//! | `pace` | the same way at another speed |
+//! | `search` | order, start times and speeds |
 //!
 //! Routes stay as they are; what changes is when each begins, and how fast it is swum. The waiting robots balance once,
 //! however many are under way:

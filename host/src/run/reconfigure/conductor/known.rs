@@ -40,7 +40,7 @@ impl Conductor<'_> {
         self.station()
     }
 
-    /// Tells what acts on every body that no model knows, as accelerations; see [`TrackingController::oppose`].
+    /// Tells what acts on every body that no model knows, as accelerations; see `TrackingController::oppose`.
     pub fn oppose(&mut self, unknown: &[Vector6<f64>]) {
         for Station { bodies, controller, .. } in &mut self.stations {
             controller.oppose(bodies.first().and_then(|&body| unknown.get(body)).copied());
