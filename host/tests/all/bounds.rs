@@ -6,6 +6,8 @@ use modboat::bounds::{Place, centres_m, footprint_m};
 use modboat::parameters::Parameters;
 use quantity::bounds::Bounds;
 
+use crate::cores::all_cores;
+
 /// Legs through each wall, with turns, in the tank of `edge_m`.
 fn scenario(edge_m: &str, size: &str, turn_rad: f64, current: [f64; 2]) -> Scenario {
     let mut text = format!("name = \"t\"\n[structure]\nsize = \"{size}\"\n");
@@ -40,6 +42,7 @@ fn least_room_m(scenario: &Scenario, seed: u64) -> f64 {
 
 #[test]
 fn no_wall_is_swum_through() {
+    let _cores = all_cores();
     let square = "[[-1.2, -1.2], [1.2, -1.2], [1.2, 1.2], [-1.2, 1.2]]";
     let notched = "[[-1.2, -1.2], [1.2, -1.2], [1.2, 0.2], [0.2, 0.2], [0.2, 1.2], [-1.2, 1.2]]";
     let mut least_m = f64::INFINITY;

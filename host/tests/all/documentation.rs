@@ -8,6 +8,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::common::{Finished, Process};
+use crate::cores::all_cores;
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -16,6 +17,7 @@ fn docs() -> PathBuf {
 }
 
 fn flotilla(folder: &Path, arguments: &[&str], input: &str) -> Finished {
+    let _cores = all_cores();
     let mut process = Process::start(folder, arguments);
     process.input.as_mut().expect("its input").write_all(input.as_bytes()).expect("it reads");
     let finished = process.finish();

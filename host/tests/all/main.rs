@@ -9,6 +9,7 @@ mod bounds;
 mod common;
 mod compare;
 mod console;
+mod cores;
 mod distance_table;
 mod documentation;
 mod envelope;

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::common::{Finished, PATIENCE, Process};
+use crate::cores::all_cores;
 use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
 use crate::terminal;
@@ -17,6 +18,7 @@ const GOOD: &str = "name = \"t\"\n\n[[robot]]\nid = 1\nvehicle = \"bluerov1\"\ns
                     pose = [0.0, 0.0, 0.0, 0.0]\n[[slot]]\npose = [0.0, -0.33, 0.0, 0.0]\n";
 
 fn flotilla(folder: &Path, arguments: &[&str], input: &str) -> Finished {
+    let _cores = all_cores();
     let mut process = Process::start(folder, arguments);
     process.input.as_mut().expect("its input").write_all(input.as_bytes()).expect("it reads");
     process.finish()

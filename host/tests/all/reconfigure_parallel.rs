@@ -7,6 +7,7 @@ use serde_json::Value;
 use tempfile::tempdir;
 
 use crate::common::{Finished, Process};
+use crate::cores::all_cores;
 
 /// Three in a row, to a row 3 m ahead.
 const ROW: &str = "name = \"row\"\n\n[[robot]]\nid = 1\nvehicle = \"bluerov1\"\nstart = [0.0, 0.0, 0.0, 0.0]\n[[robot]]\n\
@@ -17,6 +18,7 @@ const ROW: &str = "name = \"row\"\n\n[[robot]]\nid = 1\nvehicle = \"bluerov1\"\n
 
 fn reconfigure(folder: &Path, arguments: &[&str], input: &str) -> Finished {
     let all: Vec<&str> = ["reconfigure", "row.toml"].iter().chain(arguments).copied().collect();
+    let _cores = all_cores();
     let mut process = Process::start(folder, &all);
     process.input.as_mut().expect("its input").write_all(input.as_bytes()).expect("it reads");
     process.finish()

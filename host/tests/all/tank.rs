@@ -10,6 +10,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::common::{Finished, Process};
+use crate::cores::in_real_time;
 use crate::interrupt::send;
 use crate::keys::{KEY, keygen};
 use serde_json::Value;
@@ -98,6 +99,7 @@ fn swim(folder: &Path, pair: &Pair) -> (Value, Finished, Finished) {
 
 /// Swims all pairs at once and judges each; those that fail while the machine stalls are swum again.
 fn all(pairs: &[Pair], judge: impl Fn(&Pair, &Value, &Finished, &Finished) -> Result<String, String>) {
+    let _cores = in_real_time();
     let folder = tempdir().expect("a folder");
     keygen(folder.path());
     let mut left: Vec<Pair> = pairs.to_vec();

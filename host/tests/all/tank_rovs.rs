@@ -6,6 +6,7 @@ use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
 
 use crate::common::Process;
+use crate::cores::in_real_time;
 use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
 use host::run::reconfigure::scenario::BUILT_IN;
@@ -50,6 +51,7 @@ const MISSED_N: f64 = 0.2;
 /// Executes a scenario of so many robots, in which a thruster fails, and looks at what came of it: every robot docks within 2 cm and 3°, the
 /// thruster is named if it is missed, at most 1.2 of the planned energy is drawn in the moves before it fails, and the tank's log says what the host says.
 fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) {
+    let _cores = in_real_time();
     let folder = tempdir().expect("a folder");
     let at_home = folder.path();
     keygen(at_home);

@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use crate::common::{Finished, Process};
+use crate::cores::all_cores;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 fn flotilla(arguments: &[&str]) -> (TempDir, Finished) {
     let folder = tempdir().expect("a folder");
+    let _cores = all_cores();
     let finished = Process::start(folder.path(), arguments).finish();
     (folder, finished)
 }
