@@ -21,6 +21,7 @@ mod operator;
 mod path;
 mod pilot_phases;
 mod plan;
+mod ports;
 mod provision;
 mod reconfigure;
 mod reconfigure_parallel;

@@ -2,7 +2,6 @@
 //!
 //! All pairs run at once. A machine that stalls may make a fleet hold; a verdict on such a run is taken again, and that is printed.
 
-use std::net::UdpSocket;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, mpsc};
@@ -13,6 +12,7 @@ use crate::common::{Finished, Process};
 use crate::cores::in_real_time;
 use crate::interrupt::send;
 use crate::keys::{KEY, keygen};
+use crate::ports::port;
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -52,12 +52,6 @@ impl Drop for Stalls {
     fn drop(&mut self) {
         self.over.store(true, Ordering::Relaxed);
     }
-}
-
-/// A port that was free a moment ago, for datagrams and for connections.
-fn port() -> u16 {
-    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    socket.local_addr().expect("its number").port()
 }
 
 /// A scenario in a tank, and what each is told.

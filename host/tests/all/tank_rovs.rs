@@ -2,24 +2,17 @@
 //! at 100 Hz with 2 mm and 0.01 rad of noise and 30 ms of latency, a current of 0.05 m/s that the plan is priced for, a thruster that fails
 //! in the third move. What the tank saw is in its own log.
 
-use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
 
 use crate::common::Process;
 use crate::cores::in_real_time;
 use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
+use crate::ports::port;
 use host::run::reconfigure::scenario::BUILT_IN;
 use runlog::flotilla;
 use runlog::reader::{LogError, read};
 use tempfile::tempdir;
-
-/// Ports that were free a moment ago: for datagrams, and for a server.
-fn ports() -> (String, String) {
-    let datagrams = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-    let server = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-    (datagrams.expect("a port").to_string(), server.expect("a port").to_string())
-}
 
 /// A scenario that comes with the program, as a file that states the current.
 fn stated(folder: &Path, name: &str) {
@@ -57,7 +50,7 @@ fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) {
     keygen(at_home);
     stated(at_home, name);
     roster(at_home, robots);
-    let (host, qtm) = ports();
+    let [host, qtm] = [(); 2].map(|()| format!("127.0.0.1:{}", port()));
     let (of, thruster, at_s) = dead;
     let fails = format!("{of},{thruster}@{at_s}");
     let at = ["--host", &host, "--listen", &qtm, "--key", KEY, "--duration", "600", "--seed", "7"];
