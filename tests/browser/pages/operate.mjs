@@ -69,7 +69,8 @@ async function dragVelocity(page, judge) {
   const map = await page.locator("#top").boundingBox();
   await page.mouse.move(map.x + map.width / 2, map.y + map.height / 2);
   await page.mouse.down();
-  await page.mouse.move(map.x + map.width / 2 + 90, map.y + map.height / 2 - 20, { steps: 5 });
+  // The map keeps the structure in its middle half: the right edge lies east of it.
+  await page.mouse.move(map.x + map.width - 40, map.y + map.height / 2 - 20, { steps: 5 });
   const { target } = await judge.until("the velocity is the target", (snapshot) => snapshot.target.kind === "velocity");
   check(target.velocity_m_s[0] > 0.01, `it leads east: ${target.velocity_m_s} m/s`);
   await judge.until("modules swim with it", (snapshot) => snapshot.modules.every((module) => module.state === "Executing"));
