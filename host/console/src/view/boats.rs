@@ -137,7 +137,7 @@ fn target(goal: &Goal) -> Value {
     let waypoints = goal.waypoints_x_m.iter().zip(&goal.waypoints_y_m);
     json!({
         "kind": goal.kind,
-        "from": goal.from,
+        "from": goal.source,
         "velocity_m_s": pair(&goal.velocity_m_s),
         "station_m": pair(&goal.station_m),
         "heading_rad": goal.heading_rad,

@@ -49,7 +49,7 @@ messages! {
         /// velocity, station, waypoints, or none while a target is waited for.
         kind: String,
         /// leg: as the scenario has it; console: as an operator has it.
-        from: String,
+        source: String,
         /// East, north, m/s.
         velocity_m_s: Vec<f64>,
         /// Where to now, east and north, m.

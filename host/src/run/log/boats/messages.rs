@@ -28,11 +28,11 @@ pub(super) fn state(now: FleetInstant, pose: &PoseSample) -> flotilla::BoatState
 /// What the fleet is steered by: what is `asked`, if anything is.
 pub(super) fn goal(now: FleetInstant, asked: Option<&Asked>, targets: &Targets) -> flotilla::Goal {
     let (waypoints_x_m, waypoints_y_m) = targets.waypoints().map(|[x, y]| (*x, *y)).unzip();
-    let from = if targets.is_given() { "console" } else { "leg" };
+    let source = if targets.is_given() { "console" } else { "leg" };
     let mut goal = flotilla::Goal {
         stamp: stamp(now),
         kind: "none".to_owned(),
-        from: from.to_owned(),
+        source: source.to_owned(),
         waypoints_x_m,
         waypoints_y_m,
         ..flotilla::Goal::default()
