@@ -238,8 +238,8 @@ impl<'a> Judge<'a> {
             kinematics::check(self, index, own, poses[mover]);
             passage::check(self, index, own, mover, &resting);
             if !plan.is_parallel() {
-                self.judge_tools(index, own, &resting);
-                self.judge_waiting((Some(index), own.start_s), &resting);
+                let meanwhile = format_args!("while robot {} is away", own.robot);
+                self.judge_waiting((Some(index), own.start_s), &resting, meanwhile);
                 balance::check(self, (Some(index), own.start_s), &own.balance, &resting);
             }
             poses[mover] = own.actions.last().map_or(poses[mover], |last| last.to);
@@ -263,25 +263,25 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// v4: only connections among those at rest count, the mover has let go.
-    fn judge_tools(&mut self, index: usize, own: &Move, resting: &[Body<'_>]) {
+    /// v4, and one cluster where the rules ask for it: only connections among those at rest count, the mover has let go.
+    /// `meanwhile` says how a message goes on.
+    fn judge_waiting(
+        &mut self,
+        (index, start_s): (Option<usize>, f64),
+        resting: &[Body<'_>],
+        meanwhile: std::fmt::Arguments<'_>,
+    ) {
         let cluster = connections::clusters(resting);
         let first_tool = resting.len() - self.problem.tools.len();
         for tool in first_tool..resting.len() {
             if cluster.iter().filter(|&&other| other == cluster[tool]).count() == 1 {
-                let message =
-                    format!("{} is left alone while robot {} is away", resting[tool].name, own.robot);
-                self.add(Some(index), own.start_s, Condition::V4, message);
+                let message = format!("{} is left alone {meanwhile}", resting[tool].name);
+                self.add(index, start_s, Condition::V4, message);
             }
         }
-    }
-
-    /// One cluster, where the rules ask for it.
-    fn judge_waiting(&mut self, (index, start_s): (Option<usize>, f64), resting: &[Body<'_>]) {
         if !self.problem.rules.one_cluster {
             return;
         }
-        let cluster = connections::clusters(resting);
         if let Some(apart) = cluster.iter().position(|&other| other != cluster[0]) {
             let (first, other) = (&resting[0].name, &resting[apart].name);
             let message = format!(

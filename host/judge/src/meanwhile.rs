@@ -18,7 +18,7 @@ use reconfiguration::plan::{Action, ActionKind, Interval, Manner, Move};
 use reconfiguration::pose::Pose;
 
 use super::kinematics::{length, peak, pose_at};
-use super::{Body, Condition, Judge, balance, bodies, connections, distance_m, geometry};
+use super::{Body, Condition, Judge, balance, bodies, distance_m, geometry};
 
 /// Times that differ by less are the same, s.
 const SAME_S: f64 = 1e-6;
@@ -129,8 +129,8 @@ fn is_away(own: &Move, interval: &Interval) -> bool {
 pub(super) fn check(judge: &mut Judge<'_>) {
     for interval in &judge.plan.intervals {
         let resting = waiting(judge, interval);
-        judge_tools(judge, interval, &resting);
-        judge.judge_waiting((None, interval.start_s), &resting);
+        let until_s = interval.start_s + interval.duration_s;
+        judge.judge_waiting((None, interval.start_s), &resting, format_args!("until {until_s:.2} s"));
         balance::check(judge, (None, interval.start_s), &interval.balance, &resting);
     }
     together(judge);
@@ -157,19 +157,6 @@ fn waiting<'a>(judge: &Judge<'a>, interval: &Interval) -> Vec<Body<'a>> {
         })
         .collect();
     bodies(problem, &poses, None).into_iter().filter(|body| !away.contains(&body.name)).collect()
-}
-
-/// v4 in an interval.
-fn judge_tools(judge: &mut Judge<'_>, interval: &Interval, resting: &[Body<'_>]) {
-    let cluster = connections::clusters(resting);
-    let first_tool = resting.len() - judge.problem.tools.len();
-    for tool in first_tool..resting.len() {
-        if cluster.iter().filter(|&&other| other == cluster[tool]).count() == 1 {
-            let until_s = interval.start_s + interval.duration_s;
-            let message = format!("{} is left alone until {until_s:.2} s", resting[tool].name);
-            judge.add(None, interval.start_s, Condition::V4, message);
-        }
-    }
 }
 
 /// A robot at an instant.

@@ -27,6 +27,7 @@ use super::order::{self, Finder, InTurn, Known, MoveCosts, Patience, Progress, S
 use super::power::{PowerError, PowerLaw};
 use super::propulsion::PropulsionError;
 use pricer::Pricer;
+pub(crate) use speeds::engines;
 
 mod parking;
 mod places;

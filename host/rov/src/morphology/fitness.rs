@@ -13,9 +13,9 @@ use reconfiguration::vehicle::Vehicle;
 
 use super::super::balance::balance;
 use super::super::configuration::{adjacency, clusters};
-use super::super::planner::PlanError;
+use super::super::planner::{PlanError, engines};
 use super::super::power::PowerLaw;
-use super::super::propulsion::{Propulsion, Steady};
+use super::super::propulsion::Steady;
 use super::super::route::Mover;
 use super::super::vector::{length, offset};
 use super::growth::Place;
@@ -58,23 +58,15 @@ impl<'a> Fitness<'a> {
         law: &'a PowerLaw,
         limits_n: (f64, f64),
     ) -> Result<Self, PlanError> {
-        let rules = &problem.rules;
         let mut per_metre_j = HashMap::new();
-        for robot in &problem.robots {
-            if per_metre_j.contains_key(&robot.vehicle) {
-                continue;
-            }
-            let vehicle = &problem.vehicles[robot.vehicle];
-            let propulsion =
-                Propulsion::new(vehicle, law.clone(), rules, Steady::Whole).map_err(|source| {
-                    PlanError::Propulsion { robot: robot.id, vehicle: vehicle.name.clone(), source }
-                })?;
-            let mover = Mover::new(propulsion, rules);
+        for (kind, engine) in engines(problem, law, Steady::Whole).enumerate() {
+            let Some((_, propulsion)) = engine? else { continue };
+            let mover = Mover::new(propulsion, &problem.rules);
             // It is least in one of many directions, or not far from one.
             let least_j = directions()
                 .map(|way_m| mover.bound(Criterion::Energy, Manner::Best, way_m, 0.0))
                 .fold(f64::INFINITY, f64::min);
-            per_metre_j.insert(robot.vehicle, SAMPLING * least_j);
+            per_metre_j.insert(kind, SAMPLING * least_j);
         }
         Ok(Self { problem, task, law, limits_n, per_metre_j })
     }

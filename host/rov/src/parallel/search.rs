@@ -12,9 +12,9 @@
 use reconfiguration::plan::{Interval, Manner, Plan};
 use reconfiguration::problem::Problem;
 
-use super::super::planner::PlanError;
+use super::super::planner::{PlanError, engines};
 use super::super::power::{PowerLaw, limits_n};
-use super::super::propulsion::{Propulsion, Steady};
+use super::super::propulsion::Steady;
 use super::pace::paced;
 use super::timetable::{SAME_S, Timetable};
 
@@ -55,21 +55,12 @@ impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem, plan: &'a Plan, law: &'a PowerLaw) -> Result<Self, PlanError> {
         let rules = &problem.rules;
         let limits_n = limits_n(rules.battery_v)?;
-        let mut engines = Vec::with_capacity(problem.vehicles.len());
-        for (kind, vehicle) in problem.vehicles.iter().enumerate() {
-            let Some(robot) = problem.robots.iter().find(|robot| robot.vehicle == kind) else {
-                engines.push(None);
-                continue;
-            };
-            let (robot, name) = (robot.id, || vehicle.name.clone());
-            let engine = Propulsion::new(vehicle, law.clone(), rules, Steady::Whole)
-                .map_err(|source| PlanError::Propulsion { robot, vehicle: name(), source })?;
-            engines.push(Some(engine));
-        }
+        let engines = engines(problem, law, Steady::Whole).collect::<Result<Vec<_>, _>>()?;
         let omegas: &[f64] = if plan.manner == Manner::Best { &OMEGAS_W } else { &[] };
         let moves = plan.moves.iter().map(|own| {
             let robot = problem.robots.iter().find(|robot| robot.id == own.robot);
             let engine = robot.and_then(|robot| engines.get(robot.vehicle)?.as_ref());
+            let engine = engine.map(|(_, propulsion)| propulsion);
             let as_planned = paced(own, rules, None);
             let others = engine.into_iter().flat_map(|engine| {
                 omegas.iter().map(move |&omega_w| paced(own, rules, Some((engine, omega_w))))

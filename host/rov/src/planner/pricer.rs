@@ -19,13 +19,13 @@ use super::super::docking::with_hand_over;
 use super::super::frame::Framed;
 use super::super::order::{DESKS, Hop, Layout, MoveCosts, State, Workers};
 use super::super::power;
-use super::super::propulsion::{Propulsion, Steady};
+use super::super::propulsion::Steady;
 use super::super::route::{Mover, Route, RouteQuery, Scratch};
 use super::super::search_graph::Lattice;
 use super::super::vector::{length, offset};
 use super::super::water::Water;
 use super::places::Places;
-use super::speeds::{Beyond, beyond_thrust};
+use super::speeds::{Beyond, beyond_thrust, engines};
 use super::waits::{Waits, feels_nothing};
 use super::{PlanError, Request};
 
@@ -401,19 +401,16 @@ fn movers(problem: &Problem, request: &Request) -> Result<Vec<Option<Mover>>, Pl
         Manner::Best => Steady::Whole,
     };
     let mut movers = Vec::with_capacity(problem.vehicles.len());
-    for (index, vehicle) in problem.vehicles.iter().enumerate() {
-        // Tools do not swim.
-        let Some(robot) = problem.robots.iter().find(|robot| robot.vehicle == index) else {
+    for (vehicle, engine) in problem.vehicles.iter().zip(engines(problem, &request.law, steady)) {
+        let Some((robot, propulsion)) = engine? else {
             movers.push(None);
             continue;
         };
-        let (robot, name) = (robot.id, || vehicle.name.clone());
-        let propulsion = Propulsion::new(vehicle, request.law.clone(), rules, steady)
-            .map_err(|source| PlanError::Propulsion { robot, vehicle: name(), source })?;
         if let Some(Beyond { key, asked, unit, attainable }) =
             beyond_thrust(&propulsion, rules, request.manner)
         {
-            return Err(PlanError::BeyondThrust { robot, vehicle: name(), key, asked, unit, attainable });
+            let vehicle = vehicle.name.clone();
+            return Err(PlanError::BeyondThrust { robot, vehicle, key, asked, unit, attainable });
         }
         movers.push(Some(Mover::new(propulsion, rules)));
     }

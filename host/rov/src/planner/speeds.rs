@@ -1,9 +1,26 @@
-//! Speeds that the rules ask for and the thrusters do not give.
+//! Propulsion of the vehicles of a problem, and speeds that the rules ask for and the thrusters do not give.
 
 use reconfiguration::plan::Manner;
-use reconfiguration::problem::Rules;
+use reconfiguration::problem::{Problem, Rules};
 
-use super::super::propulsion::Propulsion;
+use super::super::power::PowerLaw;
+use super::super::propulsion::{Propulsion, Steady};
+use super::PlanError;
+
+/// Each vehicle's propulsion, with the first robot that is one; `None` for tools, which do not swim.
+pub(crate) fn engines<'a>(
+    problem: &'a Problem,
+    law: &'a PowerLaw,
+    steady: Steady,
+) -> impl Iterator<Item = Result<Option<(u16, Propulsion)>, PlanError>> + 'a {
+    problem.vehicles.iter().enumerate().map(move |(index, vehicle)| {
+        let Some(robot) = problem.robots.iter().find(|robot| robot.vehicle == index) else { return Ok(None) };
+        let propulsion = Propulsion::new(vehicle, law.clone(), &problem.rules, steady).map_err(|source| {
+            PlanError::Propulsion { robot: robot.id, vehicle: vehicle.name.clone(), source }
+        })?;
+        Ok(Some((robot.id, propulsion)))
+    })
+}
 
 /// A speed of the rules beyond the thrust that there is.
 pub(super) struct Beyond {
