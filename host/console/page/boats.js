@@ -3,10 +3,10 @@
 import { arrow, cross, label, polyline, staysInside } from "./draw.js";
 
 /** Half the diagonal of everything that is docked, m: no part of a hull is farther from the centre. */
-export const radius = (boats) => Math.max(0, ...boats.centres_m.map((place) => Math.hypot(...place))) + boats.pitch_m * Math.SQRT1_2;
+const radius = (boats) => Math.max(0, ...boats.centres_m.map((place) => Math.hypot(...place))) + boats.pitch_m * Math.SQRT1_2;
 
 /** From the structure's frame (sway, surge) to the world. */
-export const toWorld = ({ position_m: [x, y], heading_rad: heading }, [sway, surge]) => [
+const toWorld = ({ position_m: [x, y], heading_rad: heading }, [sway, surge]) => [
   x + sway * Math.sin(heading) + surge * Math.cos(heading),
   y - sway * Math.cos(heading) + surge * Math.sin(heading),
 ];

@@ -51,7 +51,7 @@ export function label(context, text, [x, y], colour) {
 }
 
 /** Least distance from a point to a segment. */
-export function fromSegment([px, py], [ax, ay], [bx, by]) {
+function fromSegment([px, py], [ax, ay], [bx, by]) {
   const [dx, dy] = [bx - ax, by - ay];
   const share = Math.min(1, Math.max(0, ((px - ax) * dx + (py - ay) * dy) / (dx * dx + dy * dy || 1)));
   return Math.hypot(px - ax - share * dx, py - ay - share * dy);

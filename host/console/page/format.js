@@ -24,11 +24,11 @@ export function make(tag, className, ...children) {
   return made;
 }
 
-export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 /** All colours of a picture at once; read again when the system turns from light to dark. */
 export function palette() {
-  const names = ["paper", "panel", "ink", "quiet", "line", "water", "hull", "tail", "trail", "target", "good", "warn", "bad", "demanded", "commanded", "achieved"];
+  const names = ["ink", "quiet", "line", "hull", "tail", "trail", "target", "good", "warn", "bad", "demanded", "commanded", "achieved"];
   return Object.fromEntries(names.map((name) => [name, colour(name)]));
 }
 

@@ -1,6 +1,7 @@
 // The tables: modules of the fleet (details on a click), ROVs with their thrusters, and the moves of a plan.
 
 import { clock, degrees, element, make, number } from "./format.js";
+import { isUnderWay } from "./rovs.js";
 
 const STATES = { Executing: "good", Ready: "good", Holding: "warn", Arming: "warn", Unsynchronised: "warn", Boot: "warn", Unprovisioned: "bad", Stopped: "bad" };
 
@@ -57,9 +58,9 @@ function row(module) {
   return made;
 }
 
-const word = (module) => (module.stale ? `silent ${number(module.silent_s, 1)} s` : module.faults[0] ?? module.state ?? "not heard");
+const word = (module) => (module.silent_s === null ? "not heard" : module.stale ? `silent ${number(module.silent_s, 1)} s` : module.faults[0] ?? module.state ?? "–");
 const mark = (module) => (module.stale || module.faults.length || module.state === null ? "bad" : STATES[module.state] ?? "warn");
-const share = (module) => cell(module.delivered === null ? "–" : (module.delivered * 100).toFixed(0), module.delivered < 0.5 ? "bad" : module.delivered < 0.8 ? "warn" : "good");
+const share = ({ delivered }) => (delivered === null ? cell("–") : cell((delivered * 100).toFixed(0), delivered < 0.5 ? "bad" : delivered < 0.8 ? "warn" : "good"));
 
 function moduleRow(module) {
   const made = row(module);
@@ -119,7 +120,7 @@ export function showMoves(state) {
   const { moves } = state.snapshot;
   const rows = plan.moves.map((move, index) => {
     const done = moves?.done[index];
-    const now = index === moves?.moving;
+    const now = isUnderWay(moves, index);
     const made = make("tr", now ? "warn" : "");
     made.append(cell(move.robot), cell(move.slot === null ? "parks" : move.slot + 1), cell(clock(done?.time_s ?? null)), cell(number(move.energy_j, 1)), cell(number(done?.executed_j, 1)));
     made.append(cell(now ? "under way" : done ? `${number(done.end_m * 1000, 0)} mm, ${degrees(done.end_rad, 1)}` : "", "text"));

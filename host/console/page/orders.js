@@ -45,7 +45,7 @@ export class Orders {
 
   /** What can be pressed now. */
   show(snapshot, can) {
-    const may = this.connection.may && can.order && !snapshot.ended;
+    const may = this.connection.may && can.order && snapshot.ended === null;
     const { stop, hold, resume, release, end } = this.buttons;
     element("orders").hidden = !can.order;
     stop.disabled = !may;

@@ -45,18 +45,15 @@ export function draw(context, camera, state, colours, view) {
     const made = rovs.robots.find(({ id }) => id === robot.id);
     if (made) hull(context, camera, robot, made, colours, view);
   }
-  for (const body of snapshot.poses?.bodies ?? []) {
-    const place = body.position_m.length === 3 ? view(body.position_m) : above(body.position_m);
-    const [x, y] = camera.toScreen(place);
-    context.strokeStyle = body.used ? colours.good : colours.bad;
-    context.strokeRect(x - 4, y - 4, 8, 8);
-  }
 }
+
+/** Of moves that overlap several are under way; one that has not ended has no deviation. */
+export const isUnderWay = (moves, index) => index === moves?.moving || moves?.done[index]?.end_m === null;
 
 function paths(context, camera, state, colours, view) {
   const { moves } = state.snapshot;
   (state.scene.rovs.plan?.moves ?? []).forEach((move, index) => {
-    const now = index === moves?.moving;
+    const now = isUnderWay(moves, index);
     polyline(context, camera, move.path.map(view));
     context.strokeStyle = now ? colours.target : colours.commanded;
     context.lineWidth = now ? 2.5 : 1;
@@ -107,7 +104,7 @@ function outline(context, camera, position, attitude, box, view) {
 const add = (a, b) => a.map((value, k) => value + b[k]);
 
 /** ZYX Euler angles: from the body (forward, right, down) to NED. */
-export function rotate([roll, pitch, yaw], [x, y, z]) {
+function rotate([roll, pitch, yaw], [x, y, z]) {
   const [sr, cr, sp, cp, sy, cy] = [roll, pitch, yaw].flatMap((angle) => [Math.sin(angle), Math.cos(angle)]);
   return [
     cy * cp * x + (cy * sp * sr - sy * cr) * y + (cy * sp * cr + sy * sr) * z,

@@ -86,16 +86,17 @@ export class State {
     if (pose) lengthen(this.trail, [snapshot.t_s, ...pose.position_m, pose.heading_rad]);
     for (const robot of snapshot.robots ?? []) lengthen(this.robotTrail(robot.id), [snapshot.t_s, ...robot.position_m]);
     const { wrench } = snapshot;
-    if (wrench) {
+    // A log that stands still tells the same again.
+    if (wrench && snapshot.t_s !== this.wrenches.at(-1)?.[0]) {
       this.wrenches.push([snapshot.t_s, wrench.demanded, wrench.commanded, wrench.achieved]);
       while (this.wrenches[0][0] < snapshot.t_s - WINDOW_S) this.wrenches.shift();
     }
   }
 
-  /** Where the structure is: the water's truth, else the estimate, else the newest fix. */
+  /** Where the structure is: the water's truth, else the estimate. */
   pose() {
-    const { truth, estimate, fix } = this.snapshot ?? {};
-    return truth ?? estimate ?? fix ?? null;
+    const { truth, estimate } = this.snapshot ?? {};
+    return truth ?? estimate ?? null;
   }
 
   /** Snapshots a second over the last two seconds. */

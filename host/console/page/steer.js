@@ -109,15 +109,16 @@ export class Steer {
   }
 
   key(event, isDown) {
-    if (!(event.code in ARROWS) || ["INPUT", "SELECT"].includes(event.target.tagName) || !this.can || !this.boats) return;
-    event.preventDefault();
-    if (isDown) {
-      this.keys.add(event.code);
-      this.startRefreshing();
-    } else {
-      this.keys.delete(event.code);
-      if (!this.keys.size) this.letGo();
+    if (!(event.code in ARROWS)) return;
+    // A release counts wherever the focus is by now, and with or without a connection.
+    if (!isDown) {
+      if (this.keys.delete(event.code) && !this.keys.size) this.letGo();
+      return;
     }
+    if (["INPUT", "SELECT"].includes(event.target.tagName) || !this.can || !this.boats) return;
+    event.preventDefault();
+    this.keys.add(event.code);
+    this.startRefreshing();
   }
 
   /** The heading that is being dragged, rad, or null. */

@@ -17,6 +17,9 @@ mod holds;
 mod poses;
 mod status;
 
+/// Number of the slot in a [`Move`] that parks.
+pub const PARKED: u32 = u32::MAX;
+
 messages! {
     /// The first message of a log: what was run, by what.
     Scenario = "flotilla_msgs" {

@@ -17,6 +17,7 @@ await inBrowser(async (open) => {
 
   await station(page, judge);
   page = await lostPage(page, judge, open);
+  await heldKey(page, judge);
   await emergencyStop(page, judge);
 
   await page.screenshot({ path: `${pictures}/console-desktop.png` });
@@ -74,6 +75,18 @@ async function dragVelocity(page, judge) {
   await judge.until("the velocity is the target, and leads east", ({ target }) => target.kind === "velocity" && target.velocity_m_s[0] > 0.01);
   await judge.until("modules swim with it", (snapshot) => snapshot.modules.every((module) => module.state === "Executing"));
   check(judge.latest.deadman === null, "the deadman is content while the pointer is held");
+}
+
+/** An arrow key that is released when something else has the focus: the fleet holds all the same. */
+async function heldKey(page, judge) {
+  await page.locator('[data-tool="look"]').click();
+  await page.locator("#top").focus();
+  await page.keyboard.down("ArrowUp");
+  await judge.until("an arrow key swims north", ({ target }) => target.kind === "velocity" && target.velocity_m_s[1] > 0.01);
+  await page.locator("#key-speed").focus();
+  await page.keyboard.up("ArrowUp");
+  await judge.until("its release holds, wherever the focus is", (snapshot) => snapshot.deadman === "let go" || snapshot.target.kind === "none");
+  await page.locator("#top").focus();
 }
 
 /** The space bar while the structure swims: every drive is off within 0.3 s. */

@@ -1,6 +1,6 @@
 //! ROVs: where they are, what their thrusters do, how far the plan is.
 
-use runlog::flotilla::{Moves, Robot, Robots};
+use runlog::flotilla::{Moves, PARKED, Robot, Robots};
 use serde_json::{Map, Value, json};
 
 /// See the module's documentation.
@@ -33,7 +33,7 @@ impl Rovs {
         let done = moves.iter().map(|one| {
             json!({
                 "robot": one.robot,
-                "slot": one.slot,
+                "slot": (one.slot != PARKED).then_some(one.slot),
                 "planned_j": one.planned.total_j,
                 "expected_j": one.expected.total_j,
                 "executed_j": one.executed.total_j,

@@ -197,9 +197,6 @@ fn sample(robots: &flotilla::Robots) -> Sample {
     }
 }
 
-/// Number of the slot in the message of a move that parks.
-const PARKED: u32 = u32::MAX;
-
 /// Figures of a move as a message.
 pub(super) fn told(figures: &MoveFigures) -> flotilla::Move {
     let energy = |energy: &Energy| flotilla::Energy {
@@ -210,7 +207,7 @@ pub(super) fn told(figures: &MoveFigures) -> flotilla::Move {
     };
     flotilla::Move {
         robot: figures.robot,
-        slot: figures.slot.map_or(PARKED, |slot| slot as u32),
+        slot: figures.slot.map_or(flotilla::PARKED, |slot| slot as u32),
         planned: energy(&figures.planned),
         expected: energy(&figures.expected),
         executed: energy(&figures.executed),
@@ -232,7 +229,7 @@ fn figures(told: &flotilla::Move) -> MoveFigures {
     };
     MoveFigures {
         robot: told.robot,
-        slot: (told.slot != PARKED).then_some(told.slot as usize),
+        slot: (told.slot != flotilla::PARKED).then_some(told.slot as usize),
         planned: energy(&told.planned),
         expected: energy(&told.expected),
         executed: energy(&told.executed),
