@@ -42,7 +42,6 @@ pub struct Can {
 pub struct View {
     head: Option<flotilla::Scenario>,
     scene: Option<Value>,
-    origin_ns: Option<u64>,
     now_ns: u64,
     end: Option<flotilla::End>,
     status: Option<flotilla::Status>,
@@ -72,16 +71,12 @@ impl View {
                 self.head = Some(head);
             }),
             "/begin" => read!(data, flotilla::Begin, |begin: flotilla::Begin| {
-                self.origin_ns = Some(begin.origin_us.saturating_mul(1000));
-                self.history.begin(self.origin_ns);
+                self.history.begin(begin.origin_us.saturating_mul(1000));
             }),
             "/end" => read!(data, flotilla::End, |end| self.end = Some(end)),
             "/status" => read!(data, flotilla::Status, |status| self.status = Some(status)),
             "/links" => read!(data, flotilla::Links, |links| self.modules.links(&links)),
             "/robots" => read!(data, flotilla::Robots, |robots: flotilla::Robots| {
-                // Time zero of a plan is told with each of them.
-                let since_ns = (robots.t_s.clamp(0.0, 1e9) * 1e9) as u64;
-                self.history.begin(Some(*self.origin_ns.get_or_insert(at_ns.saturating_sub(since_ns))));
                 self.history.robots(at_ns, &robots);
                 self.rovs.robots = Some(robots);
             }),
@@ -154,13 +149,14 @@ impl View {
         let mut snapshot = json!({
             "kind": "snapshot",
             "n": number,
-            "t_s": self.t_s(self.now_ns),
+            "t_s": self.history.t_s(self.now_ns),
             "fleet_s": self.now_ns as f64 * 1e-9,
             "status": status.map(|status| &status.fleet),
             "order": word(status.map(|status| &status.order)),
             "deadman": word(status.map(|status| &status.deadman)),
             "ended": self.end.as_ref().map(|end| end.why.clone().unwrap_or_default()),
             "modules": self.modules.show(status),
+            "wrench": self.history.wrench(),
         });
         if let Value::Object(object) = &mut snapshot {
             let is_rovs = self.head.as_ref().is_some_and(|head| head.fleet == "rovs");
@@ -170,8 +166,10 @@ impl View {
         snapshot
     }
 
-    fn t_s(&self, at_ns: u64) -> Option<f64> {
-        self.origin_ns.map(|origin_ns| (at_ns as f64 - origin_ns as f64) * 1e-9)
+    /// What the fleet is steered by.
+    #[must_use]
+    pub fn goal(&self) -> Option<&flotilla::Goal> {
+        self.boats.goal.as_ref()
     }
 
     /// Trail, events and decisions so far. What is new then was told.
@@ -183,11 +181,5 @@ impl View {
     /// Events and decisions since the last call.
     pub fn fresh(&mut self) -> Vec<Value> {
         self.history.fresh()
-    }
-
-    /// The time of the newest message, ns.
-    #[must_use]
-    pub fn now_ns(&self) -> u64 {
-        self.now_ns
     }
 }

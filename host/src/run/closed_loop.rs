@@ -101,7 +101,7 @@ pub struct Run<'a, C, F: Fleet, W, P> {
     pub actuation: Vec<F::Actuation>,
     /// Spans in which the host did not run, or did not know yet what the modules had done meanwhile. No figure uses them.
     pub gaps: Vec<Gap>,
-    /// What was ordered, and what came of it.
+    /// What was ordered in this tick, and what came of it.
     pub ordered: Vec<Ordered>,
     /// The last gap is not over for figures: since when the host runs again.
     blind: Option<FleetInstant>,
@@ -284,6 +284,7 @@ where
                 self.skip(gap);
             }
             hook(now, &self.host.controller, self.fleet);
+            self.ordered.clear();
             while let Some(order) = operator.poll(&|| self.status(now)) {
                 let (what, steers) = (order.words(), matches!(order, Order::Steer(_)));
                 let outcome = self.obey(now, order);
@@ -341,42 +342,42 @@ where
         if order == Order::Hold && self.halted == Some(Order::Stop) {
             return Err("the fleet is stopped: a hold changes nothing".to_owned());
         }
-        match &order {
+        let text = match &order {
             Order::Stop | Order::Hold => {
                 self.host.controller.halt(order.clone());
                 self.halted = Some(order.clone());
+                let dispatcher = self.host.dispatcher_mut();
+                if order == Order::Stop {
+                    dispatcher.emergency_stop(now);
+                    "emergency stop: every drive is off until a release"
+                } else {
+                    dispatcher.hold();
+                    "hold: the fleet finishes its cycle and holds until a release"
+                }
             }
             Order::Release(None) => {
                 self.host.controller.resume();
                 self.halted = None;
+                self.host.dispatcher_mut().release(now);
+                "released: the run goes on"
             }
-            Order::Release(Some(_)) => {}
-            Order::End => self.host.controller.finish(),
-            Order::Steer(steering) => {
-                let outcome = self.host.controller.steer(now, steering);
-                if outcome.is_ok() && self.host.controller.lacks_target().is_some() {
-                    self.host.dispatcher_mut().hold();
-                }
-                return outcome;
-            }
-        }
-        let dispatcher = self.host.dispatcher_mut();
-        match order {
-            Order::Stop => dispatcher.emergency_stop(now),
-            Order::Hold | Order::End | Order::Steer(_) => dispatcher.hold(),
-            Order::Release(None) => dispatcher.release(now),
             Order::Release(Some(id)) => {
-                if !dispatcher.release_one(now, id) {
+                if !self.host.dispatcher_mut().release_one(now, *id) {
                     return Err(format!("there is no module {id} to release"));
                 }
+                "one module is released"
             }
-        }
-        let text = match order {
-            Order::Stop => "emergency stop: every drive is off until a release",
-            Order::Hold => "hold: the fleet finishes its cycle and holds until a release",
-            Order::Release(None) => "released: the run goes on",
-            Order::Release(Some(_)) => "one module is released",
-            Order::End | Order::Steer(_) => "interrupted: the fleet finishes its cycle and holds",
+            Order::End => {
+                self.host.finish();
+                "interrupted: the fleet finishes its cycle and holds"
+            }
+            Order::Steer(steering) => {
+                let said = self.host.controller.steer(now, steering)?;
+                if self.host.controller.lacks_target().is_some() {
+                    self.host.dispatcher_mut().hold();
+                }
+                return Ok(said);
+            }
         };
         // A stop while the run ends has its own time.
         if order == Order::End || order == Order::Stop && self.ends_by.is_some() {

@@ -3,8 +3,6 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
-use runlog::flotilla::Goal;
-use runlog::message::Message as _;
 use serde_json::Value;
 use tungstenite::Message;
 
@@ -17,6 +15,7 @@ use super::session::Session;
 
 /// On the way to another place in a log all messages of this time before it are looked at, ns.
 const SETTLES_NS: u64 = 2_000_000_000;
+
 /// See the module's documentation.
 pub(super) struct Audience {
     pub(super) sessions: Vec<Session>,
@@ -24,14 +23,12 @@ pub(super) struct Audience {
     stage: Box<Stage>,
     /// By number of its topic, the newest message: a new subscriber begins with it.
     retained: HashMap<u16, (u64, Vec<u8>)>,
-    /// What the fleet is steered by.
-    pub(super) goal: Option<Goal>,
 }
 
 impl Audience {
     pub(super) fn new(stage: Box<Stage>) -> Self {
         let (sessions, view, retained) = (Vec::new(), View::default(), HashMap::new());
-        Self { sessions, view, stage, retained, goal: None }
+        Self { sessions, view, stage, retained }
     }
 
     /// Takes in a message, and passes it on to those that follow its topic.
@@ -45,8 +42,7 @@ impl Audience {
             pass_on(session, channel.id, at_ns, data);
         }
         if channel.topic == "/goal" {
-            self.goal = Goal::read(data).ok();
-            let values = stream::parameters(self.goal.as_ref(), None);
+            let values = stream::parameters(self.view.goal(), None);
             let following = |session: &&mut Session| session.subscriber.follows_parameters;
             self.of(Speaks::Stream).filter(following).for_each(|session| session.push(values.clone()));
         }

@@ -329,7 +329,7 @@ impl Hub {
     /// What a client of the stream asks for.
     fn asked(&mut self, index: usize, asked: Asked) {
         let trusted = self.audience.sessions.get(index).is_some_and(|session| session.client.trusted);
-        let parameters = |hub: &Self, id: Option<&str>| stream::parameters(hub.audience.goal.as_ref(), id);
+        let parameters = |hub: &Self, id: Option<&str>| stream::parameters(hub.audience.view.goal(), id);
         match asked {
             Asked::Nothing => {}
             Asked::Refused(why) => self.audience.tell(index, [stream::status(2, &why)]),

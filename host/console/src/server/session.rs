@@ -16,20 +16,12 @@ const WRONG_AFTER: Duration = Duration::from_secs(1);
 /// Calls that may wait for an answer.
 const CALLS: usize = 64;
 
-/// What the answer to an ask goes to.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Awaited {
-    /// A service call.
-    Call(Call),
-    /// Parameters that were set.
-    Parameters,
-}
-
 /// See the module's documentation.
 pub(super) struct Session {
     pub(super) client: Client,
     pub(super) subscriber: Subscriber,
-    awaited: Vec<(u32, Awaited)>,
+    /// Asks that wait for an answer, with the call that it goes to; none where parameters were set.
+    awaited: Vec<(u32, Option<Call>)>,
     next_ticket: u32,
     /// Of a wrong token: when it is answered, and the number of the ask.
     wrong: Option<(Instant, u32)>,
@@ -71,7 +63,7 @@ impl Session {
         }
         let ticket = self.next_ticket;
         self.next_ticket = self.next_ticket.wrapping_add(1);
-        self.awaited.push((ticket, call.map_or(Awaited::Parameters, Awaited::Call)));
+        self.awaited.push((ticket, call));
         Some(self.ask(ticket, wanted))
     }
 
@@ -82,9 +74,9 @@ impl Session {
         }
         let Some(place) = self.awaited.iter().position(|(id, _)| *id == ticket.id) else { return };
         match (self.awaited.swap_remove(place).1, outcome) {
-            (Awaited::Call(call), outcome) => self.push(stream::response(&call, outcome)),
-            (Awaited::Parameters, Err(why)) => self.push(stream::status(1, why)),
-            (Awaited::Parameters, Ok(_)) => {}
+            (Some(call), outcome) => self.push(stream::response(&call, outcome)),
+            (None, Err(why)) => self.push(stream::status(1, why)),
+            (None, Ok(_)) => {}
         }
     }
 

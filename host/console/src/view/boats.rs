@@ -1,6 +1,6 @@
 //! A structure of Modboats: where it is, where it is to go, what its tails give.
 
-use runlog::flotilla::{BoatState, Bodies, Cycle, Decision, Fix, Goal, Poses, Status, Wrench};
+use runlog::flotilla::{BoatState, Bodies, Fix, Goal, Poses, Status, Wrench};
 use runlog::message::Message as _;
 use serde_json::{Map, Value, json};
 
@@ -12,9 +12,8 @@ pub struct Boats {
     fix: Option<Fix>,
     poses: Option<Poses>,
     bodies: Option<Bodies>,
-    goal: Option<Goal>,
-    decision: Option<Decision>,
-    cycle: Option<Cycle>,
+    /// What the fleet is steered by.
+    pub goal: Option<Goal>,
 }
 
 /// East, north and heading.
@@ -44,8 +43,6 @@ impl Boats {
             "/poses" => self.poses = Poses::read(data).ok(),
             "/bodies" => self.bodies = Bodies::read(data).ok(),
             "/goal" => self.goal = Goal::read(data).ok(),
-            "/decision" => self.decision = Decision::read(data).ok(),
-            "/cycle" => self.cycle = Cycle::read(data).ok(),
             _ => {}
         }
         None
@@ -84,16 +81,6 @@ impl Boats {
         );
         put("poses", self.shown_poses(status));
         put("target", self.goal.as_ref().map_or(Value::Null, target));
-        put(
-            "wrench",
-            self.decision.as_ref().map_or(Value::Null, |decision| {
-                json!({
-                    "demanded": components(&decision.demand),
-                    "commanded": components(&decision.commanded),
-                    "achieved": self.cycle.as_ref().map(|cycle| components(&cycle.achieved)),
-                })
-            }),
-        );
     }
 
     fn shown_poses(&self, status: Option<&Status>) -> Value {

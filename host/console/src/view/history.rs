@@ -31,11 +31,13 @@ pub struct History {
 
 impl History {
     /// Time zero is known.
-    pub fn begin(&mut self, origin_ns: Option<u64>) {
-        self.origin_ns = origin_ns;
+    pub fn begin(&mut self, origin_ns: u64) {
+        self.origin_ns = Some(origin_ns);
     }
 
-    fn t_s(&self, at_ns: u64) -> Option<f64> {
+    /// Time of the run, s, if its beginning is known.
+    #[must_use]
+    pub fn t_s(&self, at_ns: u64) -> Option<f64> {
         self.origin_ns.map(|origin_ns| (at_ns as f64 - origin_ns as f64) * 1e-9)
     }
 
@@ -123,8 +125,10 @@ impl History {
         }
     }
 
-    /// Where robots are.
+    /// Where robots are. Time zero of a plan is told with each.
     pub fn robots(&mut self, at_ns: u64, robots: &Robots) {
+        let since_ns = (robots.t_s.clamp(0.0, 1e9) * 1e9) as u64;
+        self.origin_ns.get_or_insert(at_ns.saturating_sub(since_ns));
         if self.is_due(at_ns) {
             for robot in &robots.robots {
                 let [x, y, z, ..] = robot.eta;
@@ -153,6 +157,17 @@ impl History {
             "missing": decision.missing,
             "solve_us": decision.solve_us,
         })
+    }
+
+    /// The newest wrench that was demanded and commanded, and the newest that was achieved; nothing before a decision.
+    #[must_use]
+    pub fn wrench(&self) -> Option<Value> {
+        let (_, decision) = self.decisions.last_key_value()?;
+        Some(json!({
+            "demanded": components(&decision.demand),
+            "commanded": components(&decision.commanded),
+            "achieved": self.achieved.last_key_value().map(|(_, achieved)| achieved),
+        }))
     }
 
     /// All that is kept.
@@ -200,7 +215,7 @@ mod tests {
     #[test]
     fn what_happens_is_told_once_and_kept_up_to_a_limit() {
         let mut history = History::default();
-        history.begin(Some(1_000_000_000));
+        history.begin(1_000_000_000);
         for second in 0..600_u64 {
             let event = Event { module: 3, text: format!("event {second}"), ..Event::default() };
             history.take("/event", second * 1_000_000_000, &bytes(&event));

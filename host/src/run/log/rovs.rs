@@ -34,7 +34,7 @@ use super::super::reconfigure::water::{ExactPoses, STEP, STEP_S, Water, is_step}
 use super::super::watch::Watch;
 use super::shown::modules;
 use super::shown::rovs::Scene;
-use super::standing::Standing;
+use super::standing::{Standing, order};
 use super::topics::{Shown, Told};
 use super::{Log, counts, stamp};
 
@@ -188,8 +188,8 @@ impl<'a> RovLog<'a> {
 
     /// How the run stands.
     fn stand<F: Fleet, P>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) {
-        while let Some(order) = self.standing.order(&run.ordered) {
-            self.tell(now, Told::Order(&order));
+        for ordered in &run.ordered {
+            self.tell(now, Told::Order(&order(ordered)));
         }
         if self.log.is_kept()
             && let Some(status) = self.standing.status(now, run, &self.ids, |_| {}, |_| {})
@@ -210,8 +210,8 @@ impl<'a> RovLog<'a> {
         if states.len() < self.vehicles.len() {
             return None;
         }
-        self.accounts.look(conductor, states, &self.vehicles);
         let followed = conductor.followed();
+        self.accounts.look(&followed, states, &self.vehicles);
         let robots = self.ids.iter().enumerate().map(|(robot, &id)| flotilla::Robot {
             id,
             eta: states[robot].eta(),
@@ -366,16 +366,15 @@ impl RovLog<'_> {
                 Some(water) => water.drawn_in(),
                 None => controller.drawn_in(),
             };
-            let still = conductor.followed();
             for &(number, _) in &self.moving {
-                let ended = still.iter().all(|followed| followed.number != number);
+                let ended = conductor.under_way().all(|(still, _)| still != number);
                 if ended && let Some(misfit) = drawn_in {
                     self.accounts.end(number, misfit);
                 }
             }
         }
         self.moving.clear();
-        self.moving.extend(conductor.followed().iter().map(|followed| (followed.number, followed.robot)));
+        self.moving.extend(conductor.under_way());
         if now >= origin && (now.0 - origin.0).is_multiple_of(u64::from(PERIOD.0)) {
             self.open = self.sample(now, plan_time_s(now, run), run);
         }

@@ -20,23 +20,19 @@ pub struct Standing {
     looked: Option<FleetInstant>,
     told: Option<FleetInstant>,
     status: flotilla::Status,
-    /// How many orders were told.
-    ordered: usize,
+}
+
+/// What was ordered, as it is told.
+pub fn order(Ordered { at, by, what, steers, outcome }: &Ordered) -> flotilla::Order {
+    let (followed, text) = match outcome {
+        Ok(text) => (true, text),
+        Err(text) => (false, text),
+    };
+    let (by, what, text) = (by.clone(), what.clone(), text.clone());
+    flotilla::Order { stamp: stamp(*at), by, what, steers: *steers, followed, text }
 }
 
 impl Standing {
-    /// The next order that was not told yet.
-    pub fn order(&mut self, ordered: &[Ordered]) -> Option<flotilla::Order> {
-        let Ordered { at, by, what, steers, outcome } = ordered.get(self.ordered)?;
-        self.ordered += 1;
-        let (followed, text) = match outcome {
-            Ok(text) => (true, text),
-            Err(text) => (false, text),
-        };
-        let (by, what, text) = (by.clone(), what.clone(), text.clone());
-        Some(flotilla::Order { stamp: stamp(*at), by, what, steers: *steers, followed, text })
-    }
-
     /// How `run` stands at `now`, if that is to be told. `words` and `measured` fill in what only one fleet has: the first what is told at
     /// once, the second what can wait.
     pub fn status<C: Controller, F: Fleet, W, P>(
@@ -79,12 +75,14 @@ impl Standing {
 
 /// Whether more than measurements is another.
 fn differs(one: &flotilla::Status, other: &flotilla::Status) -> bool {
-    let words = |status: &flotilla::Status| {
-        let flotilla::Status { fleet, order, deadman, poses, .. } = status;
-        [fleet, order, deadman, poses].map(Clone::clone)
+    let is_another = |(one, other): (&flotilla::ModuleStatus, &flotilla::ModuleStatus)| {
+        (&one.state, &one.faults) != (&other.state, &other.faults)
     };
-    let does = |module: &flotilla::ModuleStatus| (module.state.clone(), module.faults.clone());
     words(one) != words(other)
         || one.modules.len() != other.modules.len()
-        || one.modules.iter().zip(&other.modules).any(|(one, other)| does(one) != does(other))
+        || one.modules.iter().zip(&other.modules).any(is_another)
+}
+
+fn words(flotilla::Status { fleet, order, deadman, poses, .. }: &flotilla::Status) -> [&str; 4] {
+    [fleet, order, deadman, poses]
 }

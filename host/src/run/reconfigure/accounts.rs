@@ -19,7 +19,7 @@ use rov::pricing;
 use rov::propulsion::{Expense, Propulsion, PropulsionError, Steady};
 use sim::rov::basin::Misfit;
 
-use super::conductor::{Conductor, Followed, HAND_OVER_S};
+use super::conductor::{Followed, HAND_OVER_S};
 use super::summary::{Energy, MoveFigures};
 
 /// See the module's documentation.
@@ -81,12 +81,12 @@ impl Accounts {
     }
 
     /// Where the movers are beside their paths, and how near to the others (states of all bodies).
-    pub fn look(&mut self, conductor: &Conductor<'_>, states: &[State], bodies: &[&Vehicle]) {
+    pub fn look(&mut self, followed: &[Followed<'_>], states: &[State], bodies: &[&Vehicle]) {
         let around = |body: usize| {
             let eta = states[body].eta();
             LevelBox::around(Pose::from([eta[0], eta[1], eta[2], eta[5]]), bodies[body])
         };
-        for Followed { number, robot: mover, reference, trajectory } in conductor.followed() {
+        for &Followed { number, robot: mover, reference, trajectory } in followed {
             let Some(figures) = self.moves.get_mut(number).filter(|_| reference.is_some()) else { continue };
             let beside_m = trajectory.cross_track_m(states[mover].position_m.into());
             figures.cross_track_m = figures.cross_track_m.max(beside_m);

@@ -201,9 +201,16 @@ impl<'a> Conductor<'a> {
     #[must_use]
     pub fn moving(&self) -> Option<usize> {
         match &self.together {
-            Some(together) => together.followed().map(|followed| followed.number).min(),
+            Some(together) => together.under_way().map(|(number, _)| number).min(),
             None => (!self.is_finished()).then_some(self.number),
         }
+    }
+
+    /// All moves that are under way, docked or not, from 0, with their robots.
+    pub fn under_way(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let together = self.together.as_ref();
+        let own = self.moving().zip(self.mover()).filter(|_| together.is_none());
+        own.into_iter().chain(together.into_iter().flat_map(Together::under_way))
     }
 
     /// All robots whose moves are under way, docked or not, and what they follow.

@@ -9,6 +9,7 @@ use super::super::super::boats::BoatRun;
 use super::super::super::fleet::Fleet;
 use super::super::super::pose_source::PoseSource;
 use super::super::stamp;
+use super::super::standing::order;
 use super::super::topics::{Shown, Told};
 use super::BoatLog;
 use super::messages::goal;
@@ -20,8 +21,8 @@ impl BoatLog<'_> {
         now: FleetInstant,
         run: &BoatRun<'_, F, P>,
     ) {
-        while let Some(order) = self.standing.order(&run.ordered) {
-            self.tell(now, Told::Order(&order));
+        for ordered in &run.ordered {
+            self.tell(now, Told::Order(&order(ordered)));
         }
         if !self.log.is_kept() {
             return;

@@ -118,6 +118,11 @@ impl Together {
         }
     }
 
+    /// Moves that are under way, with their robots.
+    pub fn under_way(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.movers.iter().filter(|mover| !mover.actions.is_empty()).map(|mover| (mover.number, mover.robot))
+    }
+
     /// Robots that are under way or hand over.
     pub fn followed(&self) -> impl Iterator<Item = Followed<'_>> {
         self.movers.iter().filter_map(|mover| {
