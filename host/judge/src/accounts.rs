@@ -2,14 +2,15 @@
 
 use reconfiguration::plan::{Action, Move};
 
-use super::{Condition, Judge, meanwhile};
+use super::{Condition, Judge};
 
 /// Times that differ by less are the same, s.
-const SAME_S: f64 = 1e-6;
+pub(super) const SAME_S: f64 = 1e-6;
 /// Sums may be off by this share.
 const SHARE: f64 = 1e-6;
 
-fn adds_up(value: f64, sum: f64) -> bool {
+/// Whether a value is the sum that it should be.
+pub(super) fn adds_up(value: f64, sum: f64) -> bool {
     (value - sum).abs() <= SHARE * sum.abs().max(1e-3)
 }
 
@@ -25,9 +26,7 @@ pub(super) fn check(judge: &mut Judge<'_>) {
         times_of(judge, index, own);
         energies_of(judge, index, own);
     }
-    if plan.is_parallel() {
-        meanwhile::account(judge);
-    } else if (plan.time_s - end_s).abs() > SAME_S {
+    if !plan.is_parallel() && (plan.time_s - end_s).abs() > SAME_S {
         let message = format!("time_s = {:.6} s, the last move ends at {end_s:.6} s", plan.time_s);
         judge.add(None, end_s, Condition::Timing, message);
     }

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 use reconfiguration::plan::Holding;
 
-use super::{Body, Condition, Judge, connections};
+use super::{Body, Condition, Judge};
 
 /// Standard gravity, m/s².
 const GRAVITY_M_S2: f64 = 9.806_65;
@@ -43,7 +43,7 @@ pub(super) fn check(
     judge: &mut Judge<'_>,
     (index, start_s): (Option<usize>, f64),
     balance: &[Holding],
-    resting: &[Body<'_>],
+    (resting, cluster): (&[Body<'_>], &[usize]),
 ) {
     let mut wrong = Vec::new();
     let limits_n = limits_n(judge.problem.rules.battery_v);
@@ -89,7 +89,6 @@ pub(super) fn check(
         wrong.push((Condition::Thrusters, format!("{volts} V is outside the table of the thrusters")));
     }
     let current = judge.problem.rules.current_m_s;
-    let cluster = connections::clusters(resting);
     let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     cluster.iter().enumerate().for_each(|(body, &cluster)| members.entry(cluster).or_default().push(body));
     for members in members.into_values() {

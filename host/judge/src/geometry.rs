@@ -2,6 +2,8 @@
 
 use reconfiguration::pose::Pose;
 
+use super::distance_m;
+
 /// Boxes may run into each other by this much, m.
 const TOUCH_M: f64 = 1e-3;
 
@@ -48,6 +50,11 @@ fn area_m2(outline: &[[f64; 2]]) -> f64 {
 /// Whether two level boxes (length, width, height) share more than a touch.
 pub(super) fn overlap(first: (Pose, [f64; 3]), second: (Pose, [f64; 3])) -> bool {
     let [(a, size_a), (b, size_b)] = [first, second];
+    // Nothing overlaps beyond half the sum of the diagonals.
+    let reach_m: f64 = size_a.iter().zip(size_b).map(|(a, b)| (a + b).powi(2)).sum();
+    if distance_m(a.position_m, b.position_m) > reach_m.sqrt() {
+        return false;
+    }
     let apart_m = (a.position_m[2] - b.position_m[2]).abs();
     if apart_m >= (size_a[2] + size_b[2]) / 2.0 - TOUCH_M {
         return false;

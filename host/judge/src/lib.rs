@@ -25,7 +25,7 @@
 //! 1 mm before they overlap: what is deeper than 5 mm is always found, and so is a clearance broken by 3 mm over more than 5 mm of
 //! way. Energies of actions are not computed again, only their signs and sums.
 
-use reconfiguration::plan::{Manner, Move, Plan};
+use reconfiguration::plan::{Holding, Manner, Move, Plan};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
@@ -137,6 +137,9 @@ pub fn verify(problem: &Problem, plan: &Plan) -> Vec<Violation> {
     if judge.found.is_empty() {
         judge.identity();
         accounts::check(&mut judge);
+        if plan.is_parallel() {
+            meanwhile::account(&mut judge);
+        }
     }
     // Nothing can be played back of robots and slots that are not there.
     if !judge.found.iter().any(|v| matches!(v.condition, Condition::Number | Condition::Identity)) {
@@ -230,17 +233,13 @@ impl<'a> Judge<'a> {
                 self.add(Some(index), own.start_s, Condition::V5, message);
             }
             // Of moves that overlap only tools are known to rest all the time.
-            let resting = match plan.is_parallel() {
-                true => bodies(problem, &[], None),
-                false => bodies(problem, &poses, Some(mover)),
-            };
+            let resting = bodies(problem, &poses, |robot| !plan.is_parallel() && robot != mover);
             self.judge_slot(index, own, mover);
             kinematics::check(self, index, own, poses[mover]);
             passage::check(self, index, own, mover, &resting);
             if !plan.is_parallel() {
                 let meanwhile = format_args!("while robot {} is away", own.robot);
-                self.judge_waiting((Some(index), own.start_s), &resting, meanwhile);
-                balance::check(self, (Some(index), own.start_s), &own.balance, &resting);
+                self.judge_waiting((Some(index), own.start_s), &own.balance, &resting, meanwhile);
             }
             poses[mover] = own.actions.last().map_or(poses[mover], |last| last.to);
         }
@@ -263,11 +262,12 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// v4, and one cluster where the rules ask for it: only connections among those at rest count, the mover has let go.
+    /// v4, one cluster where the rules ask for it, and v6: only connections among those at rest count, the mover has let go.
     /// `meanwhile` says how a message goes on.
     fn judge_waiting(
         &mut self,
         (index, start_s): (Option<usize>, f64),
+        balance: &[Holding],
         resting: &[Body<'_>],
         meanwhile: std::fmt::Arguments<'_>,
     ) {
@@ -279,16 +279,13 @@ impl<'a> Judge<'a> {
                 self.add(index, start_s, Condition::V4, message);
             }
         }
-        if !self.problem.rules.one_cluster {
-            return;
-        }
-        if let Some(apart) = cluster.iter().position(|&other| other != cluster[0]) {
-            let (first, other) = (&resting[0].name, &resting[apart].name);
-            let message = format!(
-                "what waits is not one cluster (one_cluster): no connection between {first} and {other}"
-            );
+        if self.problem.rules.one_cluster
+            && let Some(apart) = apart(&cluster, resting)
+        {
+            let message = format!("what waits is not one cluster (one_cluster): {apart}");
             self.add(index, start_s, Condition::Connection, message);
         }
+        balance::check(self, (index, start_s), balance, (resting, &cluster));
     }
 
     /// v1, v2 and the cluster that is reached.
@@ -315,22 +312,38 @@ impl<'a> Judge<'a> {
                 }
             }
         }
-        let reached = bodies(problem, poses, None);
-        let cluster = connections::clusters(&reached);
-        if let Some(apart) = cluster.iter().position(|&other| other != cluster[0]) {
-            let message = format!(
-                "what is reached is not one cluster: no connection between {} and {}",
-                reached[0].name, reached[apart].name
-            );
+        let reached = bodies(problem, poses, |_| true);
+        if let Some(apart) = apart(&connections::clusters(&reached), &reached) {
+            let message = format!("what is reached is not one cluster: {apart}");
             self.add(None, end_s, Condition::Connection, message);
         }
     }
 }
 
-/// Bodies at rest: all robots but the mover, then tools.
-fn bodies<'a>(problem: &'a Problem, poses: &[Pose], mover: Option<usize>) -> Vec<Body<'a>> {
+/// Two bodies of different clusters, in words; `None` if all are one.
+fn apart(cluster: &[usize], bodies: &[Body<'_>]) -> Option<String> {
+    let other = cluster.iter().position(|other| *other != cluster[0])?;
+    Some(format!("no connection between {} and {}", bodies[0].name, bodies[other].name))
+}
+
+/// Clearance of a box from others, m.
+fn clearance_m(problem: &Problem, box_m: [f64; 3]) -> f64 {
+    // d = k·max(L, W, H)                                                                                    (19)
+    problem.rules.clearance_factor * box_m.into_iter().fold(0.0, f64::max)
+}
+
+/// What is said of a mover whose centre came too near to another, its clearance being `d_m`.
+fn too_near(what: &str, apart_m: f64, d_m: f64) -> String {
+    match what.starts_with("clearance") {
+        true => format!("{what} {apart_m:.3} m at least, {d_m:.3} m away from start and slot are asked (19)"),
+        false => format!("{what}, centres {apart_m:.3} m apart"),
+    }
+}
+
+/// Bodies at rest: robots that do, at their poses, then tools.
+fn bodies<'a>(problem: &'a Problem, poses: &[Pose], rests: impl Fn(usize) -> bool) -> Vec<Body<'a>> {
     let robots = problem.robots.iter().zip(poses).enumerate();
-    let robots = robots.filter(|(index, _)| Some(*index) != mover).filter_map(|(_, (robot, &pose))| {
+    let robots = robots.filter(|(index, _)| rests(*index)).filter_map(|(_, (robot, &pose))| {
         let name = format!("robot {}", robot.id);
         Some(Body { name, pose, vehicle: problem.vehicles.get(robot.vehicle)? })
     });

@@ -17,13 +17,10 @@ use std::collections::BTreeMap;
 use reconfiguration::plan::{Action, ActionKind, Interval, Manner, Move};
 use reconfiguration::pose::Pose;
 
+use super::accounts::{SAME_S, adds_up};
 use super::kinematics::{length, peak, pose_at};
-use super::{Body, Condition, Judge, balance, bodies, distance_m, geometry};
+use super::{Body, Condition, Judge, bodies, clearance_m, distance_m, geometry, too_near};
 
-/// Times that differ by less are the same, s.
-const SAME_S: f64 = 1e-6;
-/// Sums may be off by this share.
-const SHARE: f64 = 1e-6;
 /// Longest way of a robot between two looks, m.
 const STEP_M: f64 = 0.0025;
 /// Its greatest turn, rad.
@@ -108,7 +105,7 @@ pub(super) fn account(judge: &mut Judge<'_>) {
         }
     }
     for ((index, own), share_j) in plan.moves.iter().enumerate().zip(shares_j) {
-        if (own.energy_balance_j - share_j).abs() > SHARE * share_j.abs().max(1e-3) {
+        if !adds_up(own.energy_balance_j, share_j) {
             let value = own.energy_balance_j;
             let message =
                 format!("energy_balance_j = {value:.6} J, its share of the intervals is {share_j:.6} J");
@@ -130,8 +127,8 @@ pub(super) fn check(judge: &mut Judge<'_>) {
     for interval in &judge.plan.intervals {
         let resting = waiting(judge, interval);
         let until_s = interval.start_s + interval.duration_s;
-        judge.judge_waiting((None, interval.start_s), &resting, format_args!("until {until_s:.2} s"));
-        balance::check(judge, (None, interval.start_s), &interval.balance, &resting);
+        let meanwhile = format_args!("until {until_s:.2} s");
+        judge.judge_waiting((None, interval.start_s), &interval.balance, &resting, meanwhile);
     }
     together(judge);
 }
@@ -139,13 +136,6 @@ pub(super) fn check(judge: &mut Judge<'_>) {
 /// Robots that wait in an interval, where they are then, and tools.
 fn waiting<'a>(judge: &Judge<'a>, interval: &Interval) -> Vec<Body<'a>> {
     let problem = judge.problem;
-    let away: Vec<String> = judge
-        .plan
-        .moves
-        .iter()
-        .filter(|own| is_away(own, interval))
-        .map(|own| format!("robot {}", own.robot))
-        .collect();
     let poses: Vec<Pose> = problem
         .robots
         .iter()
@@ -156,7 +146,10 @@ fn waiting<'a>(judge: &Judge<'a>, interval: &Interval) -> Vec<Body<'a>> {
             over.and_then(|own| own.actions.last()).map_or(robot.start, |last| last.to)
         })
         .collect();
-    bodies(problem, &poses, None).into_iter().filter(|body| !away.contains(&body.name)).collect()
+    let moves = &judge.plan.moves;
+    bodies(problem, &poses, |robot| {
+        !moves.iter().any(|own| own.robot == problem.robots[robot].id && is_away(own, interval))
+    })
 }
 
 /// A robot at an instant.
@@ -167,13 +160,16 @@ struct Seen {
     under_way: Option<(usize, bool)>,
 }
 
+/// By move and what it came too near to: when first, the least distance of the centres, and the clearance of the mover, m.
+type Found = BTreeMap<(usize, String), (f64, f64, f64)>;
+
 /// (19) and hulls between robots.
 fn together(judge: &mut Judge<'_>) {
     let plan = judge.plan;
     let mut events_s: Vec<f64> = plan.moves.iter().flat_map(|own| &own.actions).map(|a| a.start_s).collect();
     events_s.extend(plan.moves.iter().map(end_s));
     events_s.sort_by(f64::total_cmp);
-    let mut found: BTreeMap<(usize, String), (f64, f64, f64)> = BTreeMap::new();
+    let mut found = Found::new();
     for span in events_s.windows(2) {
         let (from_s, to_s) = (span[0], span[1]);
         let middle_s = 0.5 * (from_s + to_s);
@@ -194,13 +190,8 @@ fn together(judge: &mut Judge<'_>) {
             look(judge, now_s, &mut found);
         }
     }
-    for ((index, what), (time_s, value_m, kept_m)) in found {
-        let message = if what.starts_with("clearance") {
-            format!("{what} {value_m:.3} m at least, {kept_m:.3} m away from start and slot are asked (19)")
-        } else {
-            format!("{what}, centres {value_m:.3} m apart")
-        };
-        judge.add(Some(index), time_s, Condition::V3, message);
+    for ((index, what), (time_s, value_m, d_m)) in found {
+        judge.add(Some(index), time_s, Condition::V3, too_near(&what, value_m, d_m));
     }
 }
 
@@ -212,15 +203,11 @@ fn action_at(own: &Move, now_s: f64) -> Option<&Action> {
 }
 
 /// All pairs of robots of which one is under way, at one instant.
-fn look(judge: &Judge<'_>, now_s: f64, found: &mut BTreeMap<(usize, String), (f64, f64, f64)>) {
+fn look(judge: &Judge<'_>, now_s: f64, found: &mut Found) {
     let robots: Vec<Option<Seen>> =
         (0..judge.problem.robots.len()).map(|robot| seen(judge, robot, now_s)).collect();
-    let kept_m = |box_m: [f64; 3]| {
-        // d = k·max(L, W, H)                                                                                (19)
-        judge.problem.rules.clearance_factor * box_m.into_iter().fold(0.0, f64::max)
-    };
-    let mut note = |index: usize, what: String, value_m: f64, kept_m: f64| {
-        let entry = found.entry((index, what)).or_insert((now_s, value_m, kept_m));
+    let mut note = |index: usize, what: String, value_m: f64, d_m: f64| {
+        let entry = found.entry((index, what)).or_insert((now_s, value_m, d_m));
         entry.1 = entry.1.min(value_m);
     };
     for (first, one) in robots.iter().enumerate() {
@@ -229,13 +216,11 @@ fn look(judge: &Judge<'_>, now_s: f64, found: &mut BTreeMap<(usize, String), (f6
             let Some((index, open)) = one.under_way.filter(|_| first != second) else { continue };
             let name = || format!("robot {}", judge.problem.robots[second].id);
             let apart_m = distance_m(one.pose.position_m, two.pose.position_m);
-            let d_m = kept_m(one.box_m);
+            let d_m = clearance_m(judge.problem, one.box_m);
             if open && apart_m < d_m - ROUNDING_M {
                 note(index, format!("clearance to {}", name()), apart_m, d_m);
             }
-            // Nothing overlaps beyond half the sum of the diagonals.
-            let reach_m: f64 = one.box_m.iter().zip(two.box_m).map(|(a, b)| (a + b).powi(2)).sum();
-            if apart_m <= reach_m.sqrt() && geometry::overlap((one.pose, one.box_m), (two.pose, two.box_m)) {
+            if geometry::overlap((one.pose, one.box_m), (two.pose, two.box_m)) {
                 note(index, format!("collision with {}", name()), apart_m, d_m);
             }
         }
@@ -251,7 +236,7 @@ fn seen(judge: &Judge<'_>, robot: usize, now_s: f64) -> Option<Seen> {
         let (Some(first), Some(last)) = (own.actions.first(), own.actions.last()) else { continue };
         if let Some(action) = action_at(own, now_s) {
             let pose = pose_at(action, now_s - action.start_s);
-            let d_m = judge.problem.rules.clearance_factor * box_m.into_iter().fold(0.0, f64::max);
+            let d_m = clearance_m(judge.problem, box_m);
             let open = [first.from, last.to]
                 .iter()
                 .all(|dock| distance_m(pose.position_m, dock.position_m) > d_m + ROUNDING_M);

@@ -24,7 +24,7 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 
 use super::kinematics::{length, peak, pose_at};
-use super::{Body, Condition, Judge, SAME, distance_m, end_of, geometry, turn_rad};
+use super::{Body, Condition, Judge, SAME, clearance_m, distance_m, end_of, geometry, too_near, turn_rad};
 
 /// Longest way between two looks, m.
 const STEP_M: f64 = 0.005;
@@ -50,9 +50,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
     let box_m = vehicle.box_m;
     let turns_on_the_spot = distance_m(first.from.position_m, slot.position_m) <= SAME;
     let water = Water::of(problem);
-    let longest_m = box_m.into_iter().fold(0.0, f64::max);
-    // d = k·max(L, W, H)                                                                                    (19)
-    let d_m = problem.rules.clearance_factor * longest_m;
+    let d_m = clearance_m(problem, box_m);
     let mut seen = Seen::new();
     let mut worst = |condition, who: &str, time_s: f64, value: f64| {
         let entry = seen.entry((condition, who.to_owned())).or_insert((time_s, value));
@@ -102,9 +100,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                 if open && apart_m < d_m - ROUNDING_M {
                     worst(Condition::V3, &format!("clearance to {}", body.name), now_s, apart_m);
                 }
-                let reach_m: f64 = box_m.iter().zip(body.vehicle.box_m).map(|(a, b)| (a + b).powi(2)).sum();
-                // Nothing overlaps beyond half the sum of the diagonals.
-                if apart_m <= reach_m.sqrt() && geometry::overlap((hull, box_m), body_box(body)) {
+                if geometry::overlap((hull, box_m), body_box(body)) {
                     worst(Condition::V3, &format!("collision with {}", body.name), now_s, apart_m);
                 }
             }
@@ -129,10 +125,7 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                 format!("robot {} is {left_m:.3} m from the edge at least, {margin_m} m are asked", robot.id)
             }
             Condition::Bounds => format!("robot {} leaves the water by {:.3} m in {who}", robot.id, -value),
-            _ if who.starts_with("clearance") => {
-                format!("{who} {value:.3} m at least, {d_m:.3} m away from start and slot are asked (19)")
-            }
-            _ => format!("{who}, centres {value:.3} m apart"),
+            _ => too_near(&who, value, d_m),
         };
         judge.add(Some(index), time_s, condition, message);
     }

@@ -187,12 +187,12 @@ fn account(plan: &mut Plan) {
     plan.time_s = now_s;
 }
 
-fn shift(own: &mut Move, by_s: f64) {
+pub(crate) fn shift(own: &mut Move, by_s: f64) {
     own.start_s += by_s;
     own.actions.iter_mut().for_each(|action| action.start_s += by_s);
 }
 
-fn broken(problem: &Problem, plan: &Plan) -> (BTreeSet<Condition>, String) {
+pub(crate) fn broken(problem: &Problem, plan: &Plan) -> (BTreeSet<Condition>, String) {
     let found = verify(problem, plan);
     let told: Vec<String> = found.iter().map(ToString::to_string).collect();
     (found.into_iter().map(|violation| violation.condition).collect(), told.join("\n"))

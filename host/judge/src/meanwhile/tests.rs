@@ -7,7 +7,8 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot, Rules, Slot};
 use reconfiguration::vehicle::Vehicle;
 
-use super::super::{Condition, verify};
+use super::super::Condition;
+use super::super::tests::{broken, shift};
 
 /// One behind the other, docked end to end, to go 4 m ahead.
 fn problem() -> Problem {
@@ -96,10 +97,11 @@ fn plan(problem: &Problem, late_s: f64) -> Plan {
     }
 }
 
-fn broken(problem: &Problem, plan: &Plan) -> (BTreeSet<Condition>, String) {
-    let found = verify(problem, plan);
-    let told: Vec<String> = found.iter().map(ToString::to_string).collect();
-    (found.into_iter().map(|violation| violation.condition).collect(), told.join("\n"))
+/// The whole plan later.
+fn shift_all(plan: &mut Plan, by_s: f64) {
+    plan.moves.iter_mut().for_each(|own| shift(own, by_s));
+    plan.intervals.iter_mut().for_each(|interval| interval.start_s += by_s);
+    plan.time_s += by_s;
 }
 
 /// In the open they keep d = 0.7245 m, docked they are 0.483 m apart: at 0.3 m/s the one behind may follow 0.8 s later and a ramp.
@@ -110,12 +112,7 @@ fn the_clearance_of_robots_under_way_is_judged_in_time() {
         let mut plan = plan(&problem, late_s);
         // Time begins with the first of them.
         let first_s = plan.moves[0].start_s;
-        for own in &mut plan.moves {
-            own.start_s -= first_s;
-            own.actions.iter_mut().for_each(|action| action.start_s -= first_s);
-        }
-        plan.intervals.iter_mut().for_each(|interval| interval.start_s -= first_s);
-        plan.time_s -= first_s;
+        shift_all(&mut plan, -first_s);
         let (conditions, told) = broken(&problem, &plan);
         let expected = if kept { BTreeSet::new() } else { BTreeSet::from([Condition::V3]) };
         assert_eq!(conditions, expected, "{late_s} s late:\n{told}");
@@ -128,35 +125,18 @@ fn what_is_wrong_in_time_is_named() {
     let problem = problem();
     let good = || {
         let mut plan = plan(&problem, -4.0);
-        for own in &mut plan.moves {
-            own.start_s += 4.0;
-            own.actions.iter_mut().for_each(|action| action.start_s += 4.0);
-        }
-        plan.intervals.iter_mut().for_each(|interval| interval.start_s += 4.0);
-        plan.time_s += 4.0;
+        shift_all(&mut plan, 4.0);
         plan
     };
     assert_eq!(broken(&problem, &good()).1, "");
     type Spoil = fn(&mut Plan);
     let spoilt: &[(&str, Spoil, &[Condition])] = &[
-        (
-            "before time",
-            |plan| {
-                for own in &mut plan.moves {
-                    own.start_s -= 1.0;
-                    own.actions.iter_mut().for_each(|action| action.start_s -= 1.0);
-                }
-                plan.intervals.iter_mut().for_each(|interval| interval.start_s -= 1.0);
-                plan.time_s -= 1.0;
-            },
-            &[Timing],
-        ),
+        ("before time", |plan| shift_all(plan, -1.0), &[Timing]),
         (
             "a move begins within an interval",
             |plan| {
                 let own = &mut plan.moves[1];
-                own.start_s += 0.5;
-                own.actions.iter_mut().for_each(|action| action.start_s += 0.5);
+                shift(own, 0.5);
                 let (last, end_s) = (plan.intervals.len() - 1, own.start_s + own.duration_s);
                 plan.intervals[last].duration_s = end_s - plan.intervals[last].start_s;
                 plan.time_s = end_s;
@@ -169,15 +149,7 @@ fn what_is_wrong_in_time_is_named() {
         ("by the paper's rules", |plan| plan.manner = Manner::Paper, &[V1]),
         ("a robot twice at once", |plan| plan.moves[1].robot = plan.moves[0].robot, &[V1, Condition::V5]),
         ("the order is another", |plan| plan.moves.swap(0, 1), &[Timing]),
-        (
-            "both at once",
-            |plan| {
-                let own = &mut plan.moves[1];
-                own.start_s -= 3.9;
-                own.actions.iter_mut().for_each(|action| action.start_s -= 3.9);
-            },
-            &[Timing, V3],
-        ),
+        ("both at once", |plan| shift(&mut plan.moves[1], -3.9), &[Timing, V3]),
     ];
     for (what, spoil, expected) in spoilt {
         let mut plan = good();

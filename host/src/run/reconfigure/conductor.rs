@@ -229,8 +229,7 @@ impl<'a> Conductor<'a> {
     }
 
     /// The robot that moves, by its place in the problem, and its reference; nothing before it has let go.
-    #[must_use]
-    pub fn reference(&self) -> Option<(usize, Reference)> {
+    fn reference(&self) -> Option<(usize, Reference)> {
         let (robot, _) = self.mover.as_ref()?;
         (self.trajectory.kind() != ActionKind::Undock).then(|| (*robot, self.now()))
     }
@@ -239,12 +238,6 @@ impl<'a> Conductor<'a> {
     #[must_use]
     pub fn mover(&self) -> Option<usize> {
         self.mover.as_ref().map(|(robot, _)| *robot)
-    }
-
-    /// The trajectory of the action under way.
-    #[must_use]
-    pub fn trajectory(&self) -> &ReferenceTrajectory {
-        &self.trajectory
     }
 
     /// Which robots are where their move was to bring them.
@@ -344,13 +337,13 @@ impl<'a> Conductor<'a> {
         }
     }
 
-    /// The mover has taken hold in its slot, or rests where it parks.
+    /// `robot`, which was told to, has taken hold in its slot, or rests where it parks.
     ///
     /// # Errors
     /// As for [`new`](Self::new); not for a plan that has come that far.
-    pub fn docked(&mut self) -> Result<(), ExecutionError> {
+    pub fn docked(&mut self, robot: usize) -> Result<(), ExecutionError> {
         if self.together.is_some() {
-            return self.docked_together();
+            return self.docked_together(robot);
         }
         if let Some((robot, _)) = self.mover {
             self.bodies[robot].0 = self.trajectory.end();
@@ -383,7 +376,7 @@ impl<'a> Conductor<'a> {
 
     /// Whether the mover is where it should be.
     fn is_there(&self) -> bool {
-        self.off.0 <= self.within * DOCK_M && self.off.1 <= self.within * DOCK_RAD
+        is_near(self.off, self.within)
     }
 
     /// The reference when the thrusts of now will act, across the end of the action if that is going to come.
@@ -486,4 +479,9 @@ pub(super) fn apart(state: &State, pose: &Pose) -> (f64, f64) {
     let level = nalgebra::UnitQuaternion::from_euler_angles(0.0, 0.0, pose.yaw_rad);
     let away = state.position_m - nalgebra::Vector3::from(pose.position_m);
     (away.norm(), state.attitude.angle_to(&level))
+}
+
+/// Whether a deviation, m and rad, is that part of what docking tolerates.
+fn is_near((off_m, off_rad): (f64, f64), within: f64) -> bool {
+    off_m <= within * DOCK_M && off_rad <= within * DOCK_RAD
 }

@@ -155,6 +155,11 @@ impl<'a> Execution<'a> {
         &self.gaps
     }
 
+    /// Whether poses have been missing for too long.
+    fn is_blind(&self) -> bool {
+        self.estimated.as_ref().is_some_and(|own| own.blind.is_some())
+    }
+
     /// Which robots would obey at `now`; all have joined when all do.
     fn look<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) {
         let obeys =
@@ -318,7 +323,7 @@ impl Controller for Execution<'_> {
                 if let Some(Estimated { estimator, .. }) = &mut self.estimated {
                     estimator.dock(robot, slot).map_err(ExecutionError::from)?;
                 }
-                Ok(self.conductor.docked()?)
+                Ok(self.conductor.docked(robot)?)
             }
         }
     }
@@ -354,8 +359,7 @@ impl Controller for Execution<'_> {
             return Ok(Step::End(None));
         }
         // Held, robots are told to keep their place; stopped, nothing.
-        let blind = self.estimated.as_ref().is_some_and(|own| own.blind.is_some());
-        let told = matches!(self.halted, None | Some(Order::Hold)) && !blind;
+        let told = matches!(self.halted, None | Some(Order::Hold)) && !self.is_blind();
         if told && self.joined.is_some() && now.0.is_multiple_of(u64::from(PERIOD.0)) {
             return Ok(Step::Dispatch(self.dispatch(now)?));
         }
@@ -386,7 +390,7 @@ impl Controller for Execution<'_> {
 
     fn resume(&mut self) {
         self.halted = None;
-        self.conductor.hold(self.estimated.as_ref().is_some_and(|own| own.blind.is_some()));
+        self.conductor.hold(self.is_blind());
     }
 
     /// When the water lets go.
@@ -407,11 +411,10 @@ impl Controller for Execution<'_> {
     }
 
     fn hold(&self) -> Hold {
-        let blind = self.estimated.as_ref().is_some_and(|own| own.blind.is_some());
         let answers = |robot: usize| self.answering.get(robot) == Some(&true);
         match self.conductor.mover() {
             _ if self.halted.is_some() => Hold::Operator,
-            _ if blind => Hold::PosesLost,
+            _ if self.is_blind() => Hold::PosesLost,
             _ if self.conductor.drifted().is_some() => Hold::Bounds,
             Some(robot) if answers(robot) => Hold::Astray,
             _ => Hold::Module,

@@ -18,9 +18,7 @@
 //! An action under way is not waited for at its end: the next one begins from there, and only docking asks for more.
 
 use super::super::ExecutionError;
-use super::{
-    ASTRAY_M, Conductor, Coupling, DOCK_M, DOCK_RAD, Failure, HAND_OVER_S, LEAD_S, PATIENCE_S, apart,
-};
+use super::{ASTRAY_M, Conductor, Coupling, Failure, HAND_OVER_S, LEAD_S, PATIENCE_S, apart, is_near};
 use reconfiguration::plan::ActionKind;
 use reconfiguration::pose::Pose;
 use rov::dynamics::State;
@@ -85,8 +83,6 @@ pub(super) struct Together {
     waited_s: f64,
     /// The time stands still for this time whatever else is, s.
     rest_s: f64,
-    /// The mover that was told last to take hold.
-    docking: Option<usize>,
 }
 
 /// A robot that is under way, and what it follows.
@@ -114,7 +110,6 @@ impl Together {
             astray: false,
             waited_s: 0.0,
             rest_s: 0.0,
-            docking: None,
         }
     }
 
@@ -179,15 +174,14 @@ impl Conductor<'_> {
             return Err(failure.into());
         }
         let (held, within) = (self.held, self.within);
-        let answers: Vec<bool> = self.answering.clone();
         let block_s = self.barrier_s();
         let Some(together) = &mut self.together else { return Ok(None) };
         for mover in together.movers.iter_mut().filter(|mover| mover.let_go) {
             let reference = mover.at(together.plan_s, 0.0, 0.0);
             mover.off = apart(&states[mover.robot], &reference.pose);
         }
-        let there = |mover: &Underway| mover.off.0 <= within * DOCK_M && mover.off.1 <= within * DOCK_RAD;
-        let silent = together.movers.iter().any(|mover| !answers[mover.robot]);
+        let there = |mover: &Underway| is_near(mover.off, within);
+        let silent = together.movers.iter().any(|mover| !self.answering[mover.robot]);
         let lost = silent || together.movers.iter().any(|mover| mover.off.0 > ASTRAY_M);
         together.astray = lost || (together.astray && !together.movers.iter().all(there));
         together.rest_s = (together.rest_s - dt_s).max(0.0);
@@ -219,10 +213,12 @@ impl Conductor<'_> {
         }
         let waits = !held && (together.astray || blocked);
         together.waited_s = if waits { together.waited_s + dt_s } else { 0.0 };
-        if together.waited_s > PATIENCE_S {
-            return Err(self.late_together().into());
+        if together.waited_s > PATIENCE_S
+            && let Some(failure) = self.late_together()
+        {
+            return Err(failure.into());
         }
-        self.couple_together(&answers)
+        self.couple_together()
     }
 
     /// The time that may not be passed as long as a robot that is under way has not docked: the next departure or arrival that
@@ -244,7 +240,7 @@ impl Conductor<'_> {
     }
 
     /// What is to be coupled now; moves whose time has come begin.
-    fn couple_together(&mut self, answers: &[bool]) -> Result<Option<Coupling>, ExecutionError> {
+    fn couple_together(&mut self) -> Result<Option<Coupling>, ExecutionError> {
         let within = self.within;
         let Some(together) = &mut self.together else { return Ok(None) };
         let now_s = together.plan_s + SAME_S;
@@ -257,14 +253,13 @@ impl Conductor<'_> {
             return Ok(Some(Coupling::Undock(mover.robot)));
         }
         let docks = together.movers.iter().position(|mover| {
-            let there = mover.off.0 <= within * DOCK_M && mover.off.1 <= within * DOCK_RAD;
-            mover.end_s <= now_s && mover.let_go && there && answers[mover.robot]
+            let there = is_near(mover.off, within);
+            mover.end_s <= now_s && mover.let_go && there && self.answering[mover.robot]
         });
         if let Some(index) = docks {
             // One that is refused lets the others try.
             let mover = together.movers.remove(index);
             let coupling = Coupling::Dock(mover.robot, mover.end());
-            together.docking = Some(mover.robot);
             together.movers.push(mover);
             return Ok(Some(coupling));
         }
@@ -280,7 +275,7 @@ impl Conductor<'_> {
     }
 
     /// The next move begins: its robot hands over.
-    pub(super) fn begin_together(&mut self) -> Result<(), ExecutionError> {
+    fn begin_together(&mut self) -> Result<(), ExecutionError> {
         let Some(number) = self.together.as_ref().map(|together| together.next) else { return Ok(()) };
         let Some(own) = self.plan.moves.get(number) else { return Ok(()) };
         let Some(robot) = self.problem.robots.iter().position(|robot| robot.id == own.robot) else {
@@ -303,10 +298,9 @@ impl Conductor<'_> {
         self.station()
     }
 
-    /// The mover that was told to take hold has.
-    pub(super) fn docked_together(&mut self) -> Result<(), ExecutionError> {
+    /// The robot has taken hold.
+    pub(super) fn docked_together(&mut self, robot: usize) -> Result<(), ExecutionError> {
         let Some(together) = &mut self.together else { return Ok(()) };
-        let Some(robot) = together.docking.take() else { return Ok(()) };
         if let Some(index) = together.movers.iter().position(|mover| mover.robot == robot) {
             let mover = together.movers.remove(index);
             self.bodies[robot].0 = mover.end();
@@ -317,31 +311,15 @@ impl Conductor<'_> {
     }
 
     /// Which mover is waited for.
-    fn late_together(&self) -> Failure {
-        let movers = self.together.as_ref().map(|together| &together.movers[..]).unwrap_or_default();
-        let worst = movers.iter().max_by(|a, b| {
-            let silent = |mover: &Underway| !self.answering[mover.robot];
-            silent(a).cmp(&silent(b)).then(a.off.0.total_cmp(&b.off.0))
-        });
-        let plan_s = self.together.as_ref().map_or(0.0, |together| together.plan_s);
-        let kind = worst.and_then(|mover| mover.action(plan_s)).map(|(_, trajectory)| trajectory.kind());
-        Failure::Late {
-            robot: worst.map_or(0, |mover| self.problem.robots[mover.robot].id),
-            number: worst.map_or(0, |mover| mover.number + 1),
-            doing: match kind {
-                Some(ActionKind::Undock) => "undocking",
-                Some(ActionKind::Turn) => "turning",
-                Some(ActionKind::Leg) => "on a leg",
-                Some(ActionKind::Dock) | None => "docking",
-            },
-            off_m: worst.map_or(0.0, |mover| mover.off.0),
-            off_deg: worst.map_or(0.0, |mover| mover.off.1).to_degrees(),
-            waited_s: PATIENCE_S,
-            hint: if worst.is_some_and(|mover| !self.answering[mover.robot]) {
-                " (it does not answer)"
-            } else {
-                ""
-            },
-        }
+    fn late_together(&self) -> Option<Failure> {
+        let together = self.together.as_ref()?;
+        let silent = |mover: &Underway| !self.answering[mover.robot];
+        let by_distance = |a: &&Underway, b: &&Underway| a.off.0.total_cmp(&b.off.0);
+        let worst =
+            together.movers.iter().max_by(|a, b| silent(a).cmp(&silent(b)).then(by_distance(a, b)))?;
+        let action = worst.action(together.plan_s);
+        let kind = action.map_or(ActionKind::Dock, |(_, trajectory)| trajectory.kind());
+        let hint = if silent(worst) { " (it does not answer)" } else { "" };
+        Some(Failure::late(self.problem.robots[worst.robot].id, worst.number, kind, worst.off, hint))
     }
 }

@@ -87,7 +87,8 @@ fn executed(name: &str, trouble: Trouble) -> (Executed, Vec<String>, Option<(usi
     let mut due = None;
     let mut hook = |now: FleetInstant, execution: &Execution<'_>, fleet: &mut InProcess<Thrusters>| {
         let conductor = execution.conductor();
-        if let (None, Some((number, nth)), Some(_)) = (failed, trouble.dead, conductor.reference())
+        if let (None, Some((number, nth)), Some(_)) =
+            (failed, trouble.dead, conductor.followed().iter().find(|mover| mover.reference.is_some()))
             && conductor.moving() == Some(number)
             && now >= *due.get_or_insert(now.after(protocol::time::Duration(15_000_000)))
         {
