@@ -113,6 +113,14 @@ impl<H: Hardware, R: Radio> Simulated<H, R> {
     /// # Errors
     /// The radio's own.
     pub fn tick(&mut self, now: FleetInstant) -> Result<(), R::Error> {
+        self.live(now, true)
+    }
+
+    /// One tick at `now`; where that is past already, with a radio that neither `hears` nor sends.
+    ///
+    /// # Errors
+    /// The radio's own.
+    pub fn live(&mut self, now: FleetInstant, hears: bool) -> Result<(), R::Error> {
         let Self { hardware, identity, firmware, clock, radio, host, rng, boots_at, unheard } = self;
         let local = clock.read(now);
         hardware.tick(now, |hardware, supply| {
@@ -121,7 +129,7 @@ impl<H: Hardware, R: Radio> Simulated<H, R> {
                 identity.boot = rng.random();
             }
             let mut buffer = [0; MAX_DATAGRAM];
-            while let Some((length, _)) = radio.receive(now, &mut buffer)? {
+            while let Some((length, _)) = if hears { radio.receive(now, &mut buffer)? } else { None } {
                 // Without power a datagram falls on deaf ears.
                 match firmware {
                     Some(firmware) => {
@@ -134,7 +142,7 @@ impl<H: Hardware, R: Radio> Simulated<H, R> {
             if let Some(firmware) = firmware {
                 // The simulated pins cannot fail.
                 let _ = firmware.tick(local, supply);
-                while let Some(datagram) = firmware.poll_transmit(&mut buffer) {
+                while hears && let Some(datagram) = firmware.poll_transmit(&mut buffer) {
                     radio.send(now, *host, datagram)?;
                 }
             }

@@ -25,6 +25,7 @@ mod poses;
 mod probe;
 mod progress;
 mod provision;
+mod real_time;
 mod reconfigure;
 mod replay;
 mod report;

@@ -3,20 +3,19 @@
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use link::key_file::ModuleCredentials;
 use link::udp::{BrokenRadio, UdpRadio};
 use protocol::ModuleState;
-use protocol::time::{Duration, FleetInstant};
+use protocol::time::Duration;
 use sim::clock::ClockParameters;
-use sim::module::{Boat, SimModule, TICK};
+use sim::module::{Boat, SimModule};
 use sim::node::Setup;
 use sim::rov::{SimRov, Thrusters};
 
 use super::keygen::module_credentials;
-use super::{Failure, bad, could, signal, tell};
+use super::real_time::{Live, live};
+use super::{Failure, bad, could, tell};
 use crate::run::scenario::Scenario;
 
 #[derive(clap::Args)]
@@ -104,7 +103,7 @@ fn modboat(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
     let boat = Boat::new(&scenario.modboat, &scenario.motor, tail_rad, setup.seed).map_err(bad)?;
     let mut module = SimModule::new(&setup, boat, radio, host).map_err(bad)?;
     tell(&format!("module {} on {address}, host at {host}", arguments.id));
-    live(arguments, |now| module.tick(now).map(|()| module.state(now)))
+    follow(arguments, |&Live { tick, hears }| module.live(tick.now, hears).map(|()| module.state(tick.now)))
 }
 
 fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
@@ -118,7 +117,7 @@ fn rov(arguments: &Arguments, host: SocketAddr) -> Result<(), Failure> {
     let thrusters = Thrusters::new(&reversed, arguments.battery).map_err(bad)?;
     let mut rov = SimRov::new(&setup, thrusters, radio, host).map_err(bad)?;
     tell(&format!("ROV {} on {address}, host at {host}", arguments.id));
-    live(arguments, |now| rov.tick(now).map(|()| rov.state(now)))
+    follow(arguments, |&Live { tick, hears }| rov.live(tick.now, hears).map(|()| rov.state(tick.now)))
 }
 
 /// The radio, and where it listens.
@@ -129,34 +128,22 @@ fn listen(arguments: &Arguments, host: SocketAddr) -> Result<(UdpRadio, SocketAd
 }
 
 /// Ticks in real time until told to end, and tells every change of state.
-fn live(
+fn follow(
     arguments: &Arguments,
-    mut tick: impl FnMut(FleetInstant) -> Result<Option<ModuleState>, BrokenRadio>,
+    mut tick: impl FnMut(&Live) -> Result<Option<ModuleState>, BrokenRadio>,
 ) -> Result<(), Failure> {
-    signal::watch();
-    let began = Instant::now();
     let mut state = None;
-    for turn in 1.. {
-        let due_us = turn * u64::from(TICK.0);
-        std::thread::sleep(
-            (began + std::time::Duration::from_micros(due_us)).saturating_duration_since(Instant::now()),
-        );
-        if signal::STOP.load(Ordering::Relaxed) {
-            break;
-        }
-        if arguments.duration.is_some_and(|seconds| due_us as f64 * 1e-6 >= seconds) {
-            break;
-        }
-        let now = FleetInstant(began.elapsed().as_micros() as u64);
-        let present = tick(now).map_err(could)?;
+    live(arguments.duration, |now| {
+        let present = tick(&now).map_err(could)?;
         if present != state {
             state = present;
             if let Some(present) = present {
-                tell(&format!("module {} at {:.3} s: {present:?}", arguments.id, now.as_secs_f64()));
+                let t_s = now.tick.now.as_secs_f64();
+                tell(&format!("module {} at {t_s:.3} s: {present:?}", arguments.id));
             }
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 pub(super) fn resolve(address: &str) -> Result<SocketAddr, Failure> {

@@ -3,8 +3,6 @@
 
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
 use clap::ValueEnum;
 use link::udp::UdpRadio;
@@ -18,7 +16,6 @@ use pose::qtm::server::QtmServer;
 use pose::server::Server;
 use pose::time::HostInstant;
 use pose::vrpn::server::VrpnServer;
-use protocol::time::FleetInstant;
 use record::PoseSample;
 use runlog::flotilla::{BoatState, Contact};
 use runlog::ros::{Header, JointState, Time};
@@ -31,9 +28,10 @@ use sim::tank::Tank;
 
 use super::module::{MODBOAT_REPORTS, radio, resolve, setup};
 use super::poses::LabArguments;
+use super::real_time::{Live, live};
 use super::reconfigure::PowerKind;
 use super::run::fleet;
-use super::{Failure, bad, could, signal, tell};
+use super::{Failure, bad, could, tell};
 use crate::run::experiment::water;
 use crate::run::scenario::{PoseParameters, Scenario, UpAxis};
 
@@ -153,10 +151,10 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     tell(&format!("{} modules, host at {}", boats.modules.len(), arguments.host));
     tell(&format!("motion capture on {}", server.address()));
     let mut truth = arguments.out.as_deref().map(Truth::create).transpose()?;
-    live(arguments, server, &mut cameras, |now, tick_s| {
-        boats.step(now)?;
+    film(arguments, server, &mut cameras, |live| {
+        boats.step(live)?;
         if let Some(truth) = &mut truth {
-            truth.write((tick_s * 1e6).round() as u64, &boats)?;
+            truth.write(live.tick.now.0, &boats)?;
         }
         Ok(boats.poses())
     })?;
@@ -164,37 +162,27 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     boats.judge()
 }
 
-/// Real time until told to end: `step` lets the bodies live until an instant, a tick in seconds, and tells where they are.
-fn live(
+/// Real time until told to end: `step` lets the bodies live through a tick, and tells where they are.
+fn film(
     arguments: &Arguments,
     mut server: Box<dyn Server>,
     cameras: &mut Cameras,
-    mut step: impl FnMut(FleetInstant, f64) -> Result<Vec<Pose>, Failure>,
+    mut step: impl FnMut(&Live) -> Result<Vec<Pose>, Failure>,
 ) -> Result<(), Failure> {
-    signal::watch();
-    let began = Instant::now();
-    for turn in 1.. {
-        let due_us = turn * u64::from(TICK.0);
-        let due = began + std::time::Duration::from_micros(due_us);
-        std::thread::sleep(due.saturating_duration_since(Instant::now()));
-        let tick_s = due_us as f64 * 1e-6;
-        let ends = arguments.duration.is_some_and(|seconds| tick_s >= seconds);
-        if signal::STOP.load(Ordering::Relaxed) || ends {
-            break;
-        }
-        let elapsed = began.elapsed();
-        let poses = step(FleetInstant(elapsed.as_micros() as u64), tick_s)?;
-        let now = HostInstant(elapsed);
+    live(arguments.duration, |live| {
+        let poses = step(&live)?;
+        let now = HostInstant(std::time::Duration::from_micros(live.tick.now.0));
+        let tick_s = live.tick.now.as_secs_f64();
         cameras.look(tick_s, &poses);
         server.set_clock_ahead_ns((cameras.clock_ahead_s(tick_s) * 1e9) as i64);
         while let Some(frame) = cameras.poll(tick_s) {
             server.send(now, &frame);
         }
-        if !cameras.is_dead(tick_s) {
+        if live.hears && !cameras.is_dead(tick_s) {
             server.poll(now);
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// Modboats on sockets of their own, in one water.
@@ -207,10 +195,12 @@ struct Boats {
 }
 
 impl Boats {
-    /// One tick at `now`.
-    fn step(&mut self, now: FleetInstant) -> Result<(), Failure> {
+    fn step(&mut self, &Live { tick, hears }: &Live) -> Result<(), Failure> {
+        if tick.gap.is_some() {
+            self.water.skip(tick.now.as_secs_f64() - f64::from(TICK.as_secs_f32()));
+        }
         for (module, tail) in self.modules.iter_mut().zip(&mut self.tails) {
-            module.tick(now).map_err(could)?;
+            module.live(tick.now, hears).map_err(could)?;
             module.actuate(tail);
         }
         self.water.step(f64::from(TICK.as_secs_f32()), &self.tails);

@@ -41,7 +41,7 @@ impl Gap {
 }
 
 /// A time that goes on while the process is stopped or the machine sleeps.
-pub(super) trait WallClock {
+pub(crate) trait WallClock {
     /// Time since some fixed instant.
     fn now(&self) -> Duration;
 
@@ -50,7 +50,7 @@ pub(super) trait WallClock {
 }
 
 /// The machine's, from its making on.
-pub(super) struct SystemClock {
+pub(crate) struct SystemClock {
     #[cfg_attr(target_os = "linux", expect(dead_code, reason = "only other systems count from it"))]
     began: Instant,
 }
@@ -75,15 +75,15 @@ impl WallClock for SystemClock {
 
 /// One tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Tick {
+pub(crate) struct Tick {
     /// When it is.
-    pub(super) now: FleetInstant,
+    pub(crate) now: FleetInstant,
     /// What was left out before it.
-    pub(super) gap: Option<Gap>,
+    pub(crate) gap: Option<Gap>,
 }
 
 /// See the module's documentation.
-pub(super) struct Clock<W = SystemClock> {
+pub(crate) struct Clock<W = SystemClock> {
     pace: Pace,
     wall: W,
     /// When tick zero was, by the wall clock.
@@ -95,7 +95,7 @@ pub(super) struct Clock<W = SystemClock> {
 
 impl Clock {
     /// At tick zero, now.
-    pub(super) fn new(pace: Pace) -> Self {
+    pub(crate) fn new(pace: Pace) -> Self {
         Self::over(pace, SystemClock { began: Instant::now() })
     }
 }
@@ -113,7 +113,7 @@ impl<W: WallClock> Clock<W> {
     }
 
     /// The next tick; in real time it waits for it.
-    pub(super) fn next_tick(&mut self) -> Tick {
+    pub(crate) fn next_tick(&mut self) -> Tick {
         let last = self.tick;
         self.tick = last.after(TICK);
         if self.pace == Pace::Simulated {
@@ -133,6 +133,11 @@ impl<W: WallClock> Clock<W> {
         let tick_us = u64::from(TICK.0);
         self.tick = FleetInstant(self.now().0 / tick_us * tick_us);
         Tick { now: self.tick, gap: Some(Gap { start: last, end: self.tick }) }
+    }
+
+    /// Whether the next tick is still to come: a clock that catches up is at ticks that are past.
+    pub(crate) fn is_due(&self, tick: &Tick) -> bool {
+        self.now() < tick.now.after(TICK)
     }
 
     /// The time now: of the tick in a simulation, of the wall clock otherwise.
@@ -175,8 +180,11 @@ mod tests {
         let mut clock = Clock::over(Pace::Real, Fake(&time));
         assert_eq!(clock.next_tick(), Tick { now: FleetInstant(1_000), gap: None });
         pass(&time, 400);
-        for tick in 2..=500 {
-            assert_eq!(clock.next_tick(), Tick { now: FleetInstant(tick * 1_000), gap: None });
+        for number in 2..=500 {
+            let tick = clock.next_tick();
+            assert_eq!(tick, Tick { now: FleetInstant(number * 1_000), gap: None });
+            // It is 401 ms.
+            assert_eq!(clock.is_due(&tick), number >= 401, "{number}");
         }
         pass(&time, 15_000);
         let (start, end) = (FleetInstant(500_000), FleetInstant(15_500_000));

@@ -26,7 +26,7 @@ use sim::rov::RovError;
 use thiserror::Error;
 
 pub mod boats;
-mod clock;
+pub(crate) mod clock;
 pub mod closed_loop;
 pub mod compare;
 pub mod distances;

@@ -23,9 +23,10 @@ use sim::rov::{RovActuation, SimRov, Thrusters};
 
 use super::super::module::{ROV_REPORTS, radio, resolve, setup};
 use super::super::poses::{rov_bodies, rovs};
+use super::super::real_time::Live;
 use super::super::reconfigure::law;
 use super::super::{Failure, bad, could, tell};
-use super::{Arguments, axes, cameras, live, serve};
+use super::{Arguments, axes, cameras, film, serve};
 use crate::run::RunError;
 use crate::run::closed_loop::World;
 use crate::run::reconfigure::conductor::{Coupling, HAND_OVER_S};
@@ -101,10 +102,10 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let mut cameras = cameras(arguments, &mocap, arguments.seed.unwrap_or(scenario.seed), axes, labels)?;
     tell(&format!("{} ROVs, host at {}", robots.rovs.len(), arguments.host));
     tell(&format!("motion capture on {}", server.address()));
-    live(arguments, server, &mut cameras, |now, tick_s| {
-        let poses = robots.step(now, tick_s)?;
+    film(arguments, server, &mut cameras, |live| {
+        let poses = robots.step(live)?;
         if let Some(truth) = &mut truth {
-            truth.write((tick_s * 1e6).round() as u64, &mut robots)?;
+            truth.write(live.tick.now.0, &mut robots)?;
         }
         Ok(poses)
     })?;
@@ -198,10 +199,12 @@ impl Robots {
         })
     }
 
-    /// One tick, which ends at `tick_s`; where everything is in the cameras' world.
-    fn step(&mut self, now: FleetInstant, tick_s: f64) -> Result<Vec<Pose>, Failure> {
+    /// One tick; where everything is then in the cameras' world.
+    fn step(&mut self, live: &Live) -> Result<Vec<Pose>, Failure> {
+        let now = live.tick.now;
+        let tick_s = now.as_secs_f64();
         for (rov, actuation) in self.rovs.iter_mut().zip(&mut self.actuation) {
-            rov.tick(now).map_err(could)?;
+            rov.live(now, live.hears).map_err(could)?;
             rov.actuate(actuation);
         }
         self.stepped += 1;

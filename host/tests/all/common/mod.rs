@@ -29,8 +29,13 @@ pub struct Finished {
     pub code: Option<i32>,
     /// The rest of its standard output.
     pub out: Vec<String>,
-    /// The rest of its standard error.
+    /// The rest of its standard error, without how a search stands.
     pub err: Vec<String>,
+}
+
+/// Whether a line tells how a search for a plan stands. A search that lasts tells it from time to time: how often depends on the machine.
+pub fn is_progress(line: &str) -> bool {
+    line.starts_with("planning: ")
 }
 
 impl Process {
@@ -66,7 +71,8 @@ impl Process {
             assert!(began.elapsed() < PATIENCE, "still running after {PATIENCE:?}");
             sleep(Duration::from_millis(5));
         };
-        Finished { code: status.code(), out: self.out.iter().collect(), err: self.err.iter().collect() }
+        let err = self.err.iter().filter(|line| !is_progress(line)).collect();
+        Finished { code: status.code(), out: self.out.iter().collect(), err }
     }
 }
 
