@@ -63,6 +63,8 @@ struct Way {
 pub(super) struct Pricer<'a> {
     pub(super) problem: &'a Problem,
     pub(super) request: &'a Request,
+    /// Indices of slots in the file, by index in the frame.
+    pub(super) slots_in_file: &'a [usize],
     pub(super) layout: Layout,
     pub(super) places: Places<'a>,
     pub(super) limits_n: (f64, f64),
@@ -109,6 +111,7 @@ impl<'a> Pricer<'a> {
         let mut pricer = Self {
             problem,
             request,
+            slots_in_file: framed.slots(),
             layout,
             places,
             limits_n,
@@ -259,6 +262,23 @@ impl<'a> Pricer<'a> {
     }
 
     fn route(&self, desk: usize, way: &Way, resting: &[(Pose, &Vehicle)], lambda_w: f64) -> Option<Route> {
+        let Request { criterion, manner, .. } = *self.request;
+        let route = self.route_by(criterion, manner, desk, way, resting, lambda_w);
+        match manner {
+            Manner::Paper => route,
+            Manner::Best => route.map(with_hand_over),
+        }
+    }
+
+    fn route_by(
+        &self,
+        criterion: Criterion,
+        manner: Manner,
+        desk: usize,
+        way: &Way,
+        resting: &[(Pose, &Vehicle)],
+        lambda_w: f64,
+    ) -> Option<Route> {
         let clearance = self.clearance(way, resting);
         let mover = self.movers[way.vehicle].as_ref()?;
         let query = RouteQuery {
@@ -269,11 +289,15 @@ impl<'a> Pricer<'a> {
             lambda_w,
         };
         let mut scratch = self.desks[desk].lock().unwrap_or_else(PoisonError::into_inner);
-        let route = query.route(self.request.criterion, self.request.manner, &mut scratch);
-        match self.request.manner {
-            Manner::Paper => route,
-            Manner::Best => route.map(with_hand_over),
-        }
+        query.route(criterion, manner, &mut scratch)
+    }
+
+    /// Whether there is a way for a robot that chooses where it turns.
+    pub(super) fn has_free_way(&self, state: &State, hop: Hop) -> bool {
+        self.way(state, hop).is_some_and(|way| {
+            let taken = self.places.taken(&self.layout, state, hop.ends().0);
+            self.route_by(Criterion::Euclidean, Manner::Best, 0, &way, &self.bodies(&taken), 0.0).is_some()
+        })
     }
 
     /// The vehicle that hops, and its ends.

@@ -7,7 +7,7 @@ use reconfiguration::plan::Criterion;
 use reconfiguration::problem::Rules;
 
 use super::super::cost_per_metre::CostPerMetre;
-use super::super::search_graph::{CornerCost, Edges, SearchGraph};
+use super::super::search_graph::{CornerCost, Edges, Lattice, SearchGraph};
 use super::super::vector::{length, offset};
 use super::timeline::Timeline;
 use super::{Route, RouteQuery, SAME_RAD, azimuth_rad, in_body};
@@ -21,10 +21,18 @@ pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, search: &mut S
         return has_room.then(|| at_constant_speed(query, &[start.position_m]))?;
     }
     let lattice = query.lattice.around_bodies(query.clearance);
-    let edges = Edges::new(&lattice);
-    let graph = |cost_per_metre, corner| {
-        SearchGraph::new((&lattice, query.clearance, &edges), cost_per_metre, corner)
-    };
+    // Docks turned against the grid, or between its points, may be closed to it.
+    on(&lattice, query, criterion, search).or_else(|| {
+        on(&lattice.clone().with_docks(query.clearance, query.rules.grid_divisions), query, criterion, search)
+    })
+}
+
+/// The best of the paths that Theta* finds on a grid.
+fn on(lattice: &Lattice, query: &RouteQuery<'_>, criterion: Criterion, search: &mut Search) -> Option<Route> {
+    let [start, slot] = [&query.clearance.start, &query.clearance.slot];
+    let edges = Edges::new(lattice);
+    let graph =
+        |cost_per_metre, corner| SearchGraph::new((lattice, query.clearance, &edges), cost_per_metre, corner);
     let euclidean = CostPerMetre::euclidean();
     let shortest = graph(&euclidean, None);
     if !shortest.slot_is_open() {
