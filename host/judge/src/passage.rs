@@ -105,9 +105,14 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                 }
             }
             if let Some(bounds) = &problem.bounds {
-                let room_m = geometry::edge_room_m(&bounds.edge_m, hull, box_m) - bounds.margin_m;
-                if room_m < -1e-3 {
-                    worst(Condition::Bounds, EDGE, now_s, room_m);
+                // No point of the box is farther from its middle than half of its diagonal: mostly that is enough.
+                let place_m = [hull.position_m[0], hull.position_m[1]];
+                let least_m = geometry::from_edge_m(&bounds.edge_m, place_m) - geometry::swing_m(box_m);
+                if least_m < bounds.margin_m {
+                    let room_m = geometry::edge_room_m(&bounds.edge_m, hull, box_m) - bounds.margin_m;
+                    if room_m < -1e-3 {
+                        worst(Condition::Bounds, EDGE, now_s, room_m);
+                    }
                 }
             }
             for (what, room_m) in water.room_m(hull, box_m) {

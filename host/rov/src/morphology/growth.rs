@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
+use quantity::bounds::Bounds;
 use quantity::wrap_rad;
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
@@ -127,9 +128,13 @@ impl Grower<'_> {
         }
     }
 
-    /// Whether with one more the whole fits the water and the passage.
+    /// Whether with one more the whole fits the water, inside its edge, and the passage.
     fn fits(&self, around: &LevelBox, boxes: &[LevelBox]) -> bool {
         if self.bounds_m.is_some_and(|bounds_m| !around.is_within(bounds_m)) {
+            return false;
+        }
+        let in_edge = |bounds: &Bounds| bounds.room_m(&around.outline_m()) >= bounds.margin_m - TOUCH_M;
+        if !self.problem.bounds.as_ref().is_none_or(in_edge) {
             return false;
         }
         let Some(Passage { heading_rad, width_m, height_m }) = self.passage else { return true };

@@ -35,9 +35,6 @@ const SAME: f64 = 1e-6;
 const POWERS_W: [f64; 4] = [0.0, 0.7, 2.0, 5.0];
 /// What rounding may take off a bound.
 const ROUNDING: f64 = 1.0 - 1e-9;
-/// Goals that are looked through to keep a choice of slots one cluster.
-const GOALS_MOST: usize = 20_000;
-
 /// No more routes are kept, some 2 kB each.
 const ROUTES_MOST: usize = 60_000;
 
@@ -161,7 +158,7 @@ impl<'a> Pricer<'a> {
             return None;
         }
         let sets = (0..1_u32 << slots).filter(|set| set.count_ones() as usize == robots);
-        let sets = sets.take(GOALS_MOST).filter(|set| {
+        let sets = sets.filter(|set| {
             let filled: Vec<usize> = (0..slots).filter(|slot| set >> slot & 1 == 1).collect();
             self.places.is_one_cluster(&self.layout, &filled, &self.admitted)
         });
