@@ -69,12 +69,11 @@ pub fn price(problem: &Problem, plan: &mut Plan, law: &PowerLaw) -> Result<(), P
         let Some(vehicle) = problem.vehicles.get(robot.vehicle) else { continue };
         let propulsion = Propulsion::new(vehicle, law.clone(), &problem.rules, steady)?;
         for action in &mut own.actions {
-            action.energy_j = action_j(&propulsion, action, &problem.rules).ok_or_else(|| {
-                PricingError::TooStrong {
+            action.energy_j =
+                action_j(&propulsion, action, &problem.rules).ok_or_else(|| PricingError::TooStrong {
                     when: format!("move {}", index + 1),
                     who: format!("robot {}", own.robot),
-                }
-            })?;
+                })?;
         }
         own.energy_navigate_j = own.actions.iter().map(|action| action.energy_j).sum();
     }

@@ -101,6 +101,11 @@ impl Lattice {
         self
     }
 
+    /// Its points, m.
+    pub fn places_m(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.grids().flat_map(|grid| (0..grid.len()).map(|vertex| grid.place_m(vertex)))
+    }
+
     fn grids(&self) -> impl Iterator<Item = &Grid> {
         std::iter::once(&self.grid).chain(&self.docks)
     }

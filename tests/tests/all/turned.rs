@@ -143,3 +143,53 @@ fn two_robots_that_turn_pass_the_judge() {
         }
     }
 }
+
+/// The middle one of three side by side is to face about, where it has no room. By the paper's rules it swims its height up or down, which
+/// is the nearest place where it has, and back; turned nearer, it would run into the others.
+#[test]
+fn a_robot_between_others_faces_about_by_the_papers_rules() {
+    let [_, width_m, height_m] = Vehicle::built_in("bluerov1").expect("it comes with the program").box_m;
+    let at = |row: f64, yaw: f64| [0.0, row * width_m, 5.0, yaw];
+    let brings = |row: f64| if row == 0.0 { vec!["faces about".to_owned()] } else { Vec::new() };
+    let rows = [-1.0, 0.0, 1.0];
+    let robot = |(id, row): (u16, f64)| Robot {
+        id,
+        vehicle: 0,
+        start: at(row, 0.0).into(),
+        capabilities: brings(row),
+    };
+    let slot = |row: f64| Slot {
+        pose: at(row, if row == 0.0 { 2.0 * FRAC_PI_2 } else { 0.0 }).into(),
+        requires: brings(row),
+    };
+    let problem = Problem {
+        name: "about".to_owned(),
+        description: String::new(),
+        vehicles: vec![Vehicle::built_in("bluerov1").expect("it comes with the program")],
+        robots: (1..).zip(rows).map(robot).collect(),
+        tools: Vec::new(),
+        slots: rows.map(slot).to_vec(),
+        rules: Rules::default(),
+        bounds: None,
+    };
+    problem.check().expect("a sound problem");
+    for way in &WAYS[2..] {
+        let planned = planned(&problem, *way, OrderRule::Paper).expect("a plan");
+        judged(&problem, &planned, &format!("{way:?}"));
+        let [own] = &planned.plan.moves[..] else { panic!("{way:?}: {:?}", planned.plan.moves) };
+        let out_m: [f64; 3] = std::array::from_fn(|k| own.path[1][k] - own.path[0][k]);
+        assert_eq!((own.robot, own.path.len()), (2, 3), "{way:?}");
+        assert!(
+            out_m[0].abs() < 1e-9 && out_m[1].abs() < 1e-9 && (out_m[2].abs() - height_m).abs() < 1e-9,
+            "{out_m:?}"
+        );
+        let mut nearer = planned.clone();
+        for action in &mut nearer.plan.moves[0].actions {
+            for end in [&mut action.from, &mut action.to] {
+                end.position_m[2] = 5.0 + 0.8 * (end.position_m[2] - 5.0);
+            }
+        }
+        let found = verify(&problem, &nearer.plan);
+        assert!(found.iter().any(|v| v.message.contains("no room to turn beside robot 1")), "{found:?}");
+    }
+}
