@@ -70,7 +70,8 @@ pub(super) fn grown(
         }
         // Equal ones stay in the order in which they were found.
         next.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cut |= next.len() > KEPT;
+        // What cannot do the task any more is no loss.
+        cut |= next.get(KEPT).is_some_and(|(bound_j, _)| bound_j.is_finite());
         next.truncate(KEPT);
         level = next.into_iter().map(|(_, places)| places).collect();
     }
