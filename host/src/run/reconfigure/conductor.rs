@@ -281,10 +281,8 @@ impl<'a> Conductor<'a> {
         }
         let undocking = self.trajectory.kind() == ActionKind::Undock;
         if let Some(bounds) = &self.problem.bounds {
-            let reference_m_s =
-                |body: usize| (!undocking && body == robot).then(|| self.now().velocity_m_s);
-            self.drifted =
-                edge::drifted(bounds, &self.bodies, states, reference_m_s, self.drifted.is_some());
+            let reference_m_s = |body: usize| (!undocking && body == robot).then(|| self.now().velocity_m_s);
+            self.drifted = edge::drifted(bounds, &self.bodies, states, reference_m_s, self.drifted.is_some());
         }
         self.off = if undocking { (0.0, 0.0) } else { apart(&states[robot], &self.now().pose) };
         let there = self.is_there();

@@ -411,13 +411,13 @@ impl Controller for Execution<'_> {
     }
 
     fn hold(&self) -> Hold {
-        let answers = |(_, robot): (usize, usize)| self.answering.get(robot) == Some(&true);
-        let mut movers = self.conductor.under_way().peekable();
-        match movers.peek() {
+        let silent = |(_, robot): (usize, usize)| self.answering.get(robot) != Some(&true);
+        let mut movers = self.conductor.under_way();
+        match self.conductor.moving() {
             _ if self.halted.is_some() => Hold::Operator,
             _ if self.is_blind() => Hold::PosesLost,
             _ if self.conductor.drifted().is_some() => Hold::Bounds,
-            Some(_) if movers.all(answers) => Hold::Astray,
+            Some(_) if !movers.any(silent) => Hold::Astray,
             _ => Hold::Module,
         }
     }

@@ -182,8 +182,7 @@ impl Conductor<'_> {
         }
         if let (Some(bounds), Some(together)) = (&self.problem.bounds, &self.together) {
             let reference_m_s = |body: usize| together.velocity_m_s(body);
-            self.drifted =
-                edge::drifted(bounds, &self.bodies, states, reference_m_s, self.drifted.is_some());
+            self.drifted = edge::drifted(bounds, &self.bodies, states, reference_m_s, self.drifted.is_some());
         }
         let (held, within, drifted) = (self.held, self.within, self.drifted.is_some());
         let block_s = self.barrier_s();
