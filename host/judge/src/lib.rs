@@ -108,12 +108,12 @@ impl std::fmt::Display for Violation {
     }
 }
 
-/// Which checks are left out for this plan, if any are.
+/// What is checked otherwise for this plan than for others, if anything is.
 #[must_use]
 pub fn note(plan: &Plan) -> Option<&'static str> {
     (plan.manner == Manner::Paper).then_some(
-        "by the paper's rules a hull is taken as if it kept its docked heading while it turns in place; \
-         collisions during turns are not judged",
+        "by the paper's rules a hull is taken to be turned as at the start where it is nearer to the start, and as in the slot where \
+         it is nearer to the slot; whether it has room to turn is judged where the one becomes the other, and nowhere else",
     )
 }
 

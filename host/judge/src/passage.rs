@@ -15,7 +15,8 @@
 //! around them with room of twice d on every side would reach.
 //!
 //! By the paper's rules the box is taken to be turned as at the start where its centre is nearer to the start, and as in the slot
-//! where it is nearer to the slot. It turns, in this sense, where the one becomes the other, if the two headings differ.
+//! where it is nearer to the slot. It turns, in this sense, where the one becomes the other, if the two headings differ. Where start and
+//! slot are one place, that is where its way is farthest from there; a robot that does not swim turns there.
 
 use std::collections::BTreeMap;
 
@@ -48,7 +49,8 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
     let Some(vehicle) = problem.vehicles.get(robot.vehicle) else { return };
     let (Some(first), Some(slot)) = (own.actions.first(), end_of(problem, own)) else { return };
     let box_m = vehicle.box_m;
-    let turns_on_the_spot = distance_m(first.from.position_m, slot.position_m) <= SAME;
+    let on_the_spot = distance_m(first.from.position_m, slot.position_m) <= SAME;
+    let faces_about = farthest(own).filter(|_| on_the_spot && judge.plan.manner == Manner::Paper);
     let water = Water::of(problem);
     let d_m = clearance_m(problem, box_m);
     let mut seen = Seen::new();
@@ -56,13 +58,17 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
         let entry = seen.entry((condition, who.to_owned())).or_insert((time_s, value));
         entry.1 = entry.1.min(value);
     };
-    for action in &own.actions {
+    for (number, action) in own.actions.iter().enumerate() {
         let Some(times) = looks(action) else {
             let message = format!("{:?} over {:.0}: too long to be judged", action.kind, length(action));
             judge.add(Some(index), action.start_s, Condition::Kinematics, message);
             return;
         };
-        if let Some((turns_s, at)) = turns(action, judge.plan.manner, first.from, slot) {
+        let turned = match faces_about {
+            Some(last) => (number == last).then_some((action.start_s + action.duration_s, action.to)),
+            None => turns(action, judge.plan.manner, first.from, slot),
+        };
+        if let Some((turns_s, at)) = turned {
             for body in resting.iter().filter(|body| geometry::swings_into((at, box_m), body_box(body))) {
                 let apart_m = distance_m(at.position_m, body.pose.position_m);
                 worst(Condition::V3, &format!("no room to turn beside {}", body.name), turns_s, apart_m);
@@ -90,8 +96,10 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
             let from_start_m = distance_m(pose.position_m, first.from.position_m);
             let from_slot_m = distance_m(pose.position_m, slot.position_m);
             let docked_rad = if from_slot_m < from_start_m { slot.yaw_rad } else { first.from.yaw_rad };
-            let hull = match judge.plan.manner {
-                Manner::Paper if !turns_on_the_spot => Pose { yaw_rad: docked_rad, ..pose },
+            let hull = match (judge.plan.manner, faces_about) {
+                (Manner::Paper, Some(last)) if number <= last => Pose { yaw_rad: first.from.yaw_rad, ..pose },
+                (Manner::Paper, Some(_)) => Pose { yaw_rad: slot.yaw_rad, ..pose },
+                (Manner::Paper, None) if !on_the_spot => Pose { yaw_rad: docked_rad, ..pose },
                 _ => pose,
             };
             let open = from_start_m > d_m + ROUNDING_M && from_slot_m > d_m + ROUNDING_M;
@@ -105,9 +113,14 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
                 }
             }
             if let Some(bounds) = &problem.bounds {
-                let room_m = geometry::edge_room_m(&bounds.edge_m, hull, box_m) - bounds.margin_m;
-                if room_m < -1e-3 {
-                    worst(Condition::Bounds, EDGE, now_s, room_m);
+                // No point of the box is farther from its middle than half of its diagonal: mostly that is enough.
+                let place_m = [hull.position_m[0], hull.position_m[1]];
+                let least_m = geometry::from_edge_m(&bounds.edge_m, place_m) - geometry::swing_m(box_m);
+                if least_m < bounds.margin_m {
+                    let room_m = geometry::edge_room_m(&bounds.edge_m, hull, box_m) - bounds.margin_m;
+                    if room_m < -1e-3 {
+                        worst(Condition::Bounds, EDGE, now_s, room_m);
+                    }
                 }
             }
             for (what, room_m) in water.room_m(hull, box_m) {
@@ -133,6 +146,19 @@ pub(super) fn check(judge: &mut Judge<'_>, index: usize, own: &Move, mover: usiz
 
 fn body_box(body: &Body<'_>) -> (Pose, [f64; 3]) {
     (body.pose, body.vehicle.box_m)
+}
+
+/// The action that ends farthest from where the move begins; `None` if the robot does not swim.
+fn farthest(own: &Move) -> Option<usize> {
+    let start_m = own.actions.first()?.from.position_m;
+    let out_m = |action: &Action| distance_m(action.to.position_m, start_m);
+    let ends = own.actions.iter().enumerate().filter(|(_, action)| out_m(action) > SAME);
+    // Of equal ones the first.
+    let farther = |best: Option<(usize, f64)>, (number, action)| {
+        let so_m = out_m(action);
+        if best.is_some_and(|(_, most_m)| so_m <= most_m) { best } else { Some((number, so_m)) }
+    };
+    ends.fold(None, farther).map(|(number, _)| number)
 }
 
 /// When and where an action turns the box: a turn as such; by the paper's rules where the way comes nearer to the slot than to the

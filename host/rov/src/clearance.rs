@@ -12,7 +12,8 @@
 //! the upright cylinder around its hull is free of every resting hull and lies in the water ([`Clearance::turn_is_free`]). That holds in both
 //! zones, where they overlap, and outside. By the paper's rules, which do not look at turns, the hull is taken as at the start where its centre is nearer to the
 //! start and as in the slot where it is nearer to the slot; where the two headings differ, the way crosses from one to the other
-//! where there is room ([`Clearance::docked_leg_is_free`]).
+//! where there is room ([`Clearance::docked_leg_is_free`]). Where start and slot are one place, it is taken as at the start up to the
+//! farthest corner of its way, which has room, and as in the slot from there on.
 //!
 //! Both parts are exact along a straight leg, without sampling. Outside the zones: the distance from a point to a
 //! segment. Inside: hulls are level boxes, so two of them overlap if and only if their heights overlap and their

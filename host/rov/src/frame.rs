@@ -95,6 +95,12 @@ impl Framed {
         Self { problem: framed, water, frame, robots, slots }
     }
 
+    /// Indices of slots in the file, by index in the frame.
+    #[must_use]
+    pub fn slots(&self) -> &[usize] {
+        &self.slots
+    }
+
     /// A plan of the framed problem as one of the problem in the file. Where a robot starts or ends, the plan has the
     /// file's own numbers.
     #[must_use]

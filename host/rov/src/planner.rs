@@ -7,6 +7,7 @@
 //! | the order of moves, and robots to slots | [`super::order`] |
 //! | places, and what is docked in them | `places` |
 //! | costs and bounds of moves | `pricer` |
+//! | what keeps robots from moving, in words | `obstacle` |
 //!
 //! At first every robot moves once. If no order of such moves leads to the goal, robots may park on their way, as often
 //! as [`moves_per_robot`](reconfiguration::problem::Rules::moves_per_robot) allows.
@@ -14,21 +15,20 @@
 //! Pure: the same problem gives the same plan, unless its [`Progress`] ends the search by a clock.
 
 use reconfiguration::plan::{Criterion, Manner, Plan};
-use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use thiserror::Error;
 
-use super::balance::Unbalanced;
 use super::frame::Framed;
 use super::order::paper::NoRule;
 use super::order::remaining::Remaining;
 use super::order::search::{Found, NoOrder};
-use super::order::{self, Finder, InTurn, Known, MoveCosts, Patience, Progress, State, Workers};
+use super::order::{self, Finder, InTurn, Known, Patience, Progress, State, Workers};
 use super::power::{PowerError, PowerLaw};
 use super::propulsion::PropulsionError;
 use pricer::Pricer;
 pub(crate) use speeds::engines;
 
+mod obstacle;
 mod parking;
 mod places;
 mod pricer;
@@ -116,9 +116,12 @@ pub enum PlanError {
     /// More than the order can be decided for.
     #[error("{count} robots or slots: at most {} can be ordered", order::MOST)]
     TooMany { count: usize },
-    /// The paper's rule leads into a dead end.
-    #[error("after {moves} moves by the paper's rule no robot can move (exact order may know better)")]
-    DeadEnd { moves: usize },
+    /// The paper's rule leads into a dead end: every robot that waits was looked at with every slot.
+    #[error(
+        "a dead end of the paper's rules: after {moves} moves, the least g + h next, no robot can move: {why} (exact order may \
+         know better)"
+    )]
+    DeadEnd { moves: usize, why: String },
     /// The search for an order was given up: the goal may be reachable or not.
     #[error("no order of moves to the goal was found among {priced} moves priced; there may be one")]
     OutOfPatience { priced: usize },
@@ -223,7 +226,10 @@ fn ordered(
     let Found { order, bound, proved } = match pricer.request.order {
         OrderRule::Paper => match finder.by_paper() {
             Ok(order) => Found { order, bound: 0.0, proved: false },
-            Err(NoRule::DeadEnd(moves)) => return Err(PlanError::DeadEnd { moves }),
+            Err(NoRule::DeadEnd(state)) => {
+                let moves = pricer.layout.robots() - pricer.layout.waiting(&state).count();
+                return Err(PlanError::DeadEnd { moves, why: pricer.obstacle(&state) });
+            }
             Err(NoRule::Stopped) => return Err(out_of_patience(&finder)),
         },
         OrderRule::Exact => {
@@ -232,7 +238,9 @@ fn ordered(
                 finder.search(&remaining)
             });
             found.map_err(|none| match none {
-                NoOrder::Proved { states } => PlanError::Unreachable { why: pricer.obstacle(), states },
+                NoOrder::Proved { states } => {
+                    PlanError::Unreachable { why: pricer.obstacle(&State::default()), states }
+                }
                 NoOrder::Stopped => out_of_patience(&finder),
             })?
         }
@@ -256,48 +264,6 @@ fn ordered(
         (plan.gap, plan.proved) = (planned.gap(), Some(proved));
     }
     Ok(Planned { plan, ..planned })
-}
-
-impl Pricer<'_> {
-    /// What keeps robots from moving at the start, for the error message.
-    fn obstacle(&self) -> String {
-        let state = State::default();
-        let mut stuck = Vec::new();
-        for (robot, own) in self.problem.robots.iter().enumerate() {
-            let id = own.id;
-            if let Err(reason) = self.lambda_w(&state, robot) {
-                let reason = match reason {
-                    Unbalanced::Alone(_) => "a tool would be left alone (v4)".to_owned(),
-                    Unbalanced::Apart(..) => "the rest would not be one cluster (one_cluster)".to_owned(),
-                    Unbalanced::OutOfReach { .. } => {
-                        let served = self.served(robot);
-                        format!("the rest could give {:.0} % of the balancing wrench (v6)", served * 100.0)
-                    }
-                };
-                stuck.push(format!("robot {id} cannot leave: {reason}"));
-            } else {
-                let hops = self.layout.hops(&state).filter(|(hop, _)| hop.ends().0 == robot);
-                let mut slots = hops.filter(|(hop, _)| self.layout.slot(hop.ends().1).is_some());
-                if slots.all(|(hop, kind)| {
-                    let (from, to) = hop.ends();
-                    self.bound(from, kind, to).is_none() || self.cost(0, &state, hop).is_none()
-                }) {
-                    stuck.push(format!("robot {id} finds no way to any slot (v3)"));
-                }
-            }
-        }
-        if stuck.is_empty() { "every order of moves ends before it".to_owned() } else { stuck.join("; ") }
-    }
-
-    /// The share of the balancing wrench that the others could give while a robot is away from its start.
-    fn served(&self, robot: usize) -> f64 {
-        let taken = self.places.taken(&self.layout, &State::default(), robot);
-        let bodies: Vec<(Pose, _)> = taken.iter().map(|&seat| self.places.body(seat)).collect();
-        match super::balance::balance(&bodies, &self.request.law, self.limits_n, &self.problem.rules) {
-            Err(Unbalanced::OutOfReach { served, .. }) => served,
-            _ => 0.0,
-        }
-    }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@
 //! | P | least power of a wrench, by the plan's law | W |
 //!
 //! Way, speeds and order stay as they were planned: the search takes the water for still. Waiting clusters are balanced in the current
-//! ([`balance_in`]).
+//! ([`balance_in`]): through every move, or, where moves overlap, from one departure or arrival to the next, in equal shares of those under way.
 //!
 //! Assumptions and limits: c is steady and the same everywhere.
 
@@ -41,10 +41,10 @@ pub enum PricingError {
     #[error(transparent)]
     Power(#[from] PowerError),
     /// The current is too strong.
-    #[error("move {number}: {who} cannot hold against the current of [rules] current_m_s")]
+    #[error("{when}: {who} cannot hold against the current of [rules] current_m_s")]
     TooStrong {
-        /// From 1.
-        number: usize,
+        /// In which move or interval, from 1.
+        when: String,
         /// Which robot, or the waiting cluster.
         who: String,
     },
@@ -64,38 +64,78 @@ pub fn price(problem: &Problem, plan: &mut Plan, law: &PowerLaw) -> Result<(), P
         Manner::Paper => Steady::Published,
         Manner::Best => Steady::Whole,
     };
-    let robots = problem.robots.iter();
-    let mut bodies: Vec<(u16, Pose, &Vehicle)> = robots
-        .filter_map(|robot| Some((robot.id, robot.start, problem.vehicles.get(robot.vehicle)?)))
-        .collect();
-    let tools = problem.tools.iter();
-    let tools: Vec<(Pose, &Vehicle)> =
-        tools.filter_map(|tool| Some((tool.pose, problem.vehicles.get(tool.vehicle)?))).collect();
     for (index, own) in plan.moves.iter_mut().enumerate() {
-        let too_strong = |who: String| PricingError::TooStrong { number: index + 1, who };
-        let Some(place) = bodies.iter().position(|(id, ..)| *id == own.robot) else { continue };
-        let (robot, _, vehicle) = bodies.remove(place);
+        let Some(robot) = problem.robots.iter().find(|robot| robot.id == own.robot) else { continue };
+        let Some(vehicle) = problem.vehicles.get(robot.vehicle) else { continue };
         let propulsion = Propulsion::new(vehicle, law.clone(), &problem.rules, steady)?;
         for action in &mut own.actions {
-            let priced_j = action_j(&propulsion, action, &problem.rules);
-            action.energy_j = priced_j.ok_or_else(|| too_strong(format!("robot {robot}")))?;
+            action.energy_j =
+                action_j(&propulsion, action, &problem.rules).ok_or_else(|| PricingError::TooStrong {
+                    when: format!("move {}", index + 1),
+                    who: format!("robot {}", own.robot),
+                })?;
         }
         own.energy_navigate_j = own.actions.iter().map(|action| action.energy_j).sum();
-        let placed = bodies.iter().map(|&(_, pose, vehicle)| (pose, vehicle));
-        let placed: Vec<(Pose, &Vehicle)> = placed.chain(tools.iter().copied()).collect();
-        let balance = balance_in(current_m_s, &placed, law, limits_n, &problem.rules)
-            .map_err(|_| too_strong("the waiting cluster".to_owned()))?;
-        (own.balance_w, own.energy_balance_j) = (balance.power_w, balance.power_w * own.duration_s);
-        let holding = bodies.iter().zip(balance.thrusts_n);
-        own.balance = holding.map(|(&(robot, ..), thrusts_n)| Holding { robot, thrusts_n }).collect();
-        let end = own.actions.last().map_or_else(Pose::default, |action| action.to);
-        bodies.insert(place, (robot, end, vehicle));
+    }
+    let moves = plan.moves.clone();
+    let held = |(waiting, power_w): (&mut Vec<Holding>, &mut f64), now_s: f64, when: String| {
+        let (robots, bodies) = resting(problem, &moves, now_s);
+        let balance = balance_in(current_m_s, &bodies, law, limits_n, &problem.rules)
+            .map_err(|_| PricingError::TooStrong { when, who: "the waiting cluster".to_owned() })?;
+        *power_w = balance.power_w;
+        let holding = robots.into_iter().zip(balance.thrusts_n);
+        *waiting = holding.map(|(robot, thrusts_n)| Holding { robot, thrusts_n }).collect();
+        Ok::<(), PricingError>(())
+    };
+    if plan.is_parallel() {
+        plan.moves.iter_mut().for_each(|own| own.energy_balance_j = 0.0);
+        for (index, span) in plan.intervals.iter_mut().enumerate() {
+            let middle_s = span.start_s + 0.5 * span.duration_s;
+            held((&mut span.balance, &mut span.balance_w), middle_s, format!("interval {}", index + 1))?;
+            let under_way = || plan.moves.iter().filter(|own| is_under_way(own, middle_s));
+            let share_j = span.balance_w * span.duration_s / under_way().count().max(1) as f64;
+            for own in plan.moves.iter_mut().filter(|own| is_under_way(own, middle_s)) {
+                own.energy_balance_j += share_j;
+            }
+        }
+        for own in &mut plan.moves {
+            own.balance_w = if own.duration_s > 0.0 { own.energy_balance_j / own.duration_s } else { 0.0 };
+        }
+    } else {
+        for (index, own) in plan.moves.iter_mut().enumerate() {
+            let middle_s = own.start_s + 0.5 * own.duration_s;
+            held((&mut own.balance, &mut own.balance_w), middle_s, format!("move {}", index + 1))?;
+            own.energy_balance_j = own.balance_w * own.duration_s;
+        }
     }
     let sum = |of: fn(&Move) -> f64| plan.moves.iter().map(of).sum::<f64>();
     (plan.energy_navigate_j, plan.energy_balance_j) =
         (sum(|own| own.energy_navigate_j), sum(|own| own.energy_balance_j));
     plan.energy_total_j = plan.energy_navigate_j + plan.energy_balance_j;
     Ok(())
+}
+
+fn is_under_way(own: &Move, now_s: f64) -> bool {
+    own.start_s < now_s && now_s < own.start_s + own.duration_s
+}
+
+/// Robots that wait at a time of the plan, and all bodies that do: those robots, then tools.
+fn resting<'a>(problem: &'a Problem, moves: &[Move], now_s: f64) -> (Vec<u16>, Vec<(Pose, &'a Vehicle)>) {
+    let (mut robots, mut bodies) = (Vec::new(), Vec::new());
+    for robot in &problem.robots {
+        let mut own = moves.iter().filter(|own| own.robot == robot.id);
+        let Some(vehicle) = problem.vehicles.get(robot.vehicle) else { continue };
+        if own.clone().any(|own| is_under_way(own, now_s)) {
+            continue;
+        }
+        let last = own.rfind(|own| own.start_s + own.duration_s <= now_s);
+        let end = last.and_then(|own| own.actions.last()).map(|action| action.to);
+        robots.push(robot.id);
+        bodies.push((end.unwrap_or(robot.start), vehicle));
+    }
+    let tools = problem.tools.iter();
+    bodies.extend(tools.filter_map(|tool| Some((tool.pose, problem.vehicles.get(tool.vehicle)?))));
+    (robots, bodies)
 }
 
 /// What an action takes as it is planned, J; `None` beyond the thrusters' limits. A robot that lets go is held by the others.

@@ -1,7 +1,9 @@
 //! The graph that a route is searched in: a regular 3D grid, with a mover's start and slot as vertices of their own.
 //!
 //! Cells are the box of the first robot divided by [`Rules::grid_divisions`](reconfiguration::problem::Rules), so that docked
-//! poses lie on the grid; start and slot need not. Whether a leg is free is decided exactly, by
+//! poses lie on the grid; start and slot need not. A dock beside others can often be left only along its own faces, and where it is turned
+//! against the grid, or lies between its points, no edge of the grid does that. There a piece of grid around the dock, of its own axes and
+//! its mover's cells, as wide as its dock zone, goes with the regular one ([`Lattice::with_docks`]). Whether a leg is free is decided exactly, by
 //! [`Clearance`], never by cells. That is most of the work, and the same under every
 //! criterion and in both directions, so [`Edges`] remembers it.
 
@@ -11,17 +13,27 @@ use grid::theta::Space;
 
 use super::clearance::Clearance;
 use super::cost_per_metre::CostPerMetre;
-use super::vector::{length, offset};
+use super::vector::{length, offset, turned};
 
 /// Points of a grid that is searched as it is: 16 MB of scratch.
 const MOST_POINTS: usize = 1 << 20;
 
-/// A regular grid in the bounds of the water.
+/// Points of a regular grid, upright, of whatever heading.
 #[derive(Clone, Debug)]
-pub struct Lattice {
+struct Grid {
     origin_m: [f64; 3],
+    yaw_rad: f64,
     cell_m: [f64; 3],
     counts: [usize; 3],
+    /// Number of its first point among those of all grids.
+    first: usize,
+}
+
+/// A regular grid in the bounds of the water, and pieces of others around docks.
+#[derive(Clone, Debug)]
+pub struct Lattice {
+    grid: Grid,
+    docks: Vec<Grid>,
 }
 
 impl Lattice {
@@ -32,7 +44,8 @@ impl Lattice {
         let last = |k: usize| ((bounds_m[1][k] - anchor_m[k]) / cell_m[k] + 1e-9).floor();
         let count = |k: usize| (last(k) - first(k) + 1.0).max(0.0) as usize;
         let origin_m = std::array::from_fn(|k| anchor_m[k] + first(k) * cell_m[k]);
-        Self { origin_m, cell_m, counts: [count(0), count(1), count(2)] }
+        let counts = [count(0), count(1), count(2)];
+        Self { grid: Grid { origin_m, yaw_rad: 0.0, cell_m, counts, first: 0 }, docks: Vec::new() }
     }
 
     /// The part of a large grid that a way can want, made coarser by a whole number where even that is large. Away from all
@@ -42,7 +55,8 @@ impl Lattice {
         if self.len() <= MOST_POINTS {
             return self.clone();
         }
-        let room_m = |k: usize| clearance.distance_m + 2.0 * self.cell_m[k] + length(clearance.half_m);
+        let Grid { origin_m, cell_m, .. } = self.grid;
+        let room_m = |k: usize| clearance.distance_m + 2.0 * cell_m[k] + length(clearance.half_m);
         let ends = [&clearance.start, &clearance.slot].map(|pose| (pose.position_m, 0.0));
         let bodies = clearance.resting.iter().map(|body| (body.pose.position_m, length(body.half_m)));
         let mut near_m = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
@@ -59,7 +73,7 @@ impl Lattice {
         ];
         let mut times = 1.0;
         loop {
-            let part = Self::new(self.origin_m, self.cell_m.map(|side| side * times), near_m);
+            let part = Self::new(origin_m, cell_m.map(|side| side * times), near_m);
             if part.len() <= MOST_POINTS {
                 return part;
             }
@@ -67,6 +81,53 @@ impl Lattice {
         }
     }
 
+    /// With a piece around the start and one around the slot, along the axes of each: the mover's box by `divisions`, from
+    /// the dock out to d.
+    #[must_use]
+    pub fn with_docks(mut self, clearance: &Clearance, divisions: [u32; 3]) -> Self {
+        let cell_m: [f64; 3] =
+            std::array::from_fn(|k| 2.0 * clearance.half_m[k] / f64::from(divisions[k].max(1)));
+        let out = cell_m.map(|side| (clearance.distance_m / side).ceil());
+        for dock in [&clearance.start, &clearance.slot] {
+            let corner_m = turned(std::array::from_fn(|k| out[k] * cell_m[k]), dock.yaw_rad);
+            self.docks.push(Grid {
+                origin_m: offset(corner_m, dock.position_m),
+                yaw_rad: dock.yaw_rad,
+                cell_m,
+                counts: out.map(|out| 2 * out as usize + 1),
+                first: self.len(),
+            });
+        }
+        self
+    }
+
+    /// Its points, m.
+    pub fn places_m(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.grids().flat_map(|grid| (0..grid.len()).map(|vertex| grid.place_m(vertex)))
+    }
+
+    fn grids(&self) -> impl Iterator<Item = &Grid> {
+        std::iter::once(&self.grid).chain(&self.docks)
+    }
+
+    fn len(&self) -> usize {
+        self.grids().map(Grid::len).sum()
+    }
+
+    /// Of which grid a point is, and the number of that.
+    fn grid_of(&self, vertex: usize) -> (usize, &Grid) {
+        let of = |dock: &&Grid| dock.first <= vertex;
+        let index = self.docks.iter().take_while(of).count();
+        (index, index.checked_sub(1).and_then(|dock| self.docks.get(dock)).unwrap_or(&self.grid))
+    }
+
+    fn place_m(&self, vertex: usize) -> [f64; 3] {
+        let (_, grid) = self.grid_of(vertex);
+        grid.place_m(vertex - grid.first)
+    }
+}
+
+impl Grid {
     fn len(&self) -> usize {
         self.counts.iter().product()
     }
@@ -74,7 +135,20 @@ impl Lattice {
     fn place_m(&self, vertex: usize) -> [f64; 3] {
         let [nx, ny, _] = self.counts;
         let cell = [vertex % nx, vertex / nx % ny, vertex / (nx * ny)];
-        std::array::from_fn(|k| self.origin_m[k] + cell[k] as f64 * self.cell_m[k])
+        let way_m = std::array::from_fn(|k| cell[k] as f64 * self.cell_m[k]);
+        let way_m = self.turned(way_m, 1.0);
+        std::array::from_fn(|k| self.origin_m[k] + way_m[k])
+    }
+
+    /// Out of its axes; with `sense` −1 into them.
+    fn turned(&self, way_m: [f64; 3], sense: f64) -> [f64; 3] {
+        if self.yaw_rad == 0.0 { way_m } else { turned(way_m, sense * self.yaw_rad) }
+    }
+
+    /// Whether two places are at most one cell away from each other on every axis.
+    fn are_beside(&self, from_m: [f64; 3], to_m: [f64; 3]) -> bool {
+        let way_m = self.turned(offset(from_m, to_m), -1.0);
+        (0..3).all(|k| way_m[k].abs() <= self.cell_m[k] * (1.0 + 1e-9))
     }
 
     /// The neighbours of a grid point: their numbers and themselves.
@@ -97,8 +171,9 @@ impl Lattice {
 
     /// Grid points at most one cell away from a place on every axis; on a grid point its 26 neighbours and itself.
     fn around(&self, place_m: [f64; 3], mut visit: impl FnMut(usize)) {
+        let way_m = self.turned(offset(self.origin_m, place_m), -1.0);
         let span: [(usize, usize); 3] = std::array::from_fn(|k| {
-            let at = (place_m[k] - self.origin_m[k]) / self.cell_m[k];
+            let at = way_m[k] / self.cell_m[k];
             let first = (at - 1.0 - 1e-9).ceil().max(0.0);
             let last = (at + 1.0 + 1e-9).floor().min(self.counts[k] as f64 - 1.0);
             if last < first { (1, 0) } else { (first as usize, last as usize) }
@@ -153,8 +228,8 @@ pub struct SearchGraph<'a> {
     edges: &'a Edges,
     cost_per_metre: &'a CostPerMetre,
     corner: Option<CornerCost<'a>>,
-    /// What an edge costs, by the number of the neighbour.
-    steps: [f64; NEIGHBOURS],
+    /// What an edge costs, by grid and the number of the neighbour.
+    steps: Vec<[f64; NEIGHBOURS]>,
 }
 
 impl<'a> SearchGraph<'a> {
@@ -166,10 +241,14 @@ impl<'a> SearchGraph<'a> {
         cost_per_metre: &'a CostPerMetre,
         corner: Option<CornerCost<'a>>,
     ) -> Self {
-        let steps = std::array::from_fn(|number| {
-            let cells = [number % 3, number / 3 % 3, number / 9];
-            cost_per_metre.cost(std::array::from_fn(|k| (cells[k] as f64 - 1.0) * lattice.cell_m[k]))
-        });
+        let steps = |grid: &Grid| {
+            std::array::from_fn(|number| {
+                let cells = [number % 3, number / 3 % 3, number / 9];
+                let way_m = std::array::from_fn(|k| (cells[k] as f64 - 1.0) * grid.cell_m[k]);
+                cost_per_metre.cost(grid.turned(way_m, 1.0))
+            })
+        };
+        let steps = lattice.grids().map(steps).collect();
         Self { lattice, clearance, edges, cost_per_metre, corner, steps }
     }
 
@@ -178,17 +257,23 @@ impl<'a> SearchGraph<'a> {
     pub fn slot_is_open(&self) -> bool {
         let (start_m, slot_m) = (self.clearance.start.position_m, self.clearance.slot.position_m);
         let mut open = self.is_beside_slot(start_m) && self.is_free(start_m, slot_m);
-        self.lattice.around(slot_m, |vertex| {
-            let place_m = self.lattice.place_m(vertex);
-            open = open || (self.is_beside_slot(place_m) && self.is_free(place_m, slot_m));
-        });
+        for grid in self.lattice.grids() {
+            grid.around(slot_m, |vertex| {
+                let place_m = grid.place_m(vertex);
+                open = open || (!self.is_slot(grid, place_m) && self.is_free(place_m, slot_m));
+            });
+        }
         open
     }
 
-    /// At most one cell away from it on every axis.
+    /// At most one cell away from it on every axis of some grid.
     fn is_beside_slot(&self, place_m: [f64; 3]) -> bool {
-        let slot_m = self.clearance.slot.position_m;
-        (0..3).all(|k| (slot_m[k] - place_m[k]).abs() <= self.lattice.cell_m[k] * (1.0 + 1e-9))
+        self.lattice.grids().any(|grid| grid.are_beside(place_m, self.clearance.slot.position_m))
+    }
+
+    /// Whether a point of a dock's grid is the slot, which is a vertex of its own.
+    fn is_slot(&self, grid: &Grid, place_m: [f64; 3]) -> bool {
+        grid.first > 0 && length(offset(self.clearance.slot.position_m, place_m)) < 1e-9
     }
 
     /// The vertex of the mover's start.
@@ -228,18 +313,22 @@ impl Space for SearchGraph<'_> {
 
     fn for_neighbours(&self, vertex: usize, mut visit: impl FnMut(usize, f64)) {
         let here_m = self.place_m(vertex);
-        if vertex < self.lattice.len() {
-            self.lattice.beside(vertex, |number, next| {
-                let look = || self.is_free(here_m, self.lattice.place_m(next));
-                if self.edges.is_free(vertex, number, next, look) {
-                    visit(next, self.steps[number]);
+        let own = (vertex < self.lattice.len()).then(|| self.lattice.grid_of(vertex));
+        if let Some((index, grid)) = own {
+            grid.beside(vertex - grid.first, |number, next| {
+                let next_m = grid.place_m(next);
+                let look = || !self.is_slot(grid, next_m) && self.is_free(here_m, next_m);
+                if self.edges.is_free(vertex, number, grid.first + next, look) {
+                    visit(grid.first + next, self.steps[index][number]);
                 }
             });
-        } else {
-            self.lattice.around(here_m, |next| {
-                let next_m = self.lattice.place_m(next);
-                if self.is_free(here_m, next_m) {
-                    visit(next, self.cost_per_metre.cost(offset(here_m, next_m)));
+        }
+        let others = self.lattice.grids().filter(|grid| own.is_none_or(|(_, own)| own.first != grid.first));
+        for grid in others {
+            grid.around(here_m, |next| {
+                let next_m = grid.place_m(next);
+                if !self.is_slot(grid, next_m) && self.is_free(here_m, next_m) {
+                    visit(grid.first + next, self.cost_per_metre.cost(offset(here_m, next_m)));
                 }
             });
         }

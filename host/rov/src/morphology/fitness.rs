@@ -7,12 +7,12 @@ use std::fmt;
 
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::pose::Pose;
-use reconfiguration::problem::{Problem, Slot};
-use reconfiguration::task::Task;
+use reconfiguration::problem::{Problem, Robot, Slot};
+use reconfiguration::task::{Service, Task};
 use reconfiguration::vehicle::Vehicle;
 
 use super::super::balance::balance;
-use super::super::configuration::{adjacency, clusters};
+use super::super::configuration::{TOUCH_M, adjacency, clusters};
 use super::super::planner::{PlanError, engines};
 use super::super::power::PowerLaw;
 use super::super::propulsion::Steady;
@@ -71,22 +71,72 @@ impl<'a> Fitness<'a> {
         Ok(Self { problem, task, law, limits_n, per_metre_j })
     }
 
-    /// Lower bound of what it costs to fill the places, J.
+    /// Lower bound of what a configuration costs that has these places, and more for the robots left, and does the task, J; infinite
+    /// where they cannot reach a service any more.
     pub fn bound_j(&self, places: &[Place]) -> f64 {
+        // One robot may do several services: each alone bounds.
+        let open = self.task.services.iter().filter(|service| self.nearest(service, places).is_none());
+        open.map(|service| self.filled_j(places, Some(service))).fold(self.filled_j(places, None), f64::max)
+    }
+
+    /// The nearest of the places whose kind of robot can do a service there.
+    fn nearest(&self, service: &Service, places: &[Place]) -> Option<usize> {
         let robots = &self.problem.robots;
+        let serves = |place: &Place| {
+            robots
+                .iter()
+                .any(|robot| robot.vehicle == place.kind && robot.capabilities.contains(&service.capability))
+        };
+        let apart_m = |place: &Place| length(offset(service.place_m, place.pose.position_m));
+        (0..places.len())
+            .filter(|&index| serves(&places[index]) && apart_m(&places[index]) <= service.within_m)
+            .min_by(|&a, &b| apart_m(&places[a]).total_cmp(&apart_m(&places[b])))
+    }
+
+    /// Lower bound of what it costs to fill the places, and to bring one robot more to a service, J.
+    fn filled_j(&self, places: &[Place], open: Option<&Service>) -> f64 {
+        let problem = self.problem;
+        let robots = &problem.robots;
         let cost_j = |place: &Place, robot: usize| {
             let Some(per_metre_j) = self.per_metre_j.get(&place.kind) else { return f64::INFINITY };
             let matches = robots[robot].vehicle == place.kind;
             let way_m = offset(robots[robot].start.position_m, place.pose.position_m);
             if matches { per_metre_j * length(way_m) } else { f64::INFINITY }
         };
+        let serving_j = |service: &Service, robot: usize| {
+            let Robot { vehicle, start, capabilities, .. } = &robots[robot];
+            let way_m = length(offset(start.position_m, service.place_m)) - service.within_m;
+            match self.per_metre_j.get(vehicle).filter(|_| capabilities.contains(&service.capability)) {
+                Some(per_metre_j) => per_metre_j * way_m.max(0.0),
+                None => f64::INFINITY,
+            }
+        };
+        if let Some(service) = open {
+            // Docked centres are no farther apart than their connectors reach.
+            let tools = problem.tools.iter().map(|tool| (tool.pose, &problem.vehicles[tool.vehicle]));
+            let kinds = robots.iter().map(|robot| &problem.vehicles[robot.vehicle]);
+            let kinds = kinds.chain(tools.clone().map(|(_, tool)| tool));
+            let reach_m = |kind: &Vehicle| {
+                kind.connectors().iter().map(|own| length(own.position_m)).fold(0.0, f64::max)
+            };
+            let longest_m = 2.0 * kinds.map(reach_m).fold(0.0, f64::max);
+            let bodies = tools.map(|(pose, _)| pose).chain(places.iter().map(|place| place.pose));
+            let apart_m = bodies.map(|pose| length(offset(pose.position_m, service.place_m)));
+            let left = robots.len().saturating_sub(places.len()) as f64;
+            if apart_m.fold(f64::INFINITY, f64::min) > service.within_m + left * longest_m + TOUCH_M {
+                return f64::INFINITY;
+            }
+        }
         // The cheapest assignment over sets of robots, place after place.
         let mut least = HashMap::from([(0_u32, 0.0_f64)]);
-        for place in places {
+        let wanted = places.iter().map(|place| (Some(place), None));
+        for (place, service) in wanted.chain(open.map(|service| (None, Some(service)))) {
             let mut next: HashMap<u32, f64> = HashMap::new();
             for (&taken, &sum_j) in &least {
                 for robot in (0..robots.len()).filter(|robot| taken >> robot & 1 == 0) {
-                    let total_j = sum_j + cost_j(place, robot);
+                    let placing_j = place.map_or(0.0, |place| cost_j(place, robot));
+                    let total_j =
+                        sum_j + placing_j + service.map_or(0.0, |service| serving_j(service, robot));
                     let known = next.entry(taken | 1 << robot).or_insert(f64::INFINITY);
                     *known = known.min(total_j);
                 }
@@ -104,17 +154,7 @@ impl<'a> Fitness<'a> {
             .map(|place| Slot { pose: place.pose, requires: self.kind_of(place.kind).into_iter().collect() })
             .collect();
         for service in &self.task.services {
-            let serves = |place: &Place| {
-                let brings = |capability: &String| *capability == service.capability;
-                problem
-                    .robots
-                    .iter()
-                    .any(|robot| robot.vehicle == place.kind && robot.capabilities.iter().any(brings))
-            };
-            let apart_m = |place: &Place| length(offset(service.place_m, place.pose.position_m));
-            let nearest = (0..places.len())
-                .filter(|&index| serves(&places[index]) && apart_m(&places[index]) <= service.within_m)
-                .min_by(|&a, &b| apart_m(&places[a]).total_cmp(&apart_m(&places[b])));
+            let nearest = self.nearest(service, places);
             let Some(index) = nearest else {
                 refused.services += 1;
                 return None;

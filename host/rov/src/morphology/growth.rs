@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
+use quantity::bounds::Bounds;
 use quantity::wrap_rad;
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
@@ -69,7 +70,8 @@ pub(super) fn grown(
         }
         // Equal ones stay in the order in which they were found.
         next.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cut |= next.len() > KEPT;
+        // What cannot do the task any more is no loss.
+        cut |= next.get(KEPT).is_some_and(|(bound_j, _)| bound_j.is_finite());
         next.truncate(KEPT);
         level = next.into_iter().map(|(_, places)| places).collect();
     }
@@ -127,9 +129,13 @@ impl Grower<'_> {
         }
     }
 
-    /// Whether with one more the whole fits the water and the passage.
+    /// Whether with one more the whole fits the water, inside its edge, and the passage.
     fn fits(&self, around: &LevelBox, boxes: &[LevelBox]) -> bool {
         if self.bounds_m.is_some_and(|bounds_m| !around.is_within(bounds_m)) {
+            return false;
+        }
+        let in_edge = |bounds: &Bounds| bounds.room_m(&around.outline_m()) >= bounds.margin_m - TOUCH_M;
+        if !self.problem.bounds.as_ref().is_none_or(in_edge) {
             return false;
         }
         let Some(Passage { heading_rad, width_m, height_m }) = self.passage else { return true };

@@ -7,7 +7,7 @@
 //! | `fitness` | which of them do the task, and the least that getting there can cost |
 //!
 //! ```text
-//! E(goal) ≥ Σ over robots of the least J/m · distance, cheapest assignment of robots to places
+//! E(goal) ≥ Σ over robots of the least J/m · distance, cheapest assignment of robots to places, and of one to a service that is still open
 //! ```
 //!
 //! Configurations grow robot by robot, face to face, from the tools (without any, from the first robot's place). Those

@@ -1,5 +1,6 @@
 //! Goals for tasks: against counts by hand, and against plans to every goal there is.
 
+use quantity::bounds::Bounds;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Robot, Rules, Tool};
@@ -116,4 +117,34 @@ fn pairs_are_counted() {
     let (grown, cut) = growth::grown(&problem, &Task::default(), |_| 0.0);
     // At four sides with four headings each, above and below with four each.
     assert!(!cut && grown.len() == 24, "{}", grown.len());
+}
+
+/// The same with the edge of the water, and its margin, right ahead of the first robot: nothing is docked there, which is one side of six.
+#[test]
+fn nothing_grows_beyond_the_edge_of_the_water() {
+    let mut problem = problem(&[[0.0; 4], [0.0, W, 0.0, 0.0]], false);
+    let ahead_m = 0.5 * L + 0.15;
+    let edge_m = vec![[-2.0, -2.0], [ahead_m, -2.0], [ahead_m, 2.0], [-2.0, 2.0]];
+    problem.bounds = Some(Bounds { edge_m, margin_m: 0.1 });
+    let (grown, cut) = growth::grown(&problem, &Task::default(), |_| 0.0);
+    assert!(!cut && grown.len() == 20, "{}", grown.len());
+    assert!(grown.iter().flatten().all(|place| place.pose.position_m[0] < 1e-9), "{grown:?}");
+}
+
+/// Five robots behind a tool, and a sonar three lengths ahead of it, where only a chain of three gets: there are far more configurations
+/// of three and four than are grown on, and those that reach it are among them.
+#[test]
+fn a_service_far_ahead_is_reached_by_five_robots() {
+    let starts: Vec<[f64; 4]> = (1..=5).map(|n| [-L * f64::from(n), 0.0, 0.0, 0.0]).collect();
+    let problem = problem(&starts, true);
+    let ahead = Service { capability: "sonar".to_owned(), place_m: [3.0 * L, 0.0, 0.0], within_m: 0.1 };
+    let task = Task { services: vec![ahead], passage: None };
+    let limits_n = limits_n(16.0).expect("in the table");
+    let request = request();
+    let judge = fitness::Fitness::new(&problem, &task, &request.law, limits_n).expect("robots");
+    let (grown, cut) = growth::grown(&problem, &task, |places| judge.bound_j(places));
+    let mut refused = fitness::Refused::default();
+    let fit = grown.iter().filter(|places| judge.slots(places, &mut refused).is_some()).count();
+    println!("{fit} of {} do the task; {refused}", grown.len());
+    assert!(cut && fit > 0, "{refused}");
 }

@@ -6,8 +6,8 @@ use super::{MoveCosts, Order, State};
 /// Why the rule gives no order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoRule {
-    /// After so many moves no robot can move.
-    DeadEnd(usize),
+    /// In this state no robot can move.
+    DeadEnd(State),
     /// It was stopped.
     Stopped,
 }
@@ -22,7 +22,7 @@ impl<C: MoveCosts> Finder<'_, C> {
         let layout = costs.layout();
         let mut state = State::default();
         let mut order = Order { moves: Vec::new(), cost: 0.0 };
-        for done in 0..layout.robots() {
+        for _ in 0..layout.robots() {
             let hops: Vec<_> = (layout.hops(&state))
                 .filter(|&(hop, kind)| {
                     let (from, to) = hop.ends();
@@ -35,7 +35,7 @@ impl<C: MoveCosts> Finder<'_, C> {
             let prices = self.prices(&hops).map_err(|Stopped| NoRule::Stopped)?;
             let best = hops.iter().zip(prices).filter(|(_, price)| price.is_finite());
             let best = best.min_by(|a, b| a.1.total_cmp(&b.1));
-            let (&(_, hop), cost) = best.ok_or(NoRule::DeadEnd(done))?;
+            let (&(_, hop), cost) = best.ok_or(NoRule::DeadEnd(state))?;
             order.moves.push(hop);
             order.cost += cost;
             state = layout.after(&state, hop);

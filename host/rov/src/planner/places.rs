@@ -84,6 +84,11 @@ impl<'a> Places<'a> {
         }
     }
 
+    /// The place of a robot's seat; `None` for a tool's.
+    pub(super) fn place(&self, seat: usize) -> Option<usize> {
+        (seat < self.seats()).then(|| seat / self.problem.vehicles.len())
+    }
+
     /// Seats that are taken while the robot of `away` moves: tools, then robots by their places.
     pub(super) fn taken(&self, layout: &Layout, state: &State, away: usize) -> Vec<usize> {
         let tools = self.seats()..self.seats() + self.problem.tools.len();

@@ -35,9 +35,6 @@ const SAME: f64 = 1e-6;
 const POWERS_W: [f64; 4] = [0.0, 0.7, 2.0, 5.0];
 /// What rounding may take off a bound.
 const ROUNDING: f64 = 1.0 - 1e-9;
-/// Goals that are looked through to keep a choice of slots one cluster.
-const GOALS_MOST: usize = 20_000;
-
 /// No more routes are kept, some 2 kB each.
 const ROUTES_MOST: usize = 60_000;
 
@@ -63,6 +60,8 @@ struct Way {
 pub(super) struct Pricer<'a> {
     pub(super) problem: &'a Problem,
     pub(super) request: &'a Request,
+    /// Indices of slots in the file, by index in the frame.
+    pub(super) slots_in_file: &'a [usize],
     pub(super) layout: Layout,
     pub(super) places: Places<'a>,
     pub(super) limits_n: (f64, f64),
@@ -109,6 +108,7 @@ impl<'a> Pricer<'a> {
         let mut pricer = Self {
             problem,
             request,
+            slots_in_file: framed.slots(),
             layout,
             places,
             limits_n,
@@ -158,7 +158,7 @@ impl<'a> Pricer<'a> {
             return None;
         }
         let sets = (0..1_u32 << slots).filter(|set| set.count_ones() as usize == robots);
-        let sets = sets.take(GOALS_MOST).filter(|set| {
+        let sets = sets.filter(|set| {
             let filled: Vec<usize> = (0..slots).filter(|slot| set >> slot & 1 == 1).collect();
             self.places.is_one_cluster(&self.layout, &filled, &self.admitted)
         });
@@ -259,6 +259,23 @@ impl<'a> Pricer<'a> {
     }
 
     fn route(&self, desk: usize, way: &Way, resting: &[(Pose, &Vehicle)], lambda_w: f64) -> Option<Route> {
+        let Request { criterion, manner, .. } = *self.request;
+        let route = self.route_by(criterion, manner, desk, way, resting, lambda_w);
+        match manner {
+            Manner::Paper => route,
+            Manner::Best => route.map(with_hand_over),
+        }
+    }
+
+    fn route_by(
+        &self,
+        criterion: Criterion,
+        manner: Manner,
+        desk: usize,
+        way: &Way,
+        resting: &[(Pose, &Vehicle)],
+        lambda_w: f64,
+    ) -> Option<Route> {
         let clearance = self.clearance(way, resting);
         let mover = self.movers[way.vehicle].as_ref()?;
         let query = RouteQuery {
@@ -269,11 +286,15 @@ impl<'a> Pricer<'a> {
             lambda_w,
         };
         let mut scratch = self.desks[desk].lock().unwrap_or_else(PoisonError::into_inner);
-        let route = query.route(self.request.criterion, self.request.manner, &mut scratch);
-        match self.request.manner {
-            Manner::Paper => route,
-            Manner::Best => route.map(with_hand_over),
-        }
+        query.route(criterion, manner, &mut scratch)
+    }
+
+    /// Whether there is a way for a robot that chooses where it turns.
+    pub(super) fn has_free_way(&self, state: &State, hop: Hop) -> bool {
+        self.way(state, hop).is_some_and(|way| {
+            let taken = self.places.taken(&self.layout, state, hop.ends().0);
+            self.route_by(Criterion::Euclidean, Manner::Best, 0, &way, &self.bodies(&taken), 0.0).is_some()
+        })
     }
 
     /// The vehicle that hops, and its ends.

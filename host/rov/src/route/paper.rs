@@ -1,13 +1,15 @@
 //! Routes by the paper's rules: Basic Theta* on the regular grid; turns in place to the heading of every leg, constant
-//! speed, and a turn to the slot's heading at the end. Under the energy criterion Theta* counts those turns.
+//! speed, and a turn to the slot's heading at the end. A robot that is to face about where it rests, and has no room there, swims out to
+//! the nearest place that has, and back. Under the energy criterion Theta* counts those turns.
 
 use grid::theta::Search;
 use quantity::wrap_rad;
 use reconfiguration::plan::Criterion;
 use reconfiguration::problem::Rules;
 
+use super::super::clearance::Clearance;
 use super::super::cost_per_metre::CostPerMetre;
-use super::super::search_graph::{CornerCost, Edges, SearchGraph};
+use super::super::search_graph::{CornerCost, Edges, Lattice, SearchGraph};
 use super::super::vector::{length, offset};
 use super::timeline::Timeline;
 use super::{Route, RouteQuery, SAME_RAD, azimuth_rad, in_body};
@@ -16,15 +18,43 @@ use super::{Route, RouteQuery, SAME_RAD, azimuth_rad, in_body};
 pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, search: &mut Search) -> Option<Route> {
     let [start, slot] = [&query.clearance.start, &query.clearance.slot];
     let turns = wrap_rad(start.yaw_rad - slot.yaw_rad).abs() >= SAME_RAD;
-    if turns && length(offset(start.position_m, slot.position_m)) < 1e-9 {
-        let has_room = query.clearance.turn_is_free(start.position_m);
-        return has_room.then(|| at_constant_speed(query, &[start.position_m]))?;
-    }
     let lattice = query.lattice.around_bodies(query.clearance);
-    let edges = Edges::new(&lattice);
-    let graph = |cost_per_metre, corner| {
-        SearchGraph::new((&lattice, query.clearance, &edges), cost_per_metre, corner)
+    if turns && length(offset(start.position_m, slot.position_m)) < 1e-9 {
+        if query.clearance.turn_is_free(start.position_m) {
+            return at_constant_speed(query, &[start.position_m]);
+        }
+        return out_and_back(&lattice.with_docks(query.clearance, query.rules.grid_divisions), query);
+    }
+    // Docks turned against the grid, or between its points, may be closed to it.
+    on(&lattice, query, criterion, search).or_else(|| {
+        on(&lattice.clone().with_docks(query.clearance, query.rules.grid_divisions), query, criterion, search)
+    })
+}
+
+/// Straight out to the nearest grid point with room to turn, and back as in the slot: for a robot that is to face about where it is.
+fn out_and_back(lattice: &Lattice, query: &RouteQuery<'_>) -> Option<Route> {
+    let Clearance { start, slot, .. } = query.clearance;
+    let mut out: Vec<(f64, [f64; 3])> = lattice
+        .places_m()
+        .map(|place_m| (length(offset(start.position_m, place_m)), place_m))
+        .filter(|(way_m, _)| *way_m > 1e-9)
+        .collect();
+    out.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let is_open = |place_m: [f64; 3]| {
+        query.clearance.turn_is_free(place_m)
+            && query.clearance.leg_is_free(start.position_m, place_m, start.yaw_rad)
+            && query.clearance.leg_is_free(place_m, slot.position_m, slot.yaw_rad)
     };
+    let (_, turn_m) = out.into_iter().find(|(_, place_m)| is_open(*place_m))?;
+    at_constant_speed(query, &[start.position_m, turn_m, slot.position_m])
+}
+
+/// The best of the paths that Theta* finds on a grid.
+fn on(lattice: &Lattice, query: &RouteQuery<'_>, criterion: Criterion, search: &mut Search) -> Option<Route> {
+    let [start, slot] = [&query.clearance.start, &query.clearance.slot];
+    let edges = Edges::new(lattice);
+    let graph =
+        |cost_per_metre, corner| SearchGraph::new((lattice, query.clearance, &edges), cost_per_metre, corner);
     let euclidean = CostPerMetre::euclidean();
     let shortest = graph(&euclidean, None);
     if !shortest.slot_is_open() {

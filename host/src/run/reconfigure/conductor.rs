@@ -281,8 +281,8 @@ impl<'a> Conductor<'a> {
         }
         let undocking = self.trajectory.kind() == ActionKind::Undock;
         if let Some(bounds) = &self.problem.bounds {
-            let mover = (!undocking).then(|| (robot, self.now().velocity_m_s));
-            self.drifted = edge::drifted(bounds, &self.bodies, states, mover, self.drifted.is_some());
+            let reference_m_s = |body: usize| (!undocking && body == robot).then(|| self.now().velocity_m_s);
+            self.drifted = edge::drifted(bounds, &self.bodies, states, reference_m_s, self.drifted.is_some());
         }
         self.off = if undocking { (0.0, 0.0) } else { apart(&states[robot], &self.now().pose) };
         let there = self.is_there();
@@ -309,10 +309,11 @@ impl<'a> Conductor<'a> {
         self.held = held;
     }
 
-    /// Whether the mover is waited for: it is astray, or does not answer.
+    /// Whether the mover is waited for: it is astray, or does not answer, or a robot has drifted towards the edge of the water.
     #[must_use]
     pub fn waits(&self) -> bool {
         self.astray
+            || self.drifted.is_some()
             || self.mover().is_some_and(|robot| !self.answering[robot])
             || self.together.as_ref().is_some_and(Together::waits)
     }
@@ -465,12 +466,17 @@ impl<'a> Conductor<'a> {
     }
 
     fn late(&self, robot: usize) -> Failure {
-        let hint = match self.drifted {
+        let (id, hint) = (self.problem.robots[robot].id, self.hint(robot));
+        Failure::late(id, self.number, self.trajectory.kind(), self.off, hint)
+    }
+
+    /// Why a mover is late, where that is known.
+    fn hint(&self, robot: usize) -> &'static str {
+        match self.drifted {
             _ if !self.answering[robot] => " (it does not answer)",
             Some(_) => " (a robot is too near to the edge of the water)",
             None => "",
-        };
-        Failure::late(self.problem.robots[robot].id, self.number, self.trajectory.kind(), self.off, hint)
+        }
     }
 }
 

@@ -411,12 +411,13 @@ impl Controller for Execution<'_> {
     }
 
     fn hold(&self) -> Hold {
-        let answers = |robot: usize| self.answering.get(robot) == Some(&true);
-        match self.conductor.mover() {
+        let silent = |(_, robot): (usize, usize)| self.answering.get(robot) != Some(&true);
+        let mut movers = self.conductor.under_way();
+        match self.conductor.moving() {
             _ if self.halted.is_some() => Hold::Operator,
             _ if self.is_blind() => Hold::PosesLost,
             _ if self.conductor.drifted().is_some() => Hold::Bounds,
-            Some(robot) if answers(robot) => Hold::Astray,
+            Some(_) if !movers.any(silent) => Hold::Astray,
             _ => Hold::Module,
         }
     }

@@ -8,23 +8,29 @@ use reconfiguration::problem::Problem;
 use rov::parallel::overlapped;
 use rov::planner::{OrderRule, PlanError, Request, plan};
 use rov::power::PowerLaw;
+use rov::pricing::price;
 use tests::figures::mean;
 use tests::reconfigure::{Kind, problem};
-use tests::seeds::on_all_cores;
+use tests::seeds::{number, on_all_cores};
 use tests::shifted::{Shifted, shifted};
 
 mod executed;
+mod waits;
 
 /// What a second is worth where time is what counts, J/s.
 pub const TIME_W: f64 = 1e3;
 
-/// A random problem with its plan of one robot after the other; `None` for a dead end of the order.
+/// A random problem with its plan of one robot after the other by the smooth law; `None` for a dead end of the order.
 pub fn one_by_one(seed: u64) -> Option<(Problem, Plan, PowerLaw)> {
+    one_by_one_by(seed, PowerLaw::fitted(16.0).expect("in the table"))
+}
+
+/// The same by a law for 16 V.
+fn one_by_one_by(seed: u64, law: PowerLaw) -> Option<(Problem, Plan, PowerLaw)> {
     let mut rng = ChaCha8Rng::seed_from_u64(4000 + seed);
     let mut problem = problem(Kind::random(&mut rng), &mut rng);
     // A grid that docked poses lie on, and that is quickly searched.
     problem.rules.grid_divisions = [1, 1, 1];
-    let law = PowerLaw::fitted(problem.rules.battery_v).expect("in the table");
     let (criterion, manner, order) = (Criterion::Energy, Manner::Best, OrderRule::Paper);
     let request = Request { criterion, manner, order, law: law.clone() };
     match plan(&problem, &request) {
@@ -39,11 +45,10 @@ fn judged(problem: &Problem, plan: &Plan, what: &str) {
     assert!(found.is_empty(), "{what}: {}", found.iter().map(|v| format!("\n  {v}")).collect::<String>());
 }
 
-#[test]
-fn over_fifty_random_problems_time_is_saved_and_no_energy_spent() {
-    const SEEDS: u64 = 50;
-    let results = on_all_cores(0..SEEDS, |seed| {
-        let (problem, plan, law) = one_by_one(seed)?;
+/// Shares of time, where that counts, and of energy, where that does, on average over the problems that have a plan.
+fn shares(seeds: u64, law: &PowerLaw) -> (f64, f64) {
+    let results = on_all_cores(0..seeds, |seed| {
+        let (problem, plan, law) = one_by_one_by(seed, law.clone())?;
         let [by_time, by_energy] =
             [TIME_W, 0.0].map(|weight_w| overlapped(&problem, &plan, &law, weight_w).expect("robots"));
         let what = format!("seed {seed}, {} robots, {} tools", problem.robots.len(), problem.tools.len());
@@ -75,8 +80,46 @@ fn over_fifty_random_problems_time_is_saved_and_no_energy_spent() {
         "{} plans: {share:.3} of the time; {saved:.3} of the energy where that is what counts",
         results.len()
     );
-    assert!(results.len() as u64 >= SEEDS - 2, "{} plans", results.len());
+    assert!(results.len() as u64 >= seeds - 2, "{} plans", results.len());
+    (share, saved)
+}
+
+#[test]
+fn over_fifty_random_problems_time_is_saved_and_no_energy_spent() {
+    let (share, _) = shares(50, &PowerLaw::fitted(16.0).expect("in the table"));
     assert!(share <= 0.6, "{share} of the time of one robot after the other");
+}
+
+/// By the T200's table; `FLOTILLA_PARALLEL` sets how many problems.
+#[test]
+fn by_the_table_time_is_saved_and_no_energy_spent() {
+    let seeds = number("FLOTILLA_PARALLEL").unwrap_or(10);
+    let (share, _) = shares(seeds, &PowerLaw::table(16.0).expect("in the table"));
+    assert!(share <= 0.6, "{share} of the time of one robot after the other");
+}
+
+/// In a current what waits holds against the water. A plan for still water is refused there; priced, it passes, and its moves account for
+/// what its intervals draw.
+#[test]
+fn parallel_plans_are_priced_in_a_current() {
+    let results = on_all_cores(0..6, |seed| {
+        let Some((mut problem, plan, law)) = one_by_one(seed) else { return 0 };
+        let mut together = overlapped(&problem, &plan, &law, TIME_W).expect("robots");
+        if !together.is_parallel() {
+            return 0;
+        }
+        problem.rules.current_m_s = [0.05, -0.02, 0.0];
+        let refused = verify(&problem, &together);
+        assert!(refused.iter().any(|v| v.condition == Condition::V6), "seed {seed}: {refused:?}");
+        let still_j = together.energy_balance_j;
+        price(&problem, &mut together, &law).expect("a price");
+        judged(&problem, &together, &format!("seed {seed}"));
+        let drawn_j: f64 = together.intervals.iter().map(|span| span.balance_w * span.duration_s).sum();
+        let off_j = (drawn_j - together.energy_balance_j).abs();
+        assert!(off_j < 1e-6 && drawn_j > still_j, "seed {seed}: {drawn_j} J, {still_j} J in still water");
+        1
+    });
+    assert!(results.iter().sum::<usize>() >= 3, "{results:?}");
 }
 
 /// Start times shifted and actions slowed down at random, all times and sums in order: a plan that passes keeps every pair of robots apart

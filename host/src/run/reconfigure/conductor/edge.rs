@@ -22,17 +22,18 @@ const BACK: f64 = 0.75;
 /// A drift is looked at so far ahead, s. *Assumed*: three times what a thrust takes to act.
 const AHEAD_S: f64 = 0.5;
 
-/// The body that has drifted most, with its room, m, if one has; `drifted`: one had before.
+/// The body that has drifted most, with its room, m, if one has; `drifted`: one had before. `reference_m_s` is the velocity of the
+/// reference that a body follows, if it follows one.
 pub(super) fn drifted(
     bounds: &Bounds,
     bodies: &[(Pose, &Vehicle)],
     states: &[State],
-    mover: Option<(usize, [f64; 3])>,
+    reference_m_s: impl Fn(usize) -> Option<[f64; 3]>,
     drifted: bool,
 ) -> Option<(usize, f64)> {
     let least_m = bounds.margin_m * if drifted { BACK } else { DRIFTED };
     let room_m = |(body, (state, (_, vehicle))): (usize, (&State, &(Pose, &Vehicle)))| {
-        let reference_m_s = mover.filter(|(robot, _)| *robot == body).map_or([0.0; 3], |(_, v)| v);
+        let reference_m_s = reference_m_s(body).unwrap_or_default();
         let v = state.attitude * nalgebra::Vector3::from(state.nu.fixed_rows::<3>(0));
         let eta = state.eta();
         let at = |ahead_s: f64| {
@@ -57,9 +58,9 @@ mod tests {
         let bounds = Bounds { edge_m, margin_m: 0.1 };
         let vehicle = Vehicle::built_in("bluerov1").expect("built in");
         let bodies = [(Pose::default(), &vehicle)];
-        let found = |x: f64, speed: f64, mover: Option<(usize, [f64; 3])>, before: bool| {
+        let found = |x: f64, speed: f64, reference_m_s: Option<[f64; 3]>, before: bool| {
             let state = State::from_eta(&[x, 0.0, 0.0, 0.0, 0.0, 0.0], &[speed, 0.0, 0.0, 0.0, 0.0, 0.0]);
-            drifted(&bounds, &bodies, &[state], mover, before)
+            drifted(&bounds, &bodies, &[state], |_| reference_m_s, before)
                 .map(|(body, room_m)| (body, (room_m * 1e4).round()))
         };
         assert_eq!(found(0.70, 0.0, None, false), None);
@@ -68,6 +69,6 @@ mod tests {
         assert_eq!(found(0.68, 0.0, None, true), None);
         // 0.2 m/s of drift is 0.1 m further; of a reference that goes there it is none.
         assert_eq!(found(0.65, 0.2, None, false), Some((0, 85.0)));
-        assert_eq!(found(0.65, 0.2, Some((0, [0.2, 0.0, 0.0])), false), None);
+        assert_eq!(found(0.65, 0.2, Some([0.2, 0.0, 0.0]), false), None);
     }
 }

@@ -13,12 +13,13 @@
 //! - A robot leaves, or another one arrives, only when all have docked that were to have by then. One that is about to
 //!   be late slows the time down before.
 //! - A mover that is astray, or does not answer, is waited for by all.
+//! - So is a robot that has drifted towards the edge of the water.
 //! - While a host was away the propellers have stopped: those that are to hand over do so again.
 //!
 //! An action under way is not waited for at its end: the next one begins from there, and only docking asks for more.
 
 use super::super::ExecutionError;
-use super::{ASTRAY_M, Conductor, Coupling, Failure, HAND_OVER_S, LEAD_S, PATIENCE_S, apart, is_near};
+use super::{ASTRAY_M, Conductor, Coupling, Failure, HAND_OVER_S, LEAD_S, PATIENCE_S, apart, edge, is_near};
 use reconfiguration::plan::ActionKind;
 use reconfiguration::pose::Pose;
 use rov::dynamics::State;
@@ -135,6 +136,12 @@ impl Together {
         self.astray
     }
 
+    /// Velocity of the reference that a robot follows, m/s; `None` if it follows none.
+    fn velocity_m_s(&self, robot: usize) -> Option<[f64; 3]> {
+        let mover = self.movers.iter().find(|mover| mover.robot == robot && mover.let_go)?;
+        Some(mover.at(self.plan_s, self.rate, 0.0).velocity_m_s)
+    }
+
     /// Controllers of the movers, with their robots.
     pub fn controllers(&mut self) -> impl Iterator<Item = (usize, &mut TrackingController)> {
         self.movers.iter_mut().map(|mover| (mover.robot, &mut mover.controller))
@@ -173,7 +180,11 @@ impl Conductor<'_> {
         if let Some(failure) = self.adrift(states) {
             return Err(failure.into());
         }
-        let (held, within) = (self.held, self.within);
+        if let (Some(bounds), Some(together)) = (&self.problem.bounds, &self.together) {
+            let reference_m_s = |body: usize| together.velocity_m_s(body);
+            self.drifted = edge::drifted(bounds, &self.bodies, states, reference_m_s, self.drifted.is_some());
+        }
+        let (held, within, drifted) = (self.held, self.within, self.drifted.is_some());
         let block_s = self.barrier_s();
         let Some(together) = &mut self.together else { return Ok(None) };
         for mover in together.movers.iter_mut().filter(|mover| mover.let_go) {
@@ -185,7 +196,7 @@ impl Conductor<'_> {
         let lost = silent || together.movers.iter().any(|mover| mover.off.0 > ASTRAY_M);
         together.astray = lost || (together.astray && !together.movers.iter().all(there));
         together.rest_s = (together.rest_s - dt_s).max(0.0);
-        let stands = held || together.astray || together.rest_s > 0.0;
+        let stands = held || together.astray || drifted || together.rest_s > 0.0;
         // How fast the time may pass.
         let mut most = if stands { 0.0 } else { 1.0 };
         if let Some(block_s) = block_s {
@@ -211,7 +222,7 @@ impl Conductor<'_> {
         } else {
             together.plan_s = to_s;
         }
-        let waits = !held && (together.astray || blocked);
+        let waits = !held && (together.astray || drifted || blocked);
         together.waited_s = if waits { together.waited_s + dt_s } else { 0.0 };
         if together.waited_s > PATIENCE_S
             && let Some(failure) = self.late_together()
@@ -298,13 +309,13 @@ impl Conductor<'_> {
         self.station()
     }
 
-    /// The robot has taken hold.
+    /// The robot has taken hold in its slot, or rests where it parks.
     pub(super) fn docked_together(&mut self, robot: usize) -> Result<(), ExecutionError> {
         let Some(together) = &mut self.together else { return Ok(()) };
         if let Some(index) = together.movers.iter().position(|mover| mover.robot == robot) {
             let mover = together.movers.remove(index);
             self.bodies[robot].0 = mover.end();
-            self.arrived[robot] = true;
+            self.arrived[robot] = self.plan.moves.get(mover.number).is_some_and(|of| of.slot.is_some());
             self.number += 1;
         }
         self.station()
@@ -319,7 +330,7 @@ impl Conductor<'_> {
             together.movers.iter().max_by(|a, b| silent(a).cmp(&silent(b)).then(by_distance(a, b)))?;
         let action = worst.action(together.plan_s);
         let kind = action.map_or(ActionKind::Dock, |(_, trajectory)| trajectory.kind());
-        let hint = if silent(worst) { " (it does not answer)" } else { "" };
-        Some(Failure::late(self.problem.robots[worst.robot].id, worst.number, kind, worst.off, hint))
+        let (id, hint) = (self.problem.robots[worst.robot].id, self.hint(worst.robot));
+        Some(Failure::late(id, worst.number, kind, worst.off, hint))
     }
 }
