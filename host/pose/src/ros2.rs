@@ -191,8 +191,8 @@ impl Relay {
         command.args(["--listen", "127.0.0.1:0", "--attached"]);
         // What it has to say to a person goes where this program's own words go.
         let started = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
-        let mut child =
-            started.map_err(|error| StartError::Start { program: name.clone(), reason: error.to_string() })?;
+        let mut child = started
+            .map_err(|error| StartError::Start { program: name.clone(), reason: error.to_string() })?;
         let mut said = String::new();
         if let Some(out) = child.stdout.take() {
             // It keeps its end of the pipe, and says nothing more.
@@ -215,7 +215,11 @@ fn program() -> Option<PathBuf> {
     }
     let beside = std::env::current_exe().ok().and_then(|this| this.parent().map(Path::to_path_buf));
     let path = std::env::var_os("PATH").unwrap_or_default();
-    beside.into_iter().chain(std::env::split_paths(&path)).map(|folder| folder.join(PROGRAM)).find(|p| p.is_file())
+    beside
+        .into_iter()
+        .chain(std::env::split_paths(&path))
+        .map(|folder| folder.join(PROGRAM))
+        .find(|p| p.is_file())
 }
 
 fn end(child: &mut Child) {

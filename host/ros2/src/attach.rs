@@ -30,14 +30,18 @@ pub struct Address {
 
 /// Why text is no such address.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("\"{0}\" is no page of a run, such as http://127.0.0.1:4880/#token=…, which flotilla run --serve prints")]
+#[error(
+    "\"{0}\" is no page of a run, such as http://127.0.0.1:4880/#token=…, which flotilla run --serve prints"
+)]
 pub struct AddressError(String);
 
 /// What became of a connection.
 #[derive(Debug, Error)]
 pub enum AttachError {
     /// There is no server.
-    #[error("no run at {host}: {reason}; start one by flotilla run --serve, and give the address that it prints")]
+    #[error(
+        "no run at {host}: {reason}; start one by flotilla run --serve, and give the address that it prints"
+    )]
     Absent {
         /// Where.
         host: String,
@@ -60,7 +64,8 @@ impl FromStr for Address {
         let rest = given.strip_prefix("http://").or(given.strip_prefix("ws://")).ok_or_else(wrong)?;
         let (host, rest) = rest.split_once('/').unwrap_or((rest, ""));
         let token = rest.split(['#', '?', '&']).find_map(|part| part.strip_prefix("token="));
-        let is_host = host.rsplit_once(':').is_some_and(|(name, port)| !name.is_empty() && port.parse::<u16>().is_ok());
+        let is_host =
+            host.rsplit_once(':').is_some_and(|(name, port)| !name.is_empty() && port.parse::<u16>().is_ok());
         if !is_host || token == Some("") {
             return Err(wrong());
         }
@@ -75,7 +80,8 @@ impl Socket {
     fn open(address: &Address, protocol: &str) -> Result<Self, AttachError> {
         let host = &address.host;
         let absent = |reason: String| AttachError::Absent { host: host.clone(), reason };
-        let uri: Uri = format!("ws://{host}/socket").parse().map_err(|_| absent("no such address".to_owned()))?;
+        let uri: Uri =
+            format!("ws://{host}/socket").parse().map_err(|_| absent("no such address".to_owned()))?;
         let stream = TcpStream::connect(host).map_err(|error| absent(error.to_string()))?;
         let _ = stream.set_nodelay(true);
         let request = ClientRequestBuilder::new(uri).with_sub_protocol(protocol);
@@ -98,7 +104,9 @@ impl Socket {
     fn judged(outcome: tungstenite::Result<Option<Message>>) -> Result<Option<Message>, AttachError> {
         match outcome {
             Ok(Some(Message::Close(_)))
-            | Err(tungstenite::Error::ConnectionClosed | tungstenite::Error::AlreadyClosed) => Err(AttachError::Over),
+            | Err(tungstenite::Error::ConnectionClosed | tungstenite::Error::AlreadyClosed) => {
+                Err(AttachError::Over)
+            }
             Ok(message) => Ok(message),
             Err(tungstenite::Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => Ok(None),
             Err(error) => Err(AttachError::Lost(error.to_string())),
@@ -139,6 +147,15 @@ impl Stream {
     pub fn subscribe(&mut self, topic: u32) -> Result<(), AttachError> {
         let one = json!({ "id": topic, "channelId": topic });
         self.socket.send(Message::text(json!({ "op": "subscribe", "subscriptions": [one] }).to_string()))
+    }
+
+    /// Ends a subscription; what is under way still comes.
+    ///
+    /// # Errors
+    /// A connection that is lost.
+    pub fn unsubscribe(&mut self, topic: u32) -> Result<(), AttachError> {
+        self.socket
+            .send(Message::text(json!({ "op": "unsubscribe", "subscriptionIds": [topic] }).to_string()))
     }
 
     /// What came next; `None` where nothing has come.
@@ -272,14 +289,14 @@ mod tests {
             assert_eq!(data(&bytes.slice(..length)), None, "of {length} bytes");
         }
         let topics = r#"{"op":"advertise","channels":[{"id":3,"topic":"/tf","schemaName":"tf2_msgs/msg/TFMessage"},{"id":-1}]}"#;
-        assert_eq!(
-            said(topics),
-            [Came::Topic(3, "/tf".to_owned(), "tf2_msgs/msg/TFMessage".to_owned())]
-        );
+        assert_eq!(said(topics), [Came::Topic(3, "/tf".to_owned(), "tf2_msgs/msg/TFMessage".to_owned())]);
         assert_eq!(said(r#"{"op":"status","level":1,"message":"slow"}"#), [Came::Warning("slow".to_owned())]);
         assert_eq!(said(r#"{"op":"status","level":0,"message":"well"}"#), []);
         assert_eq!(said("nonsense"), []);
-        assert_eq!(answer(r#"{"kind":"answer","id":5,"ok":false,"text":"no"}"#), Some((5, Err("no".to_owned()))));
+        assert_eq!(
+            answer(r#"{"kind":"answer","id":5,"ok":false,"text":"no"}"#),
+            Some((5, Err("no".to_owned())))
+        );
         assert_eq!(answer(r#"{"kind":"snapshot","n":1,"ok":null}"#), None);
     }
 }

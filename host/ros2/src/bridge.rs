@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use ros2_client::ros2::LogLevel;
 use ros2_client::{Publisher, RmwRequestId, Server, ServiceMapping, Subscription, rosout};
-use runlog::flotilla::{End, Scenario};
+use runlog::flotilla::{End, Fix, Scenario};
 use runlog::message::Message as _;
 use runlog::ros::Odometry;
 use serde_json::{Value, json};
@@ -102,6 +102,7 @@ struct Bridge {
     /// Topics of the log that say something to the bridge itself, by number.
     scenario: Option<u32>,
     odometry: Option<u32>,
+    fix: Option<u32>,
     end: Option<u32>,
     /// Topics that wait until fleet time is known.
     waiting: Vec<(u32, String, String)>,
@@ -165,6 +166,7 @@ impl Bridge {
             published: BTreeMap::new(),
             scenario: None,
             odometry: None,
+            fix: None,
             end: None,
             waiting: Vec::new(),
             heading_rad: None,
@@ -203,6 +205,11 @@ impl Bridge {
                 self.end = Some(id);
                 return Ok(self.stream.subscribe(id)?);
             }
+            // There is no odometry before the first cycle, for which the heading has to be known.
+            "/fix" if self.odometry.is_none() => {
+                self.fix = Some(id);
+                return Ok(self.stream.subscribe(id)?);
+            }
             "/odom" => self.odometry = Some(id),
             _ => {}
         }
@@ -238,11 +245,18 @@ impl Bridge {
             self.ended |= End::read(cdr).is_ok();
             return Ok(());
         }
+        if self.fix == Some(id) {
+            self.heading_rad = Fix::read(cdr).ok().map(|fix| fix.heading_rad).or(self.heading_rad);
+            return Ok(());
+        }
         if self.odometry == Some(id)
             && let Ok(odometry) = Odometry::read(cdr)
         {
             let runlog::ros::Quaternion { x, y, z, w } = odometry.pose.pose.orientation;
             self.heading_rad = Quaternion { x, y, z, w }.yaw_rad().or(self.heading_rad);
+            if let Some(fix) = self.fix.take() {
+                self.stream.unsubscribe(fix)?;
+            }
         }
         let Some((place, publisher)) = self.published.get(&id) else { return Ok(()) };
         match place.message(cdr, &self.fleet) {
@@ -265,8 +279,12 @@ impl Bridge {
                 (Purpose::Call(number), outcome) => self.respond(number, outcome),
             }
         }
-        let late: Vec<u64> =
-            self.calls.iter().filter(|(_, call)| call.since.elapsed() > PATIENCE).map(|(number, _)| *number).collect();
+        let late: Vec<u64> = self
+            .calls
+            .iter()
+            .filter(|(_, call)| call.since.elapsed() > PATIENCE)
+            .map(|(number, _)| *number)
+            .collect();
         for number in late {
             self.respond(number, Err(format!("the run did not answer within {} s", PATIENCE.as_secs())));
         }
@@ -336,8 +354,7 @@ impl Bridge {
         while let Some(twist) = self.listening.velocities.take().transpose() {
             match (twist, self.heading_rad) {
                 (Ok((Twist { linear, angular }, _)), Some(heading_rad)) => {
-                    let wanted =
-                        Wanted { forward_m_s: linear.x, left_m_s: linear.y, turn_rad_s: angular.z };
+                    let wanted = Wanted { forward_m_s: linear.x, left_m_s: linear.y, turn_rad_s: angular.z };
                     self.drive.take(now_s, wanted, heading_rad);
                 }
                 (Ok(_), None) => self.complain("cmd_vel: the run does not know its heading yet"),
@@ -385,12 +402,19 @@ impl Bridge {
     /// The last word.
     fn leave(&self) {
         if self.dropped > 0 {
-            eprintln!("flotilla-ros2: {} messages found no room, of readers that were too slow", self.dropped);
+            eprintln!(
+                "flotilla-ros2: {} messages found no room, of readers that were too slow",
+                self.dropped
+            );
         }
     }
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates; whole ns of a time since 1970")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "saturates; whole ns of a time since 1970"
+)]
 fn nanos(seconds: f64) -> u64 {
     (seconds * 1e9) as u64
 }

@@ -7,10 +7,10 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Parser, Subcommand, ValueEnum};
-use pose::ros2::{TopicError, Topics};
+use pose::ros2::Topics;
 use ros2_client::ServiceMapping;
 
-use crate::attach::{Address, AttachError};
+use crate::attach::Address;
 use crate::bridge::{self, BridgeError};
 use crate::node::{self, DOMAIN_MAX};
 use crate::poses;
@@ -135,7 +135,8 @@ fn watch() {
 
 fn bridge(arguments: BridgeArguments) -> Result<(), Failure> {
     let BridgeArguments { address, namespace, world, reliable, rmw, domain } = arguments;
-    let namespace = node::namespace(&namespace).map_err(|error| Failure::Bad(format!("--namespace: {error}")))?;
+    let namespace =
+        node::namespace(&namespace).map_err(|error| Failure::Bad(format!("--namespace: {error}")))?;
     let domain = domain.number()?;
     let mapping = match rmw.map_or_else(middleware, Ok)? {
         Middleware::Fastrtps => ServiceMapping::Enhanced,
@@ -144,7 +145,7 @@ fn bridge(arguments: BridgeArguments) -> Result<(), Failure> {
     let settings = bridge::Settings { address, namespace, world, domain, reliable, mapping };
     bridge::run(&settings, &STOP).map_err(|error| match error {
         BridgeError::Token(_) => Failure::Bad(error.to_string()),
-        BridgeError::Attach(AttachError::Absent { .. }) | BridgeError::Attach(_) | BridgeError::Node(_) => could(error),
+        BridgeError::Attach(_) | BridgeError::Node(_) => could(error),
     })
 }
 
@@ -160,11 +161,15 @@ fn could(error: impl Display) -> Failure {
 
 impl DomainArguments {
     fn number(&self) -> Result<u16, Failure> {
-        let Some(said) = std::env::var("ROS_DOMAIN_ID").ok().filter(|said| self.domain.is_none() && !said.is_empty()) else {
+        let Some(said) =
+            std::env::var("ROS_DOMAIN_ID").ok().filter(|said| self.domain.is_none() && !said.is_empty())
+        else {
             return Ok(self.domain.unwrap_or_default());
         };
         let number = said.parse().ok().filter(|number| *number <= DOMAIN_MAX);
-        number.ok_or_else(|| Failure::Bad(format!("ROS_DOMAIN_ID = \"{said}\": must lie between 0 and {DOMAIN_MAX}")))
+        number.ok_or_else(|| {
+            Failure::Bad(format!("ROS_DOMAIN_ID = \"{said}\": must lie between 0 and {DOMAIN_MAX}"))
+        })
     }
 }
 
@@ -180,6 +185,8 @@ fn middleware() -> Result<Middleware, Failure> {
 
 #[cfg(test)]
 mod tests {
+    use pose::ros2::TopicError;
+
     use super::*;
 
     #[test]

@@ -65,8 +65,7 @@ impl Drive {
             self.driving.iter_mut().for_each(|driving| driving.came_s = f64::NEG_INFINITY);
             return;
         }
-        let begun =
-            Driving { wanted, came_s: now_s, heading_rad, reckoned_s: now_s, asked_s: None };
+        let begun = Driving { wanted, came_s: now_s, heading_rad, reckoned_s: now_s, asked_s: None };
         let driving = self.driving.get_or_insert(begun);
         // What was wanted before counts up to now.
         driving.reckon(now_s, heading_rad);

@@ -5,8 +5,8 @@ use std::time::Duration;
 use pose::ros2::Topics;
 use ros2_client::qos::{Durability, History, WhenFull};
 use ros2_client::{
-    Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile, Server,
-    ServiceMapping, ServiceTypeName, Subscription,
+    Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile,
+    Server, ServiceMapping, ServiceTypeName, Subscription,
 };
 use thiserror::Error;
 
@@ -20,7 +20,9 @@ pub const DOMAIN_MAX: u16 = 232;
 #[derive(Debug, Error)]
 pub enum NodeError {
     /// A name that ROS does not have.
-    #[error("\"{0}\" is no namespace: letters, digits and \"_\", parts separated by \"/\", as in flotilla or lab/boats")]
+    #[error(
+        "\"{0}\" is no namespace: letters, digits and \"_\", parts separated by \"/\", as in flotilla or lab/boats"
+    )]
     Namespace(String),
     /// DDS.
     #[error("{what}, DDS domain {domain}: {reason}")]
@@ -46,7 +48,11 @@ pub fn namespace(given: &str) -> Result<String, NodeError> {
     let name = format!("/{bare}");
     // A namespace follows the rules of a topic.
     match name.parse::<Topics>() {
-        Ok(Topics { topics, frame: None }) if topics.len() == 1 && topics.iter().all(|one| one.name == name) => Ok(name),
+        Ok(Topics { topics, frame: None })
+            if topics.len() == 1 && topics.iter().all(|one| one.name == name) =>
+        {
+            Ok(name)
+        }
         _ => Err(NodeError::Namespace(given.to_owned())),
     }
 }
@@ -65,7 +71,8 @@ impl Ros {
     /// # Errors
     /// [`NodeError::Dds`].
     pub fn open(domain: u16, namespace: &str, name: &str) -> Result<Self, NodeError> {
-        let failed = |reason: String| NodeError::Dds { what: format!("node {namespace}/{name}"), domain, reason };
+        let failed =
+            |reason: String| NodeError::Dds { what: format!("node {namespace}/{name}"), domain, reason };
         let context = Context::with_options(ContextOptions::new().domain_id(domain));
         let context = context.map_err(|error| failed(error.to_string()))?;
         let namespace = if namespace.is_empty() { "/" } else { namespace };
@@ -124,7 +131,8 @@ impl Ros {
         mapping: ServiceMapping,
     ) -> Result<Server<TriggerRequest, TriggerResponse>, NodeError> {
         let (name, kind) = (self.name(service)?, ServiceTypeName::new("std_srvs", "Trigger"));
-        let made = self.node.create_server(mapping, &name, &kind, qos(Quality::Reliable), qos(Quality::Reliable));
+        let made =
+            self.node.create_server(mapping, &name, &kind, qos(Quality::Reliable), qos(Quality::Reliable));
         made.map_err(|error| self.failed(service, error))
     }
 
@@ -133,7 +141,9 @@ impl Ros {
     pub fn kind_of(&self, topic: &str) -> Option<(String, String)> {
         let writers = self.context.domain_participant().discovered_writers();
         let kinds = writers.iter().map(|writer| &writer.publication_topic_data);
-        kinds.filter(|data| data.topic_name.strip_prefix("rt") == Some(topic)).find_map(|data| message(&data.type_name))
+        kinds
+            .filter(|data| data.topic_name.strip_prefix("rt") == Some(topic))
+            .find_map(|data| message(&data.type_name))
     }
 }
 
@@ -162,7 +172,9 @@ mod tests {
 
     #[test]
     fn namespaces_are_those_that_ros_has() {
-        for (given, expected) in [("flotilla", "/flotilla"), ("/lab/boats", "/lab/boats"), ("/", ""), ("", "")] {
+        for (given, expected) in
+            [("flotilla", "/flotilla"), ("/lab/boats", "/lab/boats"), ("/", ""), ("", "")]
+        {
             assert_eq!(namespace(given).expect(given), expected);
         }
         for wrong in ["a b", "a,b", "a/", "1a", "x=a", "a@b", "//a"] {

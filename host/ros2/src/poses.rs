@@ -141,7 +141,9 @@ impl Relay {
             *reader = Some(match full {
                 ("geometry_msgs", "PoseStamped") => Reader::Poses(ros.subscription(name, full)?),
                 ("nav_msgs", "Odometry") => Reader::Odometry(ros.subscription(name, full)?),
-                ("tf2_msgs", "TFMessage") if frame.is_none() => return Err(PosesError::Frame(topic.name.clone())),
+                ("tf2_msgs", "TFMessage") if frame.is_none() => {
+                    return Err(PosesError::Frame(topic.name.clone()));
+                }
                 ("tf2_msgs", "TFMessage") => Reader::Transforms(ros.subscription(name, full)?),
                 _ => return Err(PosesError::Kind { topic: topic.name.clone(), package, kind }),
             });
@@ -153,8 +155,12 @@ impl Relay {
     }
 
     fn tell_silent(&mut self) {
-        let silent: Vec<String> =
-            self.readers.iter().filter(|(_, reader)| reader.is_none()).map(|(topic, _)| topic.name.clone()).collect();
+        let silent: Vec<String> = self
+            .readers
+            .iter()
+            .filter(|(_, reader)| reader.is_none())
+            .map(|(topic, _)| topic.name.clone())
+            .collect();
         for name in silent {
             self.say(format!("{name} has no publisher yet"));
         }
@@ -174,9 +180,11 @@ impl Relay {
                     came.push((topic.body(), false, header, transform));
                 }),
                 Some(Reader::Transforms(reader)) => all(reader, |Transforms { transforms }| {
-                    came.extend(transforms.into_iter().map(|Transform { header, child_frame_id, transform }| {
-                        (body_of(&child_frame_id), true, header, transform)
-                    }));
+                    came.extend(transforms.into_iter().map(
+                        |Transform { header, child_frame_id, transform }| {
+                            (body_of(&child_frame_id), true, header, transform)
+                        },
+                    ));
                 }),
             };
             failed.extend(outcome.err().map(|error| format!("{}: {error}", topic.name)));
@@ -193,7 +201,8 @@ impl Relay {
         if *frame != frame_id {
             // Transforms between other frames are others' business.
             if !one_of_many {
-                let text = format!("{body} is in the frame \"{frame_id}\", the poses are in \"{frame}\": not used");
+                let text =
+                    format!("{body} is in the frame \"{frame_id}\", the poses are in \"{frame}\": not used");
                 self.say(text);
             }
             return;

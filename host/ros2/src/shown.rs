@@ -189,7 +189,11 @@ mod tests {
     use super::*;
 
     fn fleet(namespace: &str) -> Fleet {
-        Fleet { namespace: namespace.to_owned(), world: "map".to_owned(), began_ns: 1_780_000_000_250_000_000 }
+        Fleet {
+            namespace: namespace.to_owned(),
+            world: "map".to_owned(),
+            began_ns: 1_780_000_000_250_000_000,
+        }
     }
 
     #[test]
@@ -214,7 +218,8 @@ mod tests {
     fn stamps_and_frames_are_changed_and_nothing_else() {
         let header =
             Header { stamp: Time { sec: 3, nanosec: 900_000_000 }, frame_id: "structure".to_owned() };
-        let mut transform = TransformStamped { header, child_frame_id: "world".to_owned(), ..Default::default() };
+        let mut transform =
+            TransformStamped { header, child_frame_id: "world".to_owned(), ..Default::default() };
         transform.transform.translation.y = 0.25;
         let mut expected = transform.clone();
         let mut encoder = Encoder::default();

@@ -50,15 +50,27 @@ def median_period_s(stamps):
     return statistics.median(b - a for a, b in zip(stamps, stamps[1:])) / 1e9
 
 
-# Looked at.
+velocity = node.create_publisher(Twist, "/flotilla/cmd_vel", 10)
+goal = node.create_publisher(PoseStamped, "/flotilla/goal_pose", 10)
+calls = {name: node.create_client(Trigger, f"/flotilla/{name}") for name in ["stop", "hold", "release"]}
+
+
+def drive(x, y):
+    twist = Twist()
+    twist.linear.x, twist.linear.y = x, y
+    velocity.publish(twist)
+
+
+# Looked at. What moves is told from the first cycle on, which begins with a target: here to stay.
 listen(TFMessage, "/tf", RELIABLE)
 listen(Odometry, "/flotilla/odom", qos_profile_sensor_data)
 listen(JointState, "/flotilla/joint_states", qos_profile_sensor_data)
 listen(BatteryState, "/flotilla/module_1/battery", RELIABLE)
 listen(DiagnosticArray, "/diagnostics", RELIABLE)
 listen(MarkerArray, "/flotilla/markers", RELIABLE)
-for topic, least in [("/flotilla/odom", 60), ("/tf", 60), ("/flotilla/joint_states", 60), ("/flotilla/module_1/battery", 1)]:
-    waiting.until(f"{least} messages of {topic}", lambda: len(came[topic]) >= least)
+least_of = {"/flotilla/odom": 60, "/tf": 60, "/flotilla/joint_states": 60, "/flotilla/module_1/battery": 1}
+for topic, least in least_of.items():
+    waiting.until(f"{least} messages of {topic}", lambda: len(came[topic]) >= least, lambda: drive(0.0, 0.0))
 for topic in ["/diagnostics", "/flotilla/markers"]:
     waiting.until(topic, lambda: came[topic])
 # Begun late: the frames within the structure were told long ago.
@@ -108,9 +120,6 @@ for topic, reliability in [
     assert len(node.get_publishers_info_by_topic(topic)) == 1, topic
 
 # Steered.
-velocity = node.create_publisher(Twist, "/flotilla/cmd_vel", 10)
-goal = node.create_publisher(PoseStamped, "/flotilla/goal_pose", 10)
-calls = {name: node.create_client(Trigger, f"/flotilla/{name}") for name in ["stop", "hold", "release"]}
 
 
 def call(name):
@@ -118,12 +127,6 @@ def call(name):
     answer = calls[name].call_async(Trigger.Request())
     waiting.until(f"an answer of {name}", answer.done)
     return answer.result()
-
-
-def drive(x, y):
-    twist = Twist()
-    twist.linear.x, twist.linear.y = x, y
-    velocity.publish(twist)
 
 
 waiting.until("a reader of cmd_vel", lambda: velocity.get_subscription_count() == 1)

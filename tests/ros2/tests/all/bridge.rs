@@ -22,7 +22,7 @@ fn orders(log: &std::path::Path) -> Vec<(String, bool)> {
 
 #[test]
 fn a_node_of_rclpy_looks_at_a_fleet_and_steers_it() {
-    let bridged = Bridged::start("steer");
+    let bridged = Bridged::start("steer", "--interactive");
     let found = found(Program::script("steer.py", &[], &bridged.domain));
     let log = bridged.folder.join("log.mcap");
     bridged.end();
@@ -54,13 +54,16 @@ fn a_node_of_rclpy_looks_at_a_fleet_and_steers_it() {
     let orders = orders(&log);
     println!("{orders:?}");
     for what in ["velocity", "station", "stop", "release", "hold"] {
-        assert!(orders.iter().any(|(order, followed)| order.contains(what) && *followed), "{what}: {orders:?}");
+        assert!(
+            orders.iter().any(|(order, followed)| order.contains(what) && *followed),
+            "{what}: {orders:?}"
+        );
     }
 }
 
 #[test]
 fn cyclone_dds_reads_odometry_and_transforms() {
-    let bridged = Bridged::start("cyclone");
+    let bridged = Bridged::start("cyclone", "holonomic-1");
     let domain = bridged.domain.clone();
     let found = found(Program::script("listen_by_cyclone.py", &[&domain], &domain));
     bridged.end();

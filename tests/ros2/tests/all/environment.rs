@@ -103,7 +103,9 @@ impl Program {
     pub fn line(&mut self, part: &str) -> String {
         loop {
             let over = self.child.try_wait().expect("a child");
-            if let Some(line) = self.said.lock().expect("no reader panics").iter().find(|line| line.contains(part)) {
+            if let Some(line) =
+                self.said.lock().expect("no reader panics").iter().find(|line| line.contains(part))
+            {
                 return line.clone();
             }
             assert!(over.is_none(), "{} ended without saying {part:?}: {over:?}", self.name);
@@ -146,13 +148,12 @@ pub struct Bridged {
 }
 
 impl Bridged {
-    /// Three modules that wait for targets.
-    pub fn start(name: &str) -> Self {
+    /// Three modules, run as `wanted` has it.
+    pub fn start(name: &str, wanted: &str) -> Self {
         // It takes minutes where it is not there yet, in which a run would go on by itself.
         python();
         let (folder, domain) = (folder(name), domain());
-        let arguments =
-            ["run", "--interactive", "--realtime", "--serve", "127.0.0.1:0", "--seed", "5", "--out", "."];
+        let arguments = ["run", wanted, "--realtime", "--serve", "127.0.0.1:0", "--seed", "5", "--out", "."];
         let mut run = Program::start(FLOTILLA, &arguments, &folder, &domain);
         let line = run.line("http://");
         let address = line.split_whitespace().find(|word| word.starts_with("http://")).expect("an address");

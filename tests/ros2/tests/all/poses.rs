@@ -19,13 +19,26 @@ impl Laboratory {
     fn open(kind: &str, folder: &Path) -> Self {
         let domain = domain();
         std::fs::write(folder.join("short.toml"), SCENARIO).expect("a file");
-        let (status, said) = Program::start(FLOTILLA, &["keygen", "--out", "fleet.key"], folder, &domain).finish();
+        let (status, said) =
+            Program::start(FLOTILLA, &["keygen", "--out", "fleet.key"], folder, &domain).finish();
         assert!(status.success(), "{said}");
         let (capture, host) = (port(), format!("127.0.0.1:{}", port()));
         let listen = format!("127.0.0.1:{capture}");
         let arguments = [
-            "tank", "short.toml", "--key", "fleet.key", "--host", &host, "--mocap", "vrpn", "--listen", &listen,
-            "--duration", "3600", "--noise", "0.0005",
+            "tank",
+            "short.toml",
+            "--key",
+            "fleet.key",
+            "--host",
+            &host,
+            "--mocap",
+            "vrpn",
+            "--listen",
+            &listen,
+            "--duration",
+            "3600",
+            "--noise",
+            "0.0005",
         ];
         let tank = Program::start(FLOTILLA, &arguments, folder, &domain);
         let driver = Program::script("drive_poses.py", &[kind, &capture.to_string()], &domain);
@@ -52,16 +65,28 @@ fn each_kind_of_message_is_read() {
             (status.success() && bodies >= source.matches("/module").count().max(2)).then_some(findings)
         });
         let findings = probed.unwrap_or_else(|| panic!("{source}: no frames"));
-        let names: Vec<&str> = findings["bodies"].as_array().expect("bodies").iter().filter_map(|body| body["body"].as_str()).collect();
+        let names: Vec<&str> = findings["bodies"]
+            .as_array()
+            .expect("bodies")
+            .iter()
+            .filter_map(|body| body["body"].as_str())
+            .collect();
         let expected = match kind {
             "odom" => &["\"blue\"", "\"module-2\""][..],
             _ => &["\"module-1\"", "\"module-2\"", "\"module-3\""],
         };
-        assert!(expected.iter().all(|name| names.iter().any(|n| n.contains(name.trim_matches('"')))), "{names:?}");
+        assert!(
+            expected.iter().all(|name| names.iter().any(|n| n.contains(name.trim_matches('"')))),
+            "{names:?}"
+        );
         assert!(!names.iter().any(|name| name.contains("camera")), "{names:?}");
         // Modules stand side by side, 0.15 m apart.
         let place = |name: &str| -> Vec<f64> {
-            let body = findings["bodies"].as_array().into_iter().flatten().find(|body| body["body"].as_str().is_some_and(|b| b.contains(name)));
+            let body = findings["bodies"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .find(|body| body["body"].as_str().is_some_and(|b| b.contains(name)));
             let place = body.unwrap_or_else(|| panic!("{name}"))["world_m"].as_array().expect("a place");
             place.iter().filter_map(serde_json::Value::as_f64).collect()
         };
@@ -78,11 +103,23 @@ fn a_run_swims_by_poses_of_a_driver() {
     let laboratory = Laboratory::open("pose", &folder);
     let source = "ros2:/module_1/pose,/module_2/pose,/module_3/pose";
     let arguments = [
-        "run", "short.toml", "--radio", "udp", "--key", "fleet.key", "--listen", &laboratory.host, "--pose", source,
-        "--json", "--out", "out",
+        "run",
+        "short.toml",
+        "--radio",
+        "udp",
+        "--key",
+        "fleet.key",
+        "--listen",
+        &laboratory.host,
+        "--pose",
+        source,
+        "--json",
+        "--out",
+        "out",
     ];
     let (status, said) = Program::start(FLOTILLA, &arguments, &folder, &laboratory.domain).finish();
-    let summary = std::fs::read_to_string(folder.join("out/summary.json")).unwrap_or_else(|error| panic!("{error}: {said}"));
+    let summary = std::fs::read_to_string(folder.join("out/summary.json"))
+        .unwrap_or_else(|error| panic!("{error}: {said}"));
     let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
     assert_eq!(summary["poses"]["source"], source);
     // A slow machine may make the fleet hold for want of poses, and the run end with that: it has swum by those that came.
