@@ -19,6 +19,10 @@ pub const REFRESH_S: f64 = 0.1;
 /// How far the heading that is asked for leads, rad. *Assumed*: a structure turns it within seconds.
 pub const LEAD_RAD: f64 = 0.6;
 
+/// A velocity is turned with the body when that has turned by so much, rad: each other velocity is an order of its own in the log. *Assumed*:
+/// half as much is 2.5 % of a velocity.
+pub const TURNED_RAD: f64 = 0.05;
+
 /// What is wanted of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wanted {
@@ -47,6 +51,8 @@ struct Driving {
     /// The heading that is asked for, and when it was reckoned.
     heading_rad: f64,
     reckoned_s: f64,
+    /// The heading along which the velocity is asked for.
+    along_rad: f64,
     /// When the run was asked last.
     asked_s: Option<f64>,
 }
@@ -65,7 +71,14 @@ impl Drive {
             self.driving.iter_mut().for_each(|driving| driving.came_s = f64::NEG_INFINITY);
             return;
         }
-        let begun = Driving { wanted, came_s: now_s, heading_rad, reckoned_s: now_s, asked_s: None };
+        let begun = Driving {
+            wanted,
+            came_s: now_s,
+            heading_rad,
+            reckoned_s: now_s,
+            along_rad: heading_rad,
+            asked_s: None,
+        };
         let driving = self.driving.get_or_insert(begun);
         // What was wanted before counts up to now.
         driving.reckon(now_s, heading_rad);
@@ -88,7 +101,10 @@ impl Drive {
         }
         driving.reckon(now_s, heading_rad);
         driving.asked_s = Some(now_s);
-        let (sin, cos) = heading_rad.sin_cos();
+        if wrapped(heading_rad - driving.along_rad).abs() > TURNED_RAD {
+            driving.along_rad = heading_rad;
+        }
+        let (sin, cos) = driving.along_rad.sin_cos();
         let Wanted { forward_m_s, left_m_s, .. } = driving.wanted;
         let velocity_m_s = [forward_m_s * cos - left_m_s * sin, forward_m_s * sin + left_m_s * cos];
         Some(Asked::Velocity(velocity_m_s, driving.heading_rad))
@@ -148,6 +164,21 @@ mod tests {
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
             assert!((heading - heading_rad).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn a_body_that_sways_is_asked_for_one_velocity_and_one_that_turns_for_others() {
+        let mut drive = Drive::default();
+        let mut asked = Vec::new();
+        for step in 0..100 {
+            let now_s = 0.1 * f64::from(step);
+            drive.take(now_s, FORWARD, 0.04 * now_s.sin());
+            asked.push(velocity(drive.due(now_s, 0.04 * now_s.sin())).0);
+        }
+        assert!(asked.iter().all(|one| one == &[0.04, 0.0]), "{asked:?}");
+        drive.take(10.0, FORWARD, FRAC_PI_2);
+        let turned = velocity(drive.due(10.0, FRAC_PI_2)).0;
+        assert!(turned[0].abs() < 1e-15 && (turned[1] - 0.04).abs() < 1e-15, "{turned:?}");
     }
 
     #[test]

@@ -22,7 +22,7 @@ from common import Waiting, stamp_ns
 
 RELIABLE = QoSProfile(depth=100)
 LATCHED = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-SIDE_M = 0.12
+SIDE_M = 0.3
 SPEED_M_S = 0.06
 
 waiting = Waiting("operator")
@@ -139,27 +139,49 @@ for forward, left in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]:
         x, y = at()
         return (x - start[0]) * along[0] + (y - start[1]) * along[1]
 
-    waiting.until("a side of the square", lambda: gone() >= SIDE_M, lambda: drive(SPEED_M_S * forward, SPEED_M_S * left))
-    across = (at()[1] - start[1]) * along[0] - (at()[0] - start[0]) * along[1]
-    corners.append([round(gone(), 3), round(across, 3)])
+    def speeds():
+        """Along the side and across it, by the twist, which is of the body."""
+        twist = came["/flotilla/odom"][-1].twist.twist.linear
+        return twist.x * forward + twist.y * left, twist.y * forward - twist.x * left
+
+    def swum():
+        along_m_s, across_m_s = speeds()
+        return gone() >= SIDE_M and along_m_s > 0.04 and abs(across_m_s) < 0.02
+
+    waiting.until("a side of the square", swum, lambda: drive(SPEED_M_S * forward, SPEED_M_S * left))
+    corners.append([round(gone(), 3), *(round(speed, 4) for speed in speeds())])
 found["corners"] = corners
 found["closed_m"] = math.dist(at(), begin)
 
-# Nothing is said any more: the fleet holds, so the tails are at rest, and no longer only between two cycles.
-rest = {"since": None}
 
 
-def at_rest():
-    joints = came["/flotilla/joint_states"][-1]
-    now_s = stamp_ns(joints.header) / 1e9
-    if max(abs(speed) for speed in joints.velocity) > 0.05:
-        rest["since"] = None
-    elif rest["since"] is None:
-        rest["since"] = now_s
-    return rest["since"] is not None and now_s - rest["since"] > 4.0
+def swing_rad(since_s, span_s):
+    """How far a tail has swung in the last seconds, by stamps; None where there are not so many since `since_s`."""
+    joints = [(stamp_ns(message.header) / 1e9, message.position) for message in came["/flotilla/joint_states"]]
+    newest_s = joints[-1][0]
+    lately = [angles for at_s, angles in joints if at_s >= newest_s - span_s and at_s > since_s]
+    covered = newest_s - span_s > since_s and len(lately) >= 10
+    return max(max(tail) - min(tail) for tail in zip(*lately)) if covered else None
 
 
-waiting.until("tails at rest, after cmd_vel has ended", at_rest)
+def newest_s():
+    return stamp_ns(came["/flotilla/joint_states"][-1].header) / 1e9
+
+
+def at_rest(since_s):
+    """For longer than between two cycles."""
+    swing = swing_rad(since_s, 4.0)
+    return swing is not None and swing < 0.1
+
+
+def moving(since_s):
+    swing = swing_rad(since_s, 2.0)
+    return swing is not None and swing > 0.5
+
+
+# Nothing is said any more: the fleet holds.
+since_s = newest_s()
+waiting.until("tails at rest, after cmd_vel has ended", lambda: at_rest(since_s))
 
 # A station.
 target = PoseStamped()
@@ -172,15 +194,17 @@ waiting.until("the station", lambda: math.dist(at(), begin) < 0.03, lambda: goal
 found["station_m"] = math.dist(at(), begin)
 
 # An emergency stop, while it swims.
-waiting.until("tails that move", lambda: not at_rest() and rest["since"] is None, lambda: drive(SPEED_M_S, 0.0))
+since_s = newest_s()
+waiting.until("tails that move", lambda: moving(since_s), lambda: drive(SPEED_M_S, 0.0))
 stopped = call("stop")
 assert stopped.success, stopped.message
-rest["since"] = None
+since_s = newest_s()
 # What is asked for now is refused.
-waiting.until("tails at rest, after a stop", at_rest, lambda: drive(SPEED_M_S, 0.0))
+waiting.until("tails at rest, after a stop", lambda: at_rest(since_s), lambda: drive(SPEED_M_S, 0.0))
 released = call("release")
 assert released.success, released.message
-waiting.until("tails that move, after the release", lambda: not at_rest() and rest["since"] is None, lambda: drive(SPEED_M_S, 0.0))
+since_s = newest_s()
+waiting.until("tails that move, after the release", lambda: moving(since_s), lambda: drive(SPEED_M_S, 0.0))
 held = call("hold")
 assert held.success, held.message
 found["said"] = [stopped.message, released.message, held.message]
