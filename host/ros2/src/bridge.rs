@@ -125,15 +125,18 @@ pub fn run(settings: &Settings, stop: &AtomicBool) -> Result<(), BridgeError> {
     while !stop.load(Ordering::Relaxed) {
         match bridge.look(began.elapsed().as_secs_f64()) {
             Ok(()) => std::thread::sleep(LOOK),
-            Err(BridgeError::Attach(AttachError::Over)) => return Ok(bridge.leave()),
-            Err(BridgeError::Attach(AttachError::Lost(_))) if bridge.ended => return Ok(bridge.leave()),
+            Err(BridgeError::Attach(AttachError::Over)) => break,
+            Err(BridgeError::Attach(AttachError::Lost(_))) if bridge.ended => break,
             Err(error) => return Err(error),
         }
     }
-    if bridge.drive.is_on() {
+    if bridge.drive.is_on() && stop.load(Ordering::Relaxed) {
         bridge.give(json!({ "do": "let-go" }), Purpose::Target("cmd_vel"))?;
     }
-    Ok(bridge.leave())
+    if bridge.dropped > 0 {
+        eprintln!("flotilla-ros2: {} messages found no room, of readers that were too slow", bridge.dropped);
+    }
+    Ok(())
 }
 
 impl Bridge {
@@ -396,16 +399,6 @@ impl Bridge {
             eprintln!("flotilla-ros2: {text}");
             rosout!(self.ros.node, LogLevel::Warn, "{text}");
             self.complaint = text;
-        }
-    }
-
-    /// The last word.
-    fn leave(&self) {
-        if self.dropped > 0 {
-            eprintln!(
-                "flotilla-ros2: {} messages found no room, of readers that were too slow",
-                self.dropped
-            );
         }
     }
 }

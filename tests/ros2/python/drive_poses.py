@@ -40,7 +40,7 @@ def publish(name, body):
         transform = TransformStamped(child_frame_id=name)
         transform.header.stamp, transform.header.frame_id = stamp, "lab"
         fill(transform.transform.translation, transform.transform.rotation, body)
-        # Someone else's frame, which is no body.
+        # A frame of another tree, which is no body.
         other = TransformStamped(child_frame_id="camera")
         other.header.stamp, other.header.frame_id = stamp, "rig"
         publisher(TFMessage, "/tf").publish(TFMessage(transforms=[other, transform]))

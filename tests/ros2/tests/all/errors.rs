@@ -11,11 +11,11 @@ fn ends(program: &str, arguments: &[&str], code: i32, part: &str) {
 
 #[test]
 fn what_is_wrong_is_named() {
-    let nobody = format!("http://127.0.0.1:{}/#token=1", port());
-    ends(BRIDGE, &["bridge", &nobody], 1, "no run at 127.0.0.1");
+    let absent = format!("http://127.0.0.1:{}/#token=1", port());
+    ends(BRIDGE, &["bridge", &absent], 1, "no run at 127.0.0.1");
     ends(BRIDGE, &["bridge", "127.0.0.1:4880"], 2, "is no page of a run");
-    ends(BRIDGE, &["bridge", &nobody, "--namespace", "a b"], 2, "\"a b\" is no namespace");
-    ends(BRIDGE, &["bridge", &nobody, "--domain", "300"], 2, "300 is not in 0..=232");
+    ends(BRIDGE, &["bridge", &absent, "--namespace", "a b"], 2, "\"a b\" is no namespace");
+    ends(BRIDGE, &["bridge", &absent, "--domain", "300"], 2, "300 is not in 0..=232");
     ends(BRIDGE, &["poses", "pose"], 2, "\"pose\" is no topic");
     ends(BRIDGE, &["--help"], 0, "Example:");
     ends(FLOTILLA, &["probe", "ros2:boat"], 2, "\"boat\" is no topic");
