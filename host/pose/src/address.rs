@@ -1,4 +1,5 @@
-//! Addresses of pose sources in words: `natnet:HOST[:PORT]`, `qtm:HOST[:PORT]`, `vrpn:[BODY,…@]HOST[:PORT]`, `log:FILE`.
+//! Addresses of pose sources in words: `natnet:HOST[:PORT]`, `qtm:HOST[:PORT]`, `vrpn:[BODY,…@]HOST[:PORT]`,
+//! `ros2:[BODY=]/TOPIC[,…][@FRAME]`, `log:FILE`.
 
 use std::fmt;
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
@@ -8,6 +9,7 @@ use std::str::FromStr;
 use thiserror::Error;
 
 use crate::natnet::client::NatNetClient;
+use crate::ros2::{Relay, StartError, TopicError, Topics};
 use crate::source::{Source, SourceError};
 use crate::vrpn::client::VrpnClient;
 use crate::{natnet, qtm, vrpn};
@@ -21,6 +23,8 @@ pub enum Address {
     Qtm(Host),
     /// A VRPN server, and the trackers that are wanted: all if none is named.
     Vrpn(Vec<String>, Host),
+    /// Topics of ROS 2.
+    Ros2(Topics),
     /// A log.
     Log(PathBuf),
 }
@@ -39,7 +43,8 @@ pub struct Host {
 pub enum AddressError {
     /// No protocol, or one that is not known.
     #[error(
-        "\"{given}\": no pose source \"{protocol}\"; there are natnet:HOST[:PORT], qtm:HOST[:PORT], vrpn:[BODY,…@]HOST[:PORT] and log:FILE"
+        "\"{given}\": no pose source \"{protocol}\"; there are natnet:HOST[:PORT], qtm:HOST[:PORT], vrpn:[BODY,…@]HOST[:PORT], \
+         ros2:[BODY=]/TOPIC[,…][@FRAME] and log:FILE"
     )]
     Protocol {
         /// The whole address.
@@ -62,6 +67,14 @@ pub enum AddressError {
         given: String,
         /// What stands for the port.
         port: String,
+    },
+    /// No topic of ROS.
+    #[error("\"{given}\": {error}")]
+    Topic {
+        /// The whole address.
+        given: String,
+        /// What is wrong with it.
+        error: TopicError,
     },
     /// No file.
     #[error("\"{given}\": the file is missing, as in log:runs/latest/log.mcap")]
@@ -87,6 +100,14 @@ pub enum OpenError {
     /// A log is no server.
     #[error("{0}: a log is read by the program itself")]
     Log(String),
+    /// The program that reads ROS 2.
+    #[error("{address}: {error}")]
+    Ros2 {
+        /// The whole address.
+        address: String,
+        /// Why it does not run.
+        error: StartError,
+    },
     /// A socket.
     #[error(transparent)]
     Source(#[from] SourceError),
@@ -114,6 +135,10 @@ impl FromStr for Address {
                 let (bodies, rest) = rest.rsplit_once('@').unwrap_or(("", rest));
                 let bodies = bodies.split(',').map(str::trim).filter(|body| !body.is_empty() && *body != "*");
                 Ok(Self::Vrpn(bodies.map(str::to_owned).collect(), host("vrpn", rest, vrpn::message::PORT)?))
+            }
+            "ros2" => {
+                let topics = rest.parse();
+                topics.map(Self::Ros2).map_err(|error| AddressError::Topic { given: given.into(), error })
             }
             "log" if rest.is_empty() => Err(AddressError::NoFile { given: given.into() }),
             "log" => Ok(Self::Log(rest.into())),
@@ -155,13 +180,14 @@ impl fmt::Display for Address {
             Self::Qtm(host) => write!(f, "qtm:{host}"),
             Self::Vrpn(bodies, host) if bodies.is_empty() => write!(f, "vrpn:{host}"),
             Self::Vrpn(bodies, host) => write!(f, "vrpn:{}@{host}", bodies.join(",")),
+            Self::Ros2(topics) => write!(f, "ros2:{topics}"),
             Self::Log(file) => write!(f, "log:{}", file.display()),
         }
     }
 }
 
 impl Address {
-    /// Opens the source. The host is looked up here, which may take seconds; all else is done while it is polled.
+    /// Opens the source. The host is looked up here, or the program for ROS 2 started, which may take seconds; all else is done while it is polled.
     ///
     /// # Errors
     /// A host that is not found, a socket that cannot be opened, a log.
@@ -172,6 +198,10 @@ impl Address {
             Self::Vrpn(bodies, host) => {
                 let wanted: Vec<&str> = bodies.iter().map(String::as_str).collect();
                 Box::new(VrpnClient::new(self.resolve(host)?, &wanted))
+            }
+            Self::Ros2(topics) => {
+                let relay = Relay::start(topics);
+                Box::new(relay.map_err(|error| OpenError::Ros2 { address: self.to_string(), error })?)
             }
             Self::Log(_) => return Err(OpenError::Log(self.to_string())),
         })
@@ -208,6 +238,8 @@ mod tests {
             ("vrpn:a, b@host:3884", "vrpn:a,b@host:3884"),
             ("vrpn:*@host", "vrpn:host:3883"),
             ("vrpn:host", "vrpn:host:3883"),
+            ("ros2:/boat/pose", "ros2:/boat/pose"),
+            ("ros2:blue=/boat/pose,/module_2/odom@map", "ros2:blue=/boat/pose,/module_2/odom@map"),
             ("log:runs/a b/log.mcap", "log:runs/a b/log.mcap"),
         ] {
             let address: Address = given.parse().expect(given);
@@ -226,6 +258,8 @@ mod tests {
             ("qtm:host:70000", "\"70000\" is no port"),
             ("qtm:host:0", "\"0\" is no port"),
             ("natnet:host:", "\"\" is no port"),
+            ("ros2:", "the topic is missing"),
+            ("ros2:boat", "\"boat\" is no topic"),
             ("log:", "the file is missing"),
         ] {
             let text = given.parse::<Address>().expect_err(given).to_string();

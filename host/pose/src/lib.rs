@@ -19,6 +19,7 @@
 //! | [`roster`], [`structure`] | which body is which module; where a structure of boats is |
 //! | [`velocity`], [`vehicles`] | velocities of a body from its fixes; underwater vehicles, each by its body |
 //! | [`natnet`], [`qtm`], [`vrpn`] | NatNet of OptiTrack Motive; QTM RT of Qualisys; trackers of VRPN |
+//! | [`ros2`] | topics of ROS 2, by way of a program of its own |
 //! | [`bytes`], [`stream`] | wire bytes with bounds checked; TCP that never blocks |
 
 pub mod address;
@@ -33,6 +34,7 @@ pub mod ledger;
 pub mod natnet;
 pub mod proposal;
 pub mod qtm;
+pub mod ros2;
 pub mod roster;
 pub mod server;
 pub mod source;

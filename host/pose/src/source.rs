@@ -100,6 +100,14 @@ pub enum SourceError {
         /// What the operator can do, with its own punctuation; may be empty.
         advice: &'static str,
     },
+    /// The program that brings the poses has ended; it says why itself.
+    #[error("{program}, which brings the poses, has ended: {status}")]
+    Ended {
+        /// Which.
+        program: &'static str,
+        /// How, as the operating system says.
+        status: String,
+    },
     /// A socket could not be opened.
     #[error("cannot open a socket for {purpose}: {reason}")]
     Socket {

@@ -21,8 +21,8 @@ use crate::run::scenario::{LengthUnit, PoseParameters, Scenario, UpAxis};
 
 #[derive(clap::Args)]
 pub(super) struct PoseArguments {
-    /// Where poses come from, with --radio udp: natnet:HOST[:PORT], qtm:HOST[:PORT], vrpn:[BODY,…@]HOST[:PORT] or
-    /// log:FILE [default: the scenario's, or water that is simulated in this process]
+    /// Where poses come from, with --radio udp: natnet:HOST[:PORT], qtm:HOST[:PORT], vrpn:[BODY,…@]HOST[:PORT],
+    /// ros2:[BODY=]/TOPIC[,…][@FRAME] or log:FILE [default: the scenario's, or water that is simulated in this process]
     #[arg(long, value_name = "SOURCE")]
     pub(super) pose: Option<Address>,
     #[command(flatten)]
@@ -117,7 +117,7 @@ impl PoseArguments {
 pub(super) fn open(address: &Address, interface: Option<Ipv4Addr>) -> Result<Box<dyn Source>, Failure> {
     let options = Options { interface, ..Options::default() };
     address.open(options).map_err(|error| match error {
-        OpenError::Source(_) => could(error),
+        OpenError::Source(_) | OpenError::Ros2 { .. } => could(error),
         OpenError::Resolve { .. } | OpenError::Log(_) => bad(error),
     })
 }

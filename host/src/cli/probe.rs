@@ -26,7 +26,7 @@ use crate::run::scenario::{PoseParameters, Scenario};
 #[command(after_help = "Examples:\n  flotilla probe natnet:192.168.1.10 --up y\n  \
                         flotilla probe qtm:192.168.1.20 --roster fleet.toml --scenario my-boats.toml\n  flotilla probe vrpn:boat@tracker --json")]
 pub(super) struct Arguments {
-    /// natnet:HOST[:PORT], qtm:HOST[:PORT] or vrpn:[BODY,…@]HOST[:PORT]
+    /// natnet:HOST[:PORT], qtm:HOST[:PORT], vrpn:[BODY,…@]HOST[:PORT] or ros2:[BODY=]/TOPIC[,…][@FRAME]
     #[arg(value_name = "SOURCE")]
     source: Address,
     #[command(flatten)]

@@ -155,6 +155,19 @@ impl VrpnServer {
         Ok(Self { listener, requests, address, senders, clients: Vec::new() })
     }
 
+    /// Adds a tracker, unless there is one of this label; clients that are there are told.
+    pub fn add(&mut self, now: HostInstant, body: &Label) {
+        if self.senders.iter().any(|(label, _)| label == body) || self.senders.len() >= MOST_NAMES {
+            return;
+        }
+        // The first sender is the connection itself, number 0.
+        let number = self.senders.len() as i32 + 1;
+        let name = body.name.as_deref().unwrap_or_default();
+        let bytes = Message::description(message::SENDER_DESCRIPTION, number, name).encode();
+        self.senders.push((body.clone(), number));
+        self.clients.retain_mut(|client| client.send(now, &bytes).is_ok());
+    }
+
     fn accept(&mut self) {
         while let Ok((stream, _)) = self.listener.accept() {
             if self.clients.len() < MOST_CLIENTS

@@ -89,6 +89,30 @@ fn a_tracker_that_sees_nothing_is_missed_and_comes_back() {
 }
 
 #[test]
+fn trackers_that_are_added_come_to_clients_that_are_there_and_to_later_ones() {
+    let mut rig = Rig::default();
+    let mut server = VrpnServer::new(ANY_PORT, &[]).expect("a free port");
+    let mut early = VrpnClient::new(server.address(), &[]);
+    connected(&mut rig, &mut server, &mut early);
+    for label in names() {
+        server.add(rig.now, &label);
+        // Once more is not another one.
+        server.add(rig.now, &label);
+    }
+    for number in 1..=3 {
+        server.send(rig.now, &sent(number));
+        let found = frames(&mut rig, &mut server, &mut early);
+        assert!(number == 1 || found == [sent(number)], "{found:?}");
+    }
+    assert_eq!(early.bodies(), names());
+    let mut late = VrpnClient::new(server.address(), &[]);
+    connected(&mut rig, &mut server, &mut late);
+    server.send(rig.now, &sent(9));
+    frames(&mut rig, &mut server, &mut late);
+    assert_eq!(late.bodies(), names());
+}
+
+#[test]
 fn only_the_trackers_that_are_wanted_are_taken() {
     let mut rig = Rig::default();
     let mut server = server();

@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crates of the product, each with those that it depends on.
-const CRATES: [(&str, &[&str]); 19] = [
+const CRATES: [(&str, &[&str]); 20] = [
     ("protocol", &[]),
     ("firmware", &["protocol"]),
     ("plant", &[]),
@@ -17,6 +17,7 @@ const CRATES: [(&str, &[&str]); 19] = [
     ("pose", &[]),
     ("runlog", &[]),
     ("runconsole", &["runlog"]),
+    ("flotilla-ros2", &["pose", "runlog"]),
     ("modboat", &["quantity"]),
     ("reconfiguration", &["quantity", "reader"]),
     ("rov", &["grid", "quantity", "reconfiguration"]),
@@ -75,7 +76,7 @@ const IMPURE: [&str; 14] = [
     "dbg!",
 ];
 /// Crates that open sockets.
-const SOCKETS: [&str; 4] = ["host", "link", "pose", "runconsole"];
+const SOCKETS: [&str; 5] = ["flotilla-ros2", "host", "link", "pose", "runconsole"];
 
 /// Crates of the product.
 pub fn names() -> impl Iterator<Item = &'static str> {
@@ -118,7 +119,7 @@ fn crates_depend_on_each_other_as_listed() {
     let unlisted: Vec<&String> = dependencies.keys().filter(|name| !listed(name)).collect();
     assert_eq!(
         unlisted,
-        ["browser", "mocap", "model", "qemu", "readers", "tests"],
+        ["browser", "mocap", "model", "qemu", "readers", "ros2", "tests"],
         "packages of tests alone"
     );
 }

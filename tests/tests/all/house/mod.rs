@@ -34,6 +34,7 @@ fn crate_files(name: &str) -> Vec<(String, String)> {
         // Their folders have names that other packages of crates.io have.
         "runlog" => "host/log".to_owned(),
         "runconsole" => "host/console".to_owned(),
+        "flotilla-ros2" => "host/ros2".to_owned(),
         _ => format!("host/{name}"),
     };
     let start = format!("{folder}/src/");
