@@ -152,6 +152,9 @@ impl Body {
 }
 
 #[cfg(test)]
+mod tests_beyond;
+
+#[cfg(test)]
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 

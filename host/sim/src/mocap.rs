@@ -160,6 +160,9 @@ impl Mocap {
 }
 
 #[cfg(test)]
+mod tests_late;
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -212,6 +212,9 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
 }
 
 #[cfg(test)]
+mod tests_truth;
+
+#[cfg(test)]
 mod tests {
     use std::f64::consts::{FRAC_PI_2, TAU};
 
