@@ -35,4 +35,5 @@ mod tank;
 mod tank_rovs;
 mod terminal;
 mod trials;
+mod truth;
 mod udp;
