@@ -6,7 +6,7 @@
 //! | one robot's route | [`route`](super::route); by the paper's rules over [`search_graph`](super::search_graph), Theta* of [`grid`] |
 //! | the order of moves, and robots to slots | [`super::order`] |
 //! | places, and what is docked in them | `places` |
-//! | costs and bounds of moves | `pricer` |
+//! | costs and bounds of moves | `pricer`, with `routes` |
 //!
 //! At first every robot moves once. If no order of such moves leads to the goal, robots may park on their way, as often
 //! as [`moves_per_robot`](reconfiguration::problem::Rules::moves_per_robot) allows.
@@ -23,7 +23,7 @@ use super::frame::Framed;
 use super::order::paper::NoRule;
 use super::order::remaining::Remaining;
 use super::order::search::{Found, NoOrder};
-use super::order::{self, Finder, InTurn, Known, MoveCosts, Patience, Progress, State, Workers};
+use super::order::{self, Answer, Finder, InTurn, Known, MoveCosts, Patience, Progress, State, Workers};
 use super::power::{PowerError, PowerLaw};
 use super::propulsion::PropulsionError;
 use pricer::Pricer;
@@ -32,6 +32,7 @@ pub(crate) use speeds::engines;
 mod parking;
 mod places;
 mod pricer;
+mod routes;
 mod speeds;
 mod waits;
 mod write;
@@ -280,7 +281,8 @@ impl Pricer<'_> {
                 let mut slots = hops.filter(|(hop, _)| self.layout.slot(hop.ends().1).is_some());
                 if slots.all(|(hop, kind)| {
                     let (from, to) = hop.ends();
-                    self.bound(from, kind, to).is_none() || self.cost(0, &state, hop).is_none()
+                    self.bound(from, kind, to).is_none()
+                        || self.cost(0, &state, hop, f64::INFINITY) == Answer::Price(f64::INFINITY)
                 }) {
                     stuck.push(format!("robot {id} finds no way to any slot (v3)"));
                 }

@@ -6,9 +6,9 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
-use super::finder::{Answer, Finder, Stopped};
+use super::finder::{Finder, Stopped};
 use super::remaining::{Ahead, Remaining};
-use super::{DESKS, Hop, MoveCosts, Order, State};
+use super::{Answer, DESKS, Hop, MoveCosts, Order, State};
 
 /// A state of one layer: the sum so far, and where it came from.
 struct Node {

@@ -10,10 +10,10 @@
 
 use std::collections::{BinaryHeap, HashMap};
 
-use super::finder::{Answer, Finder, Stopped};
+use super::finder::{Finder, Stopped};
 use super::paper::NoRule;
 use super::remaining::Remaining;
-use super::{DESKS, Hop, InTurn, MoveCosts, Order, State};
+use super::{Answer, DESKS, Hop, InTurn, MoveCosts, Order, State};
 
 /// Hops of a state that are opened at a time.
 const OPENED: usize = 8;

@@ -92,6 +92,13 @@ impl<'a> Places<'a> {
         tools.chain(robots).collect()
     }
 
+    /// Seats that may be taken: every kind of robot's in every place, and the tools'.
+    pub(super) fn robots_and_tools(&self) -> impl Iterator<Item = usize> {
+        let vehicles = self.problem.vehicles.len();
+        let robots = (0..self.seats()).filter(move |seat| self.vehicle_of_kind.contains(&(seat % vehicles)));
+        robots.chain(self.tools())
+    }
+
     /// Seats of the tools.
     pub(super) fn tools(&self) -> Vec<usize> {
         (self.seats()..self.seats() + self.problem.tools.len()).collect()
