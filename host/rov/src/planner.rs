@@ -6,7 +6,7 @@
 //! | one robot's route | [`route`](super::route); by the paper's rules over [`search_graph`](super::search_graph), Theta* of [`grid`] |
 //! | the order of moves, and robots to slots | [`super::order`] |
 //! | places, and what is docked in them | `places` |
-//! | costs and bounds of moves | `pricer`, with `routes` |
+//! | costs and bounds of moves | `pricer`, with `routes` and `shut` |
 //!
 //! At first every robot moves once. If no order of such moves leads to the goal, robots may park on their way, as often
 //! as [`moves_per_robot`](reconfiguration::problem::Rules::moves_per_robot) allows.
@@ -33,6 +33,7 @@ mod parking;
 mod places;
 mod pricer;
 mod routes;
+mod shut;
 mod speeds;
 mod waits;
 mod write;

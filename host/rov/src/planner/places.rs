@@ -66,8 +66,14 @@ impl<'a> Places<'a> {
         self.poses.len() * self.problem.vehicles.len()
     }
 
-    fn seat(&self, place: usize, kind: u8) -> usize {
+    /// A kind of robot in a place.
+    pub(super) fn seat(&self, place: usize, kind: u8) -> usize {
         place * self.problem.vehicles.len() + self.vehicle_of_kind[usize::from(kind)]
+    }
+
+    /// Whether all robots are of one vehicle.
+    pub(super) fn has_one_vehicle(&self) -> bool {
+        self.vehicle_of_kind.windows(2).all(|pair| pair[0] == pair[1])
     }
 
     /// Where a place is.

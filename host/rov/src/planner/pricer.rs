@@ -25,6 +25,7 @@ use super::super::vector::{length, offset};
 use super::super::water::Water;
 use super::places::Places;
 use super::routes::{self, Routes, nearest_power_w};
+use super::shut::Shut;
 use super::speeds::{Beyond, beyond_thrust, engines};
 use super::waits::{Waits, feels_nothing};
 use super::{PlanError, Request};
@@ -54,6 +55,8 @@ pub(super) struct Pricer<'a> {
     pub(super) places: Places<'a>,
     pub(super) limits_n: (f64, f64),
     waits: Waits,
+    shut: Shut,
+    tools: Vec<usize>,
     /// By vehicle; none for tools.
     movers: Vec<Option<Mover>>,
     /// One for every move that is priced at a time.
@@ -92,6 +95,10 @@ impl<'a> Pricer<'a> {
         let box_m = problem.robots.first().map_or([1.0; 3], |robot| problem.vehicles[robot.vehicle].box_m);
         let cell_m = std::array::from_fn(|k| box_m[k] / f64::from(rules.grid_divisions[k].max(1)));
         let anchor_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
+        let first = Way { vehicle: 0, from: places.pose(0), to: places.pose(0) };
+        let stays = |place| problem.robots.iter().any(|robot| is_same(&robot.start, &places.pose(place)));
+        let shut = Shut::new(&places, &layout, &clearance(problem, water, &first, &[]), stays);
+        let tools = places.tools();
         let neutral = problem.robots.iter().all(|robot| feels_nothing(&problem.vehicles[robot.vehicle]));
         let mut pricer = Self {
             problem,
@@ -100,6 +107,8 @@ impl<'a> Pricer<'a> {
             places,
             limits_n,
             waits: Waits::new(&request.law, limits_n, rules),
+            shut,
+            tools,
             movers: movers(problem, request)?,
             desks: (0..DESKS).map(|_| Mutex::default()).collect(),
             routes: Routes::new(),
@@ -232,18 +241,7 @@ impl<'a> Pricer<'a> {
     }
 
     pub(super) fn clearance(&self, way: &Way, resting: &[(Pose, &Vehicle)]) -> Clearance {
-        let vehicle = &self.problem.vehicles[way.vehicle];
-        Clearance {
-            resting: resting
-                .iter()
-                .map(|(pose, vehicle)| Resting { pose: *pose, half_m: half_m(vehicle) })
-                .collect(),
-            half_m: half_m(vehicle),
-            start: way.from,
-            slot: way.to,
-            distance_m: self.problem.clearance_m(vehicle),
-            water: self.water.clone(),
-        }
+        clearance(self.problem, self.water, way, resting)
     }
 
     pub(super) fn route(
@@ -297,6 +295,21 @@ impl<'a> Pricer<'a> {
     }
 }
 
+fn clearance(problem: &Problem, water: &Water, way: &Way, resting: &[(Pose, &Vehicle)]) -> Clearance {
+    let vehicle = &problem.vehicles[way.vehicle];
+    Clearance {
+        resting: resting
+            .iter()
+            .map(|(pose, vehicle)| Resting { pose: *pose, half_m: half_m(vehicle) })
+            .collect(),
+        half_m: half_m(vehicle),
+        start: way.from,
+        slot: way.to,
+        distance_m: problem.clearance_m(vehicle),
+        water: water.clone(),
+    }
+}
+
 /// Half its length, width and height, m.
 pub(super) fn half_m(vehicle: &Vehicle) -> [f64; 3] {
     vehicle.box_m.map(|side| side / 2.0)
@@ -318,7 +331,8 @@ impl MoveCosts for Pricer<'_> {
             return self.bound(from, kind, to);
         }
         let taken = self.places.taken(&self.layout, state, from);
-        if self.places.is_blocked(to, kind, &taken) {
+        let is_shut = |place| self.shut.is_shut(self.places.seat(place, kind), &taken);
+        if self.places.is_blocked(to, kind, &taken) || is_shut(from) || is_shut(to) {
             return None;
         }
         let lambda_w = if self.balances { self.waits.power_w(&self.places, &taken).ok()? } else { 0.0 };
@@ -349,6 +363,7 @@ impl MoveCosts for Pricer<'_> {
 
     fn may_fill(&self, filled: u32) -> bool {
         self.goals.as_ref().is_none_or(|goals| goals.iter().any(|goal| goal & filled == filled))
+            && self.shut.may_fill(&self.tools, filled)
     }
 }
 
