@@ -50,6 +50,11 @@ pub trait MoveCosts: Sync {
     fn depends_on_state(&self) -> bool;
     /// Whether filled slots (bit k: slot k) are part of a goal that may be reached.
     fn may_fill(&self, filled: u32) -> bool;
+    /// Whether these slots can be filled first without a dead end to be feared. Beams keep to it where it can be kept.
+    fn stays_open(&self, filled: u32) -> bool {
+        let _ = filled;
+        true
+    }
 }
 
 /// What became of a hop.

@@ -356,6 +356,10 @@ impl MoveCosts for Pricer<'_> {
         self.routes.share();
     }
 
+    fn stays_open(&self, filled: u32) -> bool {
+        self.shut.stays_open(&self.tools, filled)
+    }
+
     fn depends_on_state(&self) -> bool {
         // Without what others draw it is the overlaps that are known before a price.
         self.balances && self.request.criterion == Criterion::Energy

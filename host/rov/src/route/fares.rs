@@ -41,11 +41,7 @@ impl Direction {
         let level = (x * x + y * y).sqrt();
         let half = ELEVATIONS as f64 / 2.0;
         let up = if z == 0.0 { half } else { half + z.atan2(level) / PI * ELEVATIONS as f64 };
-        Self {
-            azimuth_rad: super::azimuth_rad(leg_m),
-            up,
-            way_m: (level * level + z * z).sqrt(),
-        }
+        Self { azimuth_rad: super::azimuth_rad(leg_m), up, way_m: (level * level + z * z).sqrt() }
     }
 }
 
@@ -119,7 +115,8 @@ impl Fares {
         // Straight up and down there is one direction.
         let azimuth = if elevation.is_multiple_of(ELEVATIONS) { 0 } else { azimuth };
         self.legs[elevation * AZIMUTHS + azimuth].get_or_init(|| {
-            let price = |n: usize| tariff.leg_price(propulsion, (elevation, azimuth), length_m(n), self.lambda_w);
+            let price =
+                |n: usize| tariff.leg_price(propulsion, (elevation, azimuth), length_m(n), self.lambda_w);
             Box::new(std::array::from_fn(price))
         })
     }

@@ -101,7 +101,10 @@ impl Sparse {
             return;
         }
         self.nodes.clear();
-        self.nodes.resize(count * layers, Node { g: f64::INFINITY, offered: f64::INFINITY, parent: 0, is_closed: false });
+        self.nodes.resize(
+            count * layers,
+            Node { g: f64::INFINITY, offered: f64::INFINITY, parent: 0, is_closed: false },
+        );
         self.queue.clear();
         let goal = SLOT + (layers - 1) * count;
         let mut ways = 0;
