@@ -42,12 +42,28 @@ pub trait MoveCosts: Sync {
     fn bound(&self, from: usize, kind: u8, to: usize) -> Option<f64>;
     /// Lower bound of a hop where the state is known; `None` if it is known to be impossible.
     fn bound_from(&self, state: &State, hop: Hop) -> Option<f64>;
-    /// What a hop costs; `None` if it is impossible. Two calls at once are for different desks, below [`DESKS`].
-    fn cost(&self, desk: usize, state: &State, hop: Hop) -> Option<f64>;
+    /// What a hop costs, or that it costs more than `most`. Two calls at once are for different desks, below [`DESKS`].
+    fn cost(&self, desk: usize, state: &State, hop: Hop, most: f64) -> Answer;
+    /// Called after every batch of hops that were priced: what was found at one desk may be used at the others.
+    fn share(&self) {}
     /// Whether [`bound_from`](Self::bound_from) knows more than [`bound`](Self::bound) does.
     fn depends_on_state(&self) -> bool;
     /// Whether filled slots (bit k: slot k) are part of a goal that may be reached.
     fn may_fill(&self, filled: u32) -> bool;
+    /// Whether these slots can be filled first without a dead end to be feared. Beams keep to it where it can be kept.
+    fn stays_open(&self, filled: u32) -> bool {
+        let _ = filled;
+        true
+    }
+}
+
+/// What became of a hop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Answer {
+    /// Its price; infinite if it is impossible.
+    Price(f64),
+    /// It costs at least this, more than was asked for.
+    AtLeast(f64),
 }
 
 /// An order of moves and an assignment of robots to slots.

@@ -18,6 +18,7 @@ use super::vector::{length, offset, turned};
 
 mod best;
 mod bound;
+mod fares;
 mod mover;
 mod paper;
 mod polyline;

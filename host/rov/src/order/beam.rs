@@ -1,14 +1,14 @@
 //! Beam search: a first order at once, and better ones with a wider beam.
 //!
 //! One move after the other, the states of least g + h are kept, as many as the beam is wide. Hops are priced in the order of
-//! their bounds, until no other one can be among the best.
+//! their bounds, until no other one can be among the best. Slots are filled while the rest stays open, where they can be.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
 
-use super::finder::{Answer, Finder, Stopped};
+use super::finder::{Finder, Stopped};
 use super::remaining::{Ahead, Remaining};
-use super::{DESKS, Hop, MoveCosts, Order, State};
+use super::{Answer, DESKS, Hop, MoveCosts, Order, State};
 
 /// A state of one layer: the sum so far, and where it came from.
 struct Node {
@@ -93,7 +93,11 @@ impl<C: MoveCosts> Finder<'_, C> {
         for node in layer {
             let Node { state, g, .. } = nodes[node];
             remaining.ahead(costs, &state, &mut ahead);
+            let is_open = costs.stays_open(layout.filled(&state));
             for &Ahead { hop, bound, rest } in &ahead {
+                if is_open && !costs.stays_open(layout.filled(&layout.after(&state, hop))) {
+                    continue;
+                }
                 if g + bound + rest < self.limit() {
                     queue.push(entry(g + bound + rest, Candidate { node, hop, g, rest, priced: false }));
                 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-use super::{DESKS, Hop, Known, MoveCosts, Order, Progress, State, Workers};
+use super::{Answer, DESKS, Hop, Known, MoveCosts, Order, Progress, State, Workers};
 
 /// An order is better than another one that costs this share more; rounding apart.
 const BETTER: f64 = 1.0 - 1e-9;
@@ -11,15 +11,6 @@ const BETTER: f64 = 1.0 - 1e-9;
 /// The search was told to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stopped;
-
-/// What became of a hop.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Answer {
-    /// Its price; infinite if it is impossible.
-    Price(f64),
-    /// It costs at least this, more than was asked for.
-    AtLeast(f64),
-}
 
 /// See the module's documentation.
 pub struct Finder<'a, C> {
@@ -106,11 +97,12 @@ impl<'a, C: MoveCosts> Finder<'a, C> {
                 let answer = match costs.bound_from(state, *hop) {
                     None => Answer::Price(f64::INFINITY),
                     Some(bound) if bound > most[open[desk]] => Answer::AtLeast(bound),
-                    Some(_) => Answer::Price(costs.cost(desk, state, *hop).unwrap_or(f64::INFINITY)),
+                    Some(_) => costs.cost(desk, state, *hop, most[open[desk]]),
                 };
                 // Each number comes once.
                 let _ = found[desk].set(answer);
             });
+            costs.share();
             for (&k, found) in open.iter().zip(found) {
                 answers[k] = found.into_inner();
                 if let Some(Answer::Price(price)) = answers[k] {

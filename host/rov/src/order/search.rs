@@ -10,10 +10,10 @@
 
 use std::collections::{BinaryHeap, HashMap};
 
-use super::finder::{Answer, Finder, Stopped};
+use super::finder::{Finder, Stopped};
 use super::paper::NoRule;
 use super::remaining::Remaining;
-use super::{DESKS, Hop, InTurn, MoveCosts, Order, State};
+use super::{Answer, DESKS, Hop, InTurn, MoveCosts, Order, State};
 
 /// Hops of a state that are opened at a time.
 const OPENED: usize = 8;
@@ -21,6 +21,10 @@ const OPENED: usize = 8;
 const QUEUE_MOST: usize = 1_500_000;
 /// Most states reached, about 100 bytes each.
 const STATES_MOST: usize = 1_000_000;
+/// Widths of the beams that look for a first order, until one finds it.
+const FIRST: [usize; 4] = [1, 4, 16, 64];
+/// Most robots that the paper's rule is applied to before the search.
+const RULED_MOST: usize = 8;
 /// Widest beam.
 const WIDEST: usize = 4096;
 
@@ -90,14 +94,22 @@ struct BestFirst {
 }
 
 impl<C: MoveCosts> Finder<'_, C> {
-    /// A first order at once, and that of the paper's rule.
+    /// A first order at once, and that of the paper's rule where robots are few.
     ///
     /// # Errors
     /// [`NoOrder::Stopped`] if it was stopped before there was one.
     pub fn first(&mut self) -> Result<(), NoOrder> {
-        let stopped = self.beam(&Remaining::Assigned, 1).is_err();
-        let stopped =
-            stopped || (self.costs().layout().moves() == 1 && self.by_paper() == Err(NoRule::Stopped));
+        let layout = self.costs().layout();
+        let mut stopped = false;
+        for width in FIRST {
+            if stopped || self.best().is_some() {
+                break;
+            }
+            stopped = self.beam(&Remaining::Assigned, width).is_err();
+        }
+        // For many robots the rule takes more prices than a beam.
+        let is_ruled = layout.moves() == 1 && (layout.robots() <= RULED_MOST || self.best().is_none());
+        stopped |= !stopped && is_ruled && self.by_paper() == Err(NoRule::Stopped);
         if stopped && self.best().is_none() { Err(NoOrder::Stopped) } else { Ok(()) }
     }
 

@@ -54,13 +54,14 @@ impl MoveCosts for Drawn {
         let kind = self.layout.occupant(state, from)?;
         Some(self.bound(from, kind, to)? + self.others(state, hop))
     }
-    fn cost(&self, _: usize, state: &State, hop: Hop) -> Option<f64> {
+    fn cost(&self, _: usize, state: &State, hop: Hop, _: f64) -> Answer {
         self.priced.fetch_add(1, Ordering::Relaxed);
         let extra = self.draw((state, hop));
         // With parking, direct ways are often impossible.
         let shut =
             if self.layout.berths() > 0 && self.layout.slot(hop.ends().1).is_some() { 0.5 } else { 0.15 };
-        self.bound_from(state, hop).filter(|_| extra > shut).map(|bound| bound + 3.0 * extra)
+        let bound = self.bound_from(state, hop).filter(|_| extra > shut);
+        Answer::Price(bound.map_or(f64::INFINITY, |bound| bound + 3.0 * extra))
     }
     fn depends_on_state(&self) -> bool {
         self.depends

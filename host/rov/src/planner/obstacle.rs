@@ -13,7 +13,7 @@ use reconfiguration::plan::Manner;
 use reconfiguration::pose::Pose;
 
 use super::super::balance::{Unbalanced, balance};
-use super::super::order::{Hop, MoveCosts, State};
+use super::super::order::{Answer, Hop, MoveCosts, State};
 use super::pricer::Pricer;
 
 impl Pricer<'_> {
@@ -67,7 +67,7 @@ impl Pricer<'_> {
         if !self.may_fill(self.layout.filled(&self.layout.after(state, hop))) {
             return Some("with it filled no goal is one cluster".to_owned());
         }
-        if self.stays(hop) || self.cost(0, state, hop).is_some() {
+        if self.stays(hop) || self.cost(0, state, hop, f64::INFINITY) != Answer::Price(f64::INFINITY) {
             return None;
         }
         let taken = self.places.taken(&self.layout, state, from);

@@ -66,8 +66,14 @@ impl<'a> Places<'a> {
         self.poses.len() * self.problem.vehicles.len()
     }
 
-    fn seat(&self, place: usize, kind: u8) -> usize {
+    /// A kind of robot in a place.
+    pub(super) fn seat(&self, place: usize, kind: u8) -> usize {
         place * self.problem.vehicles.len() + self.vehicle_of_kind[usize::from(kind)]
+    }
+
+    /// Whether all robots are of one vehicle.
+    pub(super) fn has_one_vehicle(&self) -> bool {
+        self.vehicle_of_kind.windows(2).all(|pair| pair[0] == pair[1])
     }
 
     /// Where a place is.
@@ -95,6 +101,13 @@ impl<'a> Places<'a> {
         let places = (0..layout.places()).filter(|&place| place != away);
         let robots = places.filter_map(|place| Some(self.seat(place, layout.occupant(state, place)?)));
         tools.chain(robots).collect()
+    }
+
+    /// Seats that may be taken: every kind of robot's in every place, and the tools'.
+    pub(super) fn robots_and_tools(&self) -> impl Iterator<Item = usize> {
+        let vehicles = self.problem.vehicles.len();
+        let robots = (0..self.seats()).filter(move |seat| self.vehicle_of_kind.contains(&(seat % vehicles)));
+        robots.chain(self.tools())
     }
 
     /// Seats of the tools.

@@ -4,10 +4,9 @@
 //! draw meanwhile. The least over all routes of E + λT is concave in λ, so between two of these powers the chord lies
 //! below it. Where robots may park on their way the straight-line bound is used, for which no detour is a short cut.
 
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use reconfiguration::plan::{Action, ActionKind, Criterion, Manner};
+use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
@@ -17,7 +16,7 @@ use super::super::clearance::{Clearance, Resting};
 use super::super::conditions::{Conditions, admits};
 use super::super::docking::with_hand_over;
 use super::super::frame::Framed;
-use super::super::order::{DESKS, Hop, Layout, MoveCosts, State, Workers};
+use super::super::order::{Answer, DESKS, Hop, Layout, MoveCosts, State, Workers};
 use super::super::power;
 use super::super::propulsion::Steady;
 use super::super::route::{Mover, Route, RouteQuery, Scratch};
@@ -25,6 +24,8 @@ use super::super::search_graph::Lattice;
 use super::super::vector::{length, offset};
 use super::super::water::Water;
 use super::places::Places;
+use super::routes::{self, Routes, nearest_power_w};
+use super::shut::Shut;
 use super::speeds::{Beyond, beyond_thrust, engines};
 use super::waits::{Waits, feels_nothing};
 use super::{PlanError, Request};
@@ -35,23 +36,11 @@ const SAME: f64 = 1e-6;
 const POWERS_W: [f64; 4] = [0.0, 0.7, 2.0, 5.0];
 /// What rounding may take off a bound.
 const ROUNDING: f64 = 1.0 - 1e-9;
-/// No more routes are kept, some 2 kB each.
-const ROUTES_MOST: usize = 60_000;
-
-/// What a route depends on.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct RouteKey {
-    hop: Hop,
-    vehicle: usize,
-    lambda: u64,
-    /// Seats of the bodies that are in the way.
-    met: Vec<usize>,
-}
 
 /// Where robots go from and to, and what is in their way.
 #[derive(Clone, Copy)]
-struct Way {
-    vehicle: usize,
+pub(super) struct Way {
+    pub(super) vehicle: usize,
     from: Pose,
     to: Pose,
 }
@@ -66,11 +55,13 @@ pub(super) struct Pricer<'a> {
     pub(super) places: Places<'a>,
     pub(super) limits_n: (f64, f64),
     waits: Waits,
+    shut: Shut,
+    tools: Vec<usize>,
     /// By vehicle; none for tools.
     movers: Vec<Option<Mover>>,
     /// One for every move that is priced at a time.
     desks: Vec<Mutex<Scratch>>,
-    routes: Mutex<HashMap<RouteKey, Option<Arc<Route>>>>,
+    pub(super) routes: Routes,
     lattice: Lattice,
     water: &'a Water,
     vehicle_of_kind: Vec<usize>,
@@ -104,6 +95,10 @@ impl<'a> Pricer<'a> {
         let box_m = problem.robots.first().map_or([1.0; 3], |robot| problem.vehicles[robot.vehicle].box_m);
         let cell_m = std::array::from_fn(|k| box_m[k] / f64::from(rules.grid_divisions[k].max(1)));
         let anchor_m = problem.robots.first().map_or([0.0; 3], |robot| robot.start.position_m);
+        let first = Way { vehicle: 0, from: places.pose(0), to: places.pose(0) };
+        let stays = |place| problem.robots.iter().any(|robot| is_same(&robot.start, &places.pose(place)));
+        let shut = Shut::new(&places, &layout, &clearance(problem, water, &first, &[]), stays);
+        let tools = places.tools();
         let neutral = problem.robots.iter().all(|robot| feels_nothing(&problem.vehicles[robot.vehicle]));
         let mut pricer = Self {
             problem,
@@ -113,9 +108,11 @@ impl<'a> Pricer<'a> {
             places,
             limits_n,
             waits: Waits::new(&request.law, limits_n, rules),
+            shut,
+            tools,
             movers: movers(problem, request)?,
             desks: (0..DESKS).map(|_| Mutex::default()).collect(),
-            routes: Mutex::default(),
+            routes: Routes::new(),
             lattice: Lattice::new(anchor_m, cell_m, water.extent_m()),
             water,
             vehicle_of_kind: kinds.vehicle,
@@ -169,7 +166,7 @@ impl<'a> Pricer<'a> {
         let places = self.layout.places();
         let kinds = self.vehicle_of_kind.len();
         let mut found = vec![None; places * kinds * places];
-        let mut ways: Vec<(usize, Way)> = Vec::new();
+        let mut ways: Vec<(usize, Hop, Way)> = Vec::new();
         for from in (0..places).filter(|&from| self.layout.slot(from).is_none()) {
             for kind in 0..kinds {
                 if from < self.layout.robots() && usize::from(self.layout.kind(from)) != kind {
@@ -182,7 +179,7 @@ impl<'a> Pricer<'a> {
                         let (from_pose, to_pose) = (self.places.pose(from), self.places.pose(to));
                         let vehicle = self.vehicle_of_kind[kind];
                         let index = (from * kinds + kind) * places + to;
-                        ways.push((index, Way { vehicle, from: from_pose, to: to_pose }));
+                        ways.push((index, Hop::new(from, to), Way { vehicle, from: from_pose, to: to_pose }));
                     }
                 }
             }
@@ -190,9 +187,10 @@ impl<'a> Pricer<'a> {
         let answers: Vec<Mutex<Vec<_>>> = (0..DESKS).map(|_| Mutex::default()).collect();
         workers.run(DESKS, &|desk| {
             let own = ways.iter().skip(desk).step_by(DESKS);
-            let own = own.map(|(index, way)| (*index, self.bounds_of(desk, way))).collect();
+            let own = own.map(|(index, hop, way)| (*index, self.bounds_of(desk, *hop, way))).collect();
             *answers[desk].lock().unwrap_or_else(PoisonError::into_inner) = own;
         });
+        self.routes.share();
         for answers in answers {
             for (index, bounds) in answers.into_inner().unwrap_or_else(PoisonError::into_inner) {
                 found[index] = bounds;
@@ -202,7 +200,7 @@ impl<'a> Pricer<'a> {
     }
 
     /// Bounds of one way at the powers; `None` if there is none even in open water.
-    fn bounds_of(&self, desk: usize, way: &Way) -> Option<[f64; POWERS_W.len()]> {
+    fn bounds_of(&self, desk: usize, hop: Hop, way: &Way) -> Option<[f64; POWERS_W.len()]> {
         let Request { criterion, manner, .. } = *self.request;
         if is_same(&way.from, &way.to) {
             return Some([0.0; POWERS_W.len()]);
@@ -215,15 +213,16 @@ impl<'a> Pricer<'a> {
             let way_m = offset(way.from.position_m, way.to.position_m);
             return Some(powers.map(|lambda_w| mover.bound(criterion, manner, way_m, lambda_w)));
         }
-        let tools = self.problem.tools.iter().map(|tool| (tool.pose, &self.problem.vehicles[tool.vehicle]));
-        let tools: Vec<(Pose, &Vehicle)> = tools.collect();
         for (k, &lambda_w) in powers.iter().enumerate() {
             if k > 0 && (criterion == Criterion::Euclidean || !self.balances) {
                 found[k] = found[0];
                 continue;
             }
-            let route = self.route(desk, way, &tools, lambda_w)?;
-            found[k] = route.cost(criterion, lambda_w) * ROUNDING;
+            let cost = self.route_around_tools(desk, hop, way, lambda_w);
+            if !cost.is_finite() {
+                return None;
+            }
+            found[k] = cost * ROUNDING;
         }
         Some(found)
     }
@@ -242,23 +241,17 @@ impl<'a> Pricer<'a> {
         })
     }
 
-    fn clearance(&self, way: &Way, resting: &[(Pose, &Vehicle)]) -> Clearance {
-        let half = |vehicle: &Vehicle| vehicle.box_m.map(|side| side / 2.0);
-        let vehicle = &self.problem.vehicles[way.vehicle];
-        Clearance {
-            resting: resting
-                .iter()
-                .map(|(pose, vehicle)| Resting { pose: *pose, half_m: half(vehicle) })
-                .collect(),
-            half_m: half(vehicle),
-            start: way.from,
-            slot: way.to,
-            distance_m: self.problem.clearance_m(vehicle),
-            water: self.water.clone(),
-        }
+    pub(super) fn clearance(&self, way: &Way, resting: &[(Pose, &Vehicle)]) -> Clearance {
+        clearance(self.problem, self.water, way, resting)
     }
 
-    fn route(&self, desk: usize, way: &Way, resting: &[(Pose, &Vehicle)], lambda_w: f64) -> Option<Route> {
+    pub(super) fn route(
+        &self,
+        desk: usize,
+        way: &Way,
+        resting: &[(Pose, &Vehicle)],
+        lambda_w: f64,
+    ) -> Option<Route> {
         let Request { criterion, manner, .. } = *self.request;
         let route = self.route_by(criterion, manner, desk, way, resting, lambda_w);
         match manner {
@@ -298,7 +291,7 @@ impl<'a> Pricer<'a> {
     }
 
     /// The vehicle that hops, and its ends.
-    fn way(&self, state: &State, hop: Hop) -> Option<Way> {
+    pub(super) fn way(&self, state: &State, hop: Hop) -> Option<Way> {
         let (from, to) = hop.ends();
         let kind = self.layout.occupant(state, from)?;
         let vehicle = self.vehicle_of_kind[usize::from(kind)];
@@ -319,53 +312,29 @@ impl<'a> Pricer<'a> {
         self.waits.power_w(&self.places, &self.places.taken(&self.layout, state, away))
     }
 
-    /// The route of a hop, while others draw `lambda_w`.
-    ///
-    /// Most bodies at rest are in no robot's way. So it is looked for with the tools alone, and again with every body that
-    /// what was found runs into, until it runs into none. What is in the way is the same for many states, and each such
-    /// route is found once.
-    pub(super) fn route_of(&self, desk: usize, state: &State, hop: Hop, lambda_w: f64) -> Option<Arc<Route>> {
-        let way = self.way(state, hop)?;
-        let taken = self.places.taken(&self.layout, state, hop.ends().0);
-        if self.request.manner == Manner::Paper {
-            return self.route(desk, &way, &self.bodies(&taken), lambda_w).map(Arc::new);
-        }
-        let mut met = self.places.tools();
-        loop {
-            let key = RouteKey { hop, vehicle: way.vehicle, lambda: lambda_w.to_bits(), met: met.clone() };
-            let known = self.routes.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
-            let route = known.unwrap_or_else(|| {
-                let route = self.route(desk, &way, &self.bodies(&met), lambda_w).map(Arc::new);
-                let mut routes = self.routes.lock().unwrap_or_else(PoisonError::into_inner);
-                if routes.len() < ROUTES_MOST {
-                    routes.insert(key, route.clone());
-                }
-                route
-            })?;
-            let runs_into = |seat: &usize| {
-                !met.contains(seat) && !is_free(&self.clearance(&way, &self.bodies(&[*seat])), &route)
-            };
-            let more: Vec<usize> = taken.iter().copied().filter(runs_into).collect();
-            if more.is_empty() {
-                return Some(route);
-            }
-            met.extend(more);
-            met.sort_unstable();
-        }
-    }
-
-    fn bodies(&self, seats: &[usize]) -> Vec<(Pose, &'a Vehicle)> {
+    pub(super) fn bodies(&self, seats: &[usize]) -> Vec<(Pose, &'a Vehicle)> {
         seats.iter().map(|&seat| self.places.body(seat)).collect()
     }
 }
 
-/// Whether the hull runs into nothing on its route.
-fn is_free(clearance: &Clearance, route: &Route) -> bool {
-    route.actions.iter().all(|Action { kind, from, to, .. }| match kind {
-        ActionKind::Leg => clearance.leg_is_free(from.position_m, to.position_m, from.yaw_rad),
-        ActionKind::Turn => clearance.turn_is_free(from.position_m),
-        ActionKind::Undock | ActionKind::Dock => true,
-    })
+fn clearance(problem: &Problem, water: &Water, way: &Way, resting: &[(Pose, &Vehicle)]) -> Clearance {
+    let vehicle = &problem.vehicles[way.vehicle];
+    Clearance {
+        resting: resting
+            .iter()
+            .map(|(pose, vehicle)| Resting { pose: *pose, half_m: half_m(vehicle) })
+            .collect(),
+        half_m: half_m(vehicle),
+        start: way.from,
+        slot: way.to,
+        distance_m: problem.clearance_m(vehicle),
+        water: water.clone(),
+    }
+}
+
+/// Half its length, width and height, m.
+pub(super) fn half_m(vehicle: &Vehicle) -> [f64; 3] {
+    vehicle.box_m.map(|side| side / 2.0)
 }
 
 impl MoveCosts for Pricer<'_> {
@@ -384,20 +353,33 @@ impl MoveCosts for Pricer<'_> {
             return self.bound(from, kind, to);
         }
         let taken = self.places.taken(&self.layout, state, from);
-        if self.places.is_blocked(to, kind, &taken) {
+        let is_shut = |place| self.shut.is_shut(self.places.seat(place, kind), &taken);
+        if self.places.is_blocked(to, kind, &taken) || is_shut(from) || is_shut(to) {
             return None;
         }
         let lambda_w = if self.balances { self.waits.power_w(&self.places, &taken).ok()? } else { 0.0 };
         self.bound_at(from, kind, to, lambda_w)
     }
 
-    fn cost(&self, desk: usize, state: &State, hop: Hop) -> Option<f64> {
+    fn cost(&self, desk: usize, state: &State, hop: Hop, most: f64) -> Answer {
         if self.stays(hop) {
-            return Some(0.0);
+            return Answer::Price(0.0);
         }
-        let lambda_w = self.lambda_w(state, hop.ends().0).ok()?;
-        let route = self.route_of(desk, state, hop, lambda_w)?;
-        Some(route.cost(self.request.criterion, lambda_w))
+        let Ok(lambda_w) = self.lambda_w(state, hop.ends().0) else { return Answer::Price(f64::INFINITY) };
+        let power_w = if self.request.manner == Manner::Paper { lambda_w } else { nearest_power_w(lambda_w) };
+        match self.route_of(desk, state, hop, (lambda_w, power_w), most) {
+            routes::Answer::Route(route) => Answer::Price(route.cost(self.request.criterion, lambda_w)),
+            routes::Answer::AtLeast(bound) => Answer::AtLeast(bound),
+            routes::Answer::None => Answer::Price(f64::INFINITY),
+        }
+    }
+
+    fn share(&self) {
+        self.routes.share();
+    }
+
+    fn stays_open(&self, filled: u32) -> bool {
+        self.shut.stays_open(&self.tools, filled)
     }
 
     fn depends_on_state(&self) -> bool {
@@ -407,6 +389,7 @@ impl MoveCosts for Pricer<'_> {
 
     fn may_fill(&self, filled: u32) -> bool {
         self.goals.as_ref().is_none_or(|goals| goals.iter().any(|goal| goal & filled == filled))
+            && self.shut.may_fill(&self.tools, filled)
     }
 }
 

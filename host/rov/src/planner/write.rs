@@ -8,6 +8,7 @@ use reconfiguration::vehicle::Vehicle;
 use super::super::balance::balance;
 use super::super::order::{Order, State};
 use super::pricer::Pricer;
+use super::routes::Answer;
 
 impl Pricer<'_> {
     /// `None` for an order that cannot be carried out; not for one that was priced.
@@ -40,7 +41,10 @@ impl Pricer<'_> {
                 .zip(thrusts_n.into_iter().skip(problem.tools.len()))
                 .map(|(&other, thrusts_n)| Holding { robot: problem.robots[other].id, thrusts_n })
                 .collect();
-            let route = self.route_of(0, &here, hop, lambda_w)?;
+            let Answer::Route(route) = self.route_of(0, &here, hop, (lambda_w, lambda_w), f64::INFINITY)
+            else {
+                return None;
+            };
             let mut actions = route.actions.clone();
             for action in &mut actions {
                 action.start_s += now_s;

@@ -11,14 +11,18 @@ use reconfiguration::plan::Criterion;
 
 use super::super::clearance::Clearance;
 use super::super::vector::{length, offset};
+use super::fares::Direction;
 use super::polyline::{CHOICES, Polyline, Pricer};
-use super::refine::refined;
+use super::refine::{finely, roughly};
 use super::sparse::{Headings, Sparse};
 use super::{Route, RouteQuery};
 
 /// Ways that are refined, and how much dearer than the cheapest they may be before.
 const REFINED: usize = 5;
 const DEARER: f64 = 1.12;
+/// Ways that are refined to the end, and how much dearer than the cheapest they may be by then.
+const FINISHED: usize = 2;
+const CLOSE: f64 = 1.01;
 /// How much dearer than in open water the straight line may be to be the way at once.
 const OPEN: f64 = 1.03;
 /// Steps along a leg in which room to turn is looked for, in d.
@@ -26,7 +30,7 @@ const STEP: f64 = 0.03;
 
 /// The cheapest route found.
 pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, sparse: &mut Sparse) -> Option<Route> {
-    let pricer = Pricer { query, criterion };
+    let pricer = Pricer::new(query, criterion);
     let mut ways = Vec::with_capacity(8 * REFINED);
     let straight = Polyline::new(&[query.clearance.start.position_m, query.clearance.slot.position_m])?;
     add_parted(&pricer, &straight, &mut ways);
@@ -44,9 +48,18 @@ pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, sparse: &mut S
     let limit = DEARER * ways.first()?.0;
     let mut chosen: Vec<(f64, Polyline)> = Vec::with_capacity(REFINED);
     for (price, way) in ways.drain(..).filter(|way| way.0 <= limit).take(REFINED) {
-        let rival = chosen.iter().map(|way| way.0).fold(f64::INFINITY, f64::min);
-        let (way, price) = refined(&pricer, way, price, rival);
+        let (way, price) = roughly(&pricer, way, price);
         chosen.push((price, way));
+    }
+    chosen.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // What is close after large steps may be changed about by small ones.
+    let limit = CLOSE * chosen.first()?.0;
+    chosen.retain(|way| way.0 <= limit);
+    chosen.truncate(FINISHED);
+    let mut rival = f64::INFINITY;
+    for (price, way) in &mut chosen {
+        (*way, *price) = finely(&pricer, *way, *price, rival);
+        rival = rival.min(*price);
     }
     chosen.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Where the corners are now, other headings may be cheaper.
@@ -55,7 +68,8 @@ pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, sparse: &mut S
     add_parted(&pricer, &way, &mut ways);
     let again = ways.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).filter(|way| way.0 < 1.02 * price);
     if let Some((price, way)) = again {
-        let (way, price) = refined(&pricer, way, price, price);
+        let (way, price) = roughly(&pricer, way, price);
+        let (way, price) = finely(&pricer, way, price, rival);
         chosen.push((price, way));
         chosen.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
@@ -70,10 +84,10 @@ pub(super) fn route(query: &RouteQuery<'_>, criterion: Criterion, sparse: &mut S
 /// Whether the straight line costs little more than it would with room to turn everywhere and no hull beside it.
 fn is_open(pricer: &Pricer<'_>, ways: &[(f64, Polyline)]) -> bool {
     let (start, slot) = (&pricer.query.clearance.start, &pricer.query.clearance.slot);
-    let leg_m = offset(start.position_m, slot.position_m);
+    let along = Direction::of(offset(start.position_m, slot.position_m));
     let free = CHOICES.iter().map(|&mode| {
-        let yaw_rad = pricer.heading(mode, leg_m);
-        pricer.turn(start.yaw_rad, yaw_rad) + pricer.leg(leg_m, yaw_rad) + pricer.turn(yaw_rad, slot.yaw_rad)
+        let yaw_rad = pricer.heading(mode, &along);
+        pricer.turn(start.yaw_rad, yaw_rad) + pricer.leg(&along, yaw_rad) + pricer.turn(yaw_rad, slot.yaw_rad)
     });
     let limit = OPEN * free.fold(f64::INFINITY, f64::min);
     ways.iter().any(|way| way.0 <= limit)

@@ -1,5 +1,8 @@
 //! One kind of robot and what its motion costs: shared by all searches, in all threads.
 
+use std::collections::HashMap;
+use std::sync::{Arc, PoisonError, RwLock};
+
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::problem::Rules;
 
@@ -7,11 +10,17 @@ use super::super::cost_per_metre::{CostPerMetre, Heading, PowerMap};
 use super::super::propulsion::{Expense, Propulsion};
 use super::super::vector::length;
 use super::bound::{Bound, BoundAt};
+use super::fares::{Direction, Fares};
 use super::in_body;
 use super::tariff::{Offer, Scale, Tariff};
 
 /// An acceleration whose price by the table is above the best by less than this share is tried as well.
 const CLOSE: f64 = 0.03;
+
+/// Beyond the limits a price is a larger number than this, J.
+pub(super) const BEYOND_J: f64 = 1e9;
+/// Most powers of others that prices are kept for, some 0.3 MB each at most.
+const FARES_MOST: usize = 128;
 
 /// One kind of robot, with the costs of its motion under the rules of a problem.
 #[derive(Debug)]
@@ -20,6 +29,7 @@ pub struct Mover {
     /// At the paper's speed.
     constant: PowerMap,
     tariff: Tariff,
+    fares: RwLock<HashMap<u64, Arc<Fares>>>,
     /// By the paper's rules, and by Flotilla's.
     bounds: [Bound; 2],
 }
@@ -34,7 +44,7 @@ impl Mover {
         let turns = Scale::new(rules.yaw_rates_rad_s, rules.yaw_acceleration_rad_s2);
         let tariff = Tariff::new(&propulsion, legs, turns);
         let bounds = [Bound::new(&constant, true), Bound::new(&any, false)];
-        Self { propulsion, constant, tariff, bounds }
+        Self { propulsion, constant, tariff, fares: RwLock::default(), bounds }
     }
 
     /// What a metre costs by the paper's rules while others draw `lambda_w`.
@@ -55,18 +65,23 @@ impl Mover {
         self.bounds[usize::from(manner == Manner::Best)].at(lambda_w)
     }
 
-    /// E + λT of a leg along `leg_m` by the table, J; infinite beyond the thrusters' limits.
-    pub(super) fn leg_price(&self, leg_m: [f64; 3], yaw_rad: f64, lambda_w: f64) -> f64 {
-        let way_m = length(leg_m);
-        if way_m == 0.0 {
-            return 0.0;
+    /// Prices of the table while others draw `lambda_w`.
+    pub(super) fn fares(&self, lambda_w: f64) -> Arc<Fares> {
+        let key = lambda_w.to_bits();
+        if let Some(known) = self.fares.read().unwrap_or_else(PoisonError::into_inner).get(&key) {
+            return Arc::clone(known);
         }
-        least(&self.tariff.leg(&self.propulsion, in_body(leg_m, yaw_rad), way_m, lambda_w))
+        let mut fares = self.fares.write().unwrap_or_else(PoisonError::into_inner);
+        if fares.len() >= FARES_MOST {
+            fares.clear();
+        }
+        Arc::clone(fares.entry(key).or_insert_with(|| Arc::new(Fares::new(&self.tariff, lambda_w))))
     }
 
-    /// E + λT of a turn by the table, J.
-    pub(super) fn turn_price(&self, angle_rad: f64, lambda_w: f64) -> f64 {
-        if angle_rad == 0.0 { 0.0 } else { least(&self.tariff.turn(angle_rad, lambda_w)) }
+    /// E + λT of a leg by the table, J; infinite beyond the thrusters' limits.
+    pub(super) fn leg_price(&self, fares: &Fares, direction: &Direction, yaw_rad: f64) -> f64 {
+        let price = fares.leg(&self.tariff, &self.propulsion, direction, yaw_rad);
+        if price < BEYOND_J { price } else { f64::INFINITY }
     }
 
     /// A leg along `leg_m` with the heading held, at its best speed.
@@ -90,8 +105,7 @@ impl Mover {
 
 fn least(offers: &[Offer]) -> f64 {
     let price = offers.iter().map(|offer| offer.price).fold(f64::INFINITY, f64::min);
-    // Beyond the limits a price is a large number.
-    if price < 1e9 { price } else { f64::INFINITY }
+    if price < BEYOND_J { price } else { f64::INFINITY }
 }
 
 /// The best of the offers, its speed improved between the two of the table beside it.

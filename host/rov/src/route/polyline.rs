@@ -4,13 +4,15 @@
 //! only where it has room, and every leg is free at its heading.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use quantity::wrap_rad;
 use reconfiguration::plan::Criterion;
 
 use super::super::vector::{length, offset};
+use super::fares::{Direction, Fares};
 use super::timeline::Timeline;
-use super::{Route, RouteQuery, SAME_RAD, azimuth_rad};
+use super::{Route, RouteQuery, SAME_RAD};
 
 /// Most corners, start and slot included.
 pub(super) const MOST: usize = 10;
@@ -94,9 +96,14 @@ impl Polyline {
 pub(super) struct Pricer<'a> {
     pub query: &'a RouteQuery<'a>,
     pub criterion: Criterion,
+    fares: Arc<Fares>,
 }
 
-impl Pricer<'_> {
+impl<'a> Pricer<'a> {
+    pub fn new(query: &'a RouteQuery<'a>, criterion: Criterion) -> Self {
+        Self { query, criterion, fares: query.mover.fares(query.lambda_w) }
+    }
+
     /// Whether start and slot have different headings.
     pub fn turns(&self) -> bool {
         let (start, slot) = (&self.query.clearance.start, &self.query.clearance.slot);
@@ -111,8 +118,8 @@ impl Pricer<'_> {
     }
 
     /// Price of a leg.
-    pub fn leg(&self, leg_m: [f64; 3], yaw_rad: f64) -> f64 {
-        self.weigh(length(leg_m), self.query.mover.leg_price(leg_m, yaw_rad, self.query.lambda_w))
+    pub fn leg(&self, along: &Direction, yaw_rad: f64) -> f64 {
+        self.weigh(along.way_m, self.query.mover.leg_price(&self.fares, along, yaw_rad))
     }
 
     /// Price of a turn.
@@ -121,13 +128,13 @@ impl Pricer<'_> {
         if angle_rad.abs() < SAME_RAD {
             return 0.0;
         }
-        self.weigh(0.0, self.query.mover.turn_price(angle_rad, self.query.lambda_w))
+        self.weigh(0.0, self.fares.turn(angle_rad))
     }
 
     /// Heading of a leg.
-    pub fn heading(&self, mode: Mode, leg_m: [f64; 3]) -> f64 {
+    pub fn heading(&self, mode: Mode, leg: &Direction) -> f64 {
         let start = self.query.clearance.start.yaw_rad;
-        let along = || azimuth_rad(leg_m).unwrap_or(start);
+        let along = || leg.azimuth_rad.unwrap_or(start);
         match mode {
             Mode::Start => start,
             Mode::Slot => self.query.clearance.slot.yaw_rad,
@@ -146,9 +153,9 @@ impl Pricer<'_> {
         headings[legs + 1] = clearance.slot.yaw_rad;
         let mut sum = 0.0;
         for leg in 0..legs {
-            let leg_m = polyline.leg_m(leg);
-            headings[leg + 1] = self.heading(polyline.modes[leg], leg_m);
-            sum += self.leg(leg_m, headings[leg + 1]);
+            let along = Direction::of(polyline.leg_m(leg));
+            headings[leg + 1] = self.heading(polyline.modes[leg], &along);
+            sum += self.leg(&along, headings[leg + 1]);
             if sum >= limit {
                 return None;
             }
@@ -180,10 +187,11 @@ impl Pricer<'_> {
         // By leg and choice: heading, least price of ending there, choice before.
         let mut stages = [[(0.0, f64::INFINITY, 0); CHOICES.len()]; MOST];
         for leg in 0..legs {
-            let (from_m, to_m, leg_m) = (polyline.points[leg], polyline.points[leg + 1], polyline.leg_m(leg));
+            let (from_m, to_m) = (polyline.points[leg], polyline.points[leg + 1]);
+            let along = Direction::of(polyline.leg_m(leg));
             let has_room = clearance.turn_is_free(from_m);
             for (choice, &mode) in CHOICES.iter().enumerate() {
-                let heading = self.heading(mode, leg_m);
+                let heading = self.heading(mode, &along);
                 let (mut least, mut before) = (f64::INFINITY, 0);
                 if leg == 0 {
                     least = turn(clearance.start.yaw_rad, heading, has_room).unwrap_or(f64::INFINITY);
@@ -196,7 +204,7 @@ impl Pricer<'_> {
                     }
                 }
                 if least < f64::INFINITY && clearance.leg_is_free(from_m, to_m, heading) {
-                    stages[leg][choice] = (heading, least + self.leg(leg_m, heading), before);
+                    stages[leg][choice] = (heading, least + self.leg(&along, heading), before);
                 }
             }
         }
@@ -227,7 +235,7 @@ impl Pricer<'_> {
         };
         for leg in 0..polyline.count - 1 {
             let leg_m = polyline.leg_m(leg);
-            turn_to(&mut timeline, self.heading(polyline.modes[leg], leg_m))?;
+            turn_to(&mut timeline, self.heading(polyline.modes[leg], &Direction::of(leg_m)))?;
             timeline.leg(polyline.points[leg + 1], mover.leg(leg_m, timeline.at.yaw_rad, *lambda_w)?);
         }
         turn_to(&mut timeline, clearance.slot.yaw_rad)?;

@@ -5,11 +5,13 @@
 //! halved. Directions come from the polyline and the vertical, so that the result turns and moves with the problem.
 
 use super::super::vector::{length, offset};
+use super::fares::Direction;
 use super::polyline::{Mode, Polyline, Pricer};
 use quantity::vector::cross;
 
-/// First and last step, as shares of the clearance d, and most rounds at each.
+/// First step, where large ones end, and last one, as shares of the clearance d; most rounds at each.
 const FIRST: f64 = 0.4;
+const ROUGH: f64 = 0.05;
 const LAST: f64 = 0.0015;
 const ROUNDS: usize = 3;
 /// A radian of heading for a step of so many d.
@@ -17,12 +19,25 @@ const TURN: f64 = 0.5;
 /// What is gained by less than this share is not worth a try more.
 const WORTH: f64 = 1e-7;
 
-/// The polyline improved, and what it costs now; left unfinished where it stays far above `rival`.
-pub(super) fn refined(pricer: &Pricer<'_>, first: Polyline, price: f64, rival: f64) -> (Polyline, f64) {
+/// The polyline improved by large steps, and what it costs now.
+pub(super) fn roughly(pricer: &Pricer<'_>, first: Polyline, price: f64) -> (Polyline, f64) {
+    by_steps(pricer, (first, price), [FIRST, ROUGH], f64::INFINITY)
+}
+
+/// The polyline improved by small steps, and what it costs now; left unfinished where it stays far above `rival`.
+pub(super) fn finely(pricer: &Pricer<'_>, first: Polyline, price: f64, rival: f64) -> (Polyline, f64) {
+    by_steps(pricer, (first, price), [ROUGH, LAST], rival)
+}
+
+fn by_steps(
+    pricer: &Pricer<'_>,
+    (mut best, mut least): (Polyline, f64),
+    [first, last]: [f64; 2],
+    rival: f64,
+) -> (Polyline, f64) {
     let d_m = pricer.query.clearance.distance_m;
-    let (mut best, mut least) = (first, price);
-    let mut step_m = FIRST * d_m;
-    while step_m > LAST * d_m {
+    let mut step_m = first * d_m;
+    while step_m > last * d_m {
         for _ in 0..ROUNDS {
             let before = least;
             round(pricer, &mut best, &mut least, step_m);
@@ -84,8 +99,8 @@ fn round(pricer: &Pricer<'_>, best: &mut Polyline, least: &mut f64, step_m: f64)
     }
     let d_m = pricer.query.clearance.distance_m;
     for leg in 0..best.count - 1 {
-        let leg_m = offset(best.points[leg], best.points[leg + 1]);
-        let yaw_rad = pricer.heading(best.modes[leg], leg_m);
+        let along = Direction::of(offset(best.points[leg], best.points[leg + 1]));
+        let yaw_rad = pricer.heading(best.modes[leg], &along);
         let tweaks = [step_m, -step_m].map(|step| Mode::At(yaw_rad + step / (TURN * d_m)));
         for mode in tweaks.into_iter().chain([Mode::Start, Mode::Slot, Mode::Along, Mode::Against]) {
             if mode == best.modes[leg] {

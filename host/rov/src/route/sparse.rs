@@ -14,6 +14,7 @@ use std::collections::BinaryHeap;
 use reconfiguration::plan::{Criterion, Manner};
 
 use super::super::vector::{length, offset};
+use super::fares::Direction;
 use super::polyline::{CHOICES, MOST, Mode, Polyline, Pricer};
 use super::waypoints;
 
@@ -41,6 +42,8 @@ type Entry = Reverse<(u64, u32, u32)>;
 #[derive(Clone, Copy, Debug)]
 struct Node {
     g: f64,
+    /// The least g of a free edge that leads here and waits in the queue: no dearer one is worth a look.
+    offered: f64,
     parent: u32,
     is_closed: bool,
 }
@@ -98,7 +101,10 @@ impl Sparse {
             return;
         }
         self.nodes.clear();
-        self.nodes.resize(count * layers, Node { g: f64::INFINITY, parent: 0, is_closed: false });
+        self.nodes.resize(
+            count * layers,
+            Node { g: f64::INFINITY, offered: f64::INFINITY, parent: 0, is_closed: false },
+        );
         self.queue.clear();
         let goal = SLOT + (layers - 1) * count;
         let mut ways = 0;
@@ -137,12 +143,17 @@ impl Sparse {
             }
             let (layer, place) = (to / count, to % count);
             if !looked {
+                if f - self.bounds[place] >= self.nodes[to].offered {
+                    continue;
+                }
                 // To look is cheaper than to price, and most edges are blocked.
                 if self.is_free(pricer, layer, (from % count, place), yaws[layer]) {
                     let leg_m = offset(self.places[from % count], self.places[place]);
                     let price = leg_price(pricer, headings, leg_m, yaws[layer]);
-                    let f = self.nodes[from].g + price + self.bounds[place];
-                    if f < limit {
+                    let g = self.nodes[from].g + price;
+                    let f = g + self.bounds[place];
+                    if f < limit && g < self.nodes[to].offered {
+                        self.nodes[to].offered = g;
                         self.queue.push(entry(f, from, to, true));
                     }
                 }
@@ -159,7 +170,7 @@ impl Sparse {
                 }
                 continue;
             }
-            self.nodes[to] = Node { g, parent: from as u32, is_closed: true };
+            self.nodes[to] = Node { g, parent: from as u32, is_closed: true, ..self.nodes[to] };
             // The slot is entered at its own heading; what is known to lead there limits what else is worth a look.
             if layer + 1 == layers && place != SLOT && self.is_free(pricer, layer, (place, SLOT), slot_yaw) {
                 let f =
@@ -174,7 +185,7 @@ impl Sparse {
                 }
                 let leg = bound(offset(self.places[place], self.places[next]));
                 let f = g + leg + self.bounds[next];
-                if f < limit {
+                if f < limit && g + leg < self.nodes[to].offered {
                     self.queue.push(entry(f, place + layer * count, to, false));
                 }
             }
@@ -234,12 +245,13 @@ fn entry(f: f64, from: usize, to: usize, looked: bool) -> Entry {
 }
 
 fn leg_price(pricer: &Pricer<'_>, headings: Headings, leg_m: [f64; 3], yaw_rad: f64) -> f64 {
+    let along = Direction::of(leg_m);
     match (headings, pricer.criterion) {
-        (Headings::Held, _) | (_, Criterion::Euclidean) => pricer.leg(leg_m, yaw_rad),
+        (Headings::Held, _) | (_, Criterion::Euclidean) => pricer.leg(&along, yaw_rad),
         (Headings::Free, Criterion::Energy) => CHOICES
             .into_iter()
             .filter(|&mode| mode != Mode::Slot || pricer.turns())
-            .map(|mode| pricer.leg(leg_m, pricer.heading(mode, leg_m)))
+            .map(|mode| pricer.leg(&along, pricer.heading(mode, &along)))
             .fold(f64::INFINITY, f64::min),
     }
 }

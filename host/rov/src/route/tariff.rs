@@ -22,8 +22,8 @@ use std::sync::OnceLock;
 use super::super::propulsion::Propulsion;
 
 /// Nodes in azimuth, and cells in elevation.
-const AZIMUTHS: usize = 36;
-const ELEVATIONS: usize = 18;
+pub(super) const AZIMUTHS: usize = 36;
+pub(super) const ELEVATIONS: usize = 18;
 /// Speeds of a table; [`LOWEST`] of them are below the least that may be asked for: ways too short for it.
 const SPEEDS: usize = 10;
 const LOWEST: usize = 1;
@@ -194,6 +194,25 @@ impl Tariff {
             }
         }
         mixed
+    }
+
+    /// E + λT of a leg at its best, along a direction of the net, J.
+    pub fn leg_price(
+        &self,
+        propulsion: &Propulsion,
+        (elevation, azimuth): (usize, usize),
+        way_m: f64,
+        lambda_w: f64,
+    ) -> f64 {
+        let prices = self.node(propulsion, elevation, azimuth);
+        let offers = (0..SHARES.len()).map(|ramp| prices.best(ramp, &self.legs, way_m, lambda_w).price);
+        offers.fold(f64::INFINITY, f64::min)
+    }
+
+    /// E + λT of a turn at its best, J.
+    pub fn turn_price(&self, angle_rad: f64, lambda_w: f64) -> f64 {
+        let offers = self.turn(angle_rad, lambda_w).map(|offer| offer.price);
+        offers.into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// The best speed of a leg along `body_m` at each acceleration.

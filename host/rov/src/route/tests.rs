@@ -52,9 +52,10 @@ fn legs_and_turns_cost_what_the_best_of_all_speeds_costs() {
         let angle_rad = rng.random_range(-3.0..3.0);
         let a = rules.yaw_acceleration_rad_s2;
         let turn = mover.propulsion.best_turn(angle_rad, rules.yaw_rates_rad_s, a, lambda_w);
+        let (fares, along) = (mover.fares(lambda_w), fares::Direction::of(leg_m));
         let pairs = [
-            (mover.leg(leg_m, yaw_rad, lambda_w), best, mover.leg_price(leg_m, yaw_rad, lambda_w)),
-            (mover.turn(angle_rad, lambda_w), turn, mover.turn_price(angle_rad, lambda_w)),
+            (mover.leg(leg_m, yaw_rad, lambda_w), best, mover.leg_price(&fares, &along, yaw_rad)),
+            (mover.turn(angle_rad, lambda_w), turn, fares.turn(angle_rad)),
         ];
         for (own, best, price) in pairs {
             let [own, best] = [own, best].map(|e| e.expect("within the limits").with_others(lambda_w));
@@ -125,7 +126,7 @@ fn scene(rng: &mut ChaCha8Rng) -> Clearance {
 /// finds: it shares the price of a leg and of a turn with the route finder, and nothing that chooses a way.
 fn by_fine_grid(query: &RouteQuery<'_>, map: &PowerMap) -> Option<f64> {
     let edges = Edges::new(query.lattice);
-    let pricer = Pricer { query, criterion: Criterion::Energy };
+    let pricer = Pricer::new(query, Criterion::Energy);
     let mut search = Search::new();
     let headings = [Heading::Held(query.clearance.start.yaw_rad), Heading::Free];
     let costs = headings.iter().filter_map(|&heading| {
