@@ -128,3 +128,33 @@ fn ranges_are_even_and_hold_their_ends() {
     assert_eq!(told[11], "run 11: holonomic-1, planner.epochs = 4, radio.delay_s = 0.1");
     assert!(told[1].contains("radio.delay_s = 0.01"), "{}", told[1]);
 }
+
+#[test]
+fn what_the_documentation_shows_and_what_comes_with_the_program_can_be_run() {
+    let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let page = std::fs::read_to_string(top.join("docs/campaigns.md")).expect("part of the repository");
+    let blocks: Vec<&str> = page
+        .split("```toml\n")
+        .skip(1)
+        .filter_map(|rest| rest.split_once("```"))
+        .map(|(block, _)| block)
+        .collect();
+    assert_eq!(blocks.len(), 2);
+    for (block, runs) in blocks.iter().zip([120, 2 * 2 * 3 * 32 * 4]) {
+        let study = parse(block).unwrap_or_else(|error| panic!("{error}\n{block}"));
+        assert_eq!(study.runs(), runs, "{block}");
+    }
+    let told = "flotilla: loss.toml:7: [grid] radio.loss = 1.5: in holonomic-1: ";
+    let told = page.lines().find(|line| line.starts_with(told)).expect("a mistake");
+    let error =
+        Study::parse("loss.toml", Path::new(""), &blocks[0].replace("0.3]", "1.5]")).expect_err("1.5");
+    assert_eq!(format!("flotilla: {error}"), told);
+    let mut names = BTreeSet::new();
+    for entry in std::fs::read_dir(top.join("scenarios/campaigns")).expect("a folder") {
+        let path = entry.expect("a file").path();
+        let study = Study::open(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(path.file_stem().and_then(|stem| stem.to_str()), Some(study.name.as_str()));
+        names.insert(format!("{} {}", study.name, study.runs()));
+    }
+    assert!(names.contains("thousand 1000") && names.contains("experiments 160"), "{names:?}");
+}

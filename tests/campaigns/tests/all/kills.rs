@@ -1,0 +1,46 @@
+//! A campaign that is killed at random moments and called again, until it is done.
+
+use std::fs;
+use std::process::Stdio;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::program::{folder, program, rows, said, study};
+
+const KILLS: usize = 20;
+
+#[test]
+fn a_campaign_that_is_killed_twenty_times_has_the_same_rows() {
+    let seed: u64 = std::env::var("FLOTILLA_SEED").map_or(1, |text| text.parse().expect("a number"));
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let file = study("forty.toml");
+    for format in ["parquet", "csv"] {
+        let (whole, killed) = (folder(&format!("not-killed-{format}")), folder(&format!("killed-{format}")));
+        let began = Instant::now();
+        said(&mut program(&[&file, &"--out", &whole, &"--format", &format]));
+        // In so many pieces the campaign is about done when the last kill comes.
+        let longest_s = 2.5 * began.elapsed().as_secs_f64() / KILLS as f64;
+        let (mut resumed, mut kept) = (0, 0);
+        for _ in 0..KILLS {
+            let mut command = program(&[&file, &"--out", &killed, &"--format", &format]);
+            let mut child = command.stdout(Stdio::null()).spawn().expect("it starts");
+            thread::sleep(Duration::from_secs_f64(random.random_range(0.0..longest_s)));
+            child.kill().expect("a child of this test");
+            child.wait().expect("a child of this test");
+            let now = rows(&killed.join("rows.journal"));
+            (resumed, kept) = (resumed + usize::from(now > kept), now.max(kept));
+        }
+        let told = said(&mut program(&[&file, &"--out", &killed, &"--format", &format]));
+        println!("seed {seed}, {format}: {KILLS} kills, rows came in {resumed} of the pieces\n{told}");
+        assert!(resumed >= 3, "seed {seed}: the kills met too little: {told}");
+        let read = |folder: &std::path::Path| fs::read(folder.join(format!("rows.{format}"))).expect("rows");
+        assert!(read(&killed) == read(&whole), "seed {seed}, {format}: other rows than without kills");
+        let left: Vec<_> =
+            fs::read_dir(&killed).expect("a folder").map(|entry| entry.expect("one").file_name()).collect();
+        let journals = left.iter().filter(|name| name.to_string_lossy().ends_with(".journal"));
+        assert_eq!(journals.count(), 0, "{left:?}");
+    }
+}
