@@ -8,11 +8,12 @@
 //! | `rows.parquet` | all rows: of a campaign in one piece, or merged |
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::journal::replace;
+use crate::journal::replace_by;
 use crate::study::Study;
 use crate::table::Format;
 
@@ -108,8 +109,10 @@ impl Folder {
         }
         let failed = |source| FolderError::File { path: file.clone(), source };
         std::fs::create_dir_all(path).map_err(failed)?;
-        // Of several shards that begin at once each writes the same.
-        replace(&file, |to| Ok(serde_json::to_writer_pretty(to, &manifest)?)).map_err(failed)?;
+        // Of several shards that begin at once, perhaps on several machines, each writes the same.
+        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+        let end = format!(".{}-{}.new", std::process::id(), since.as_nanos());
+        replace_by(&file, &end, |to| Ok(serde_json::to_writer_pretty(to, &manifest)?)).map_err(failed)?;
         Ok(Self { path: path.to_owned(), manifest })
     }
 

@@ -165,10 +165,20 @@ pub fn sync_folder(path: &Path) -> std::io::Result<()> {
     File::open(folder)?.sync_all()
 }
 
-/// Writes a file whole: under another name, to the disk, and then under its own.
+/// Writes a file whole: as `path` with `.new` behind it, to the disk, and then under its own name. What a process that is killed leaves
+/// behind the next one overwrites.
 pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> std::io::Result<()>) -> std::io::Result<()> {
+    replace_by(path, ".new", write)
+}
+
+/// The same by a name of its own, for what several processes write at once.
+pub fn replace_by(
+    path: &Path,
+    end: &str,
+    write: impl FnOnce(&mut File) -> std::io::Result<()>,
+) -> std::io::Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.new", std::process::id()));
+    name.push(end);
     let new = path.with_file_name(name);
     let written = File::create(&new).and_then(|mut file| {
         write(&mut file)?;

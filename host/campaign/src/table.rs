@@ -74,8 +74,9 @@ impl Table {
     /// Of rows by the number of their run; `varied` are the keys that are varied.
     #[must_use]
     pub fn new(rows: &BTreeMap<usize, Map<String, Value>>, varied: &[String]) -> Self {
-        let names: BTreeSet<&String> = rows.values().flat_map(Map::keys).collect();
-        let mut columns: Vec<String> = names.into_iter().cloned().chain(["run".to_owned()]).collect();
+        let mut names: BTreeSet<&str> = rows.values().flat_map(Map::keys).map(String::as_str).collect();
+        names.insert("run");
+        let mut columns: Vec<String> = names.into_iter().map(str::to_owned).collect();
         columns.sort_by(|a, b| order(a, b, varied));
         let cells = |(run, row): (&usize, &Map<String, Value>)| {
             let cell = |name: &String| match name.as_str() {

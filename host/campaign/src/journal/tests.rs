@@ -47,8 +47,15 @@ fn what_is_another_s_is_left_alone() {
     let mut journal = Journal::open(&path, &head(), || {}).expect("new");
     journal.add(0, row(0)).expect("written");
     let told = |head: &Head| Journal::open(&path, head, || {}).expect_err("refused");
-    assert!(matches!(told(&head()), JournalError::Locked { .. }));
-    drop(journal);
+    // A second process waits for the end of the first.
+    let (waits, waited) = std::sync::mpsc::channel();
+    std::thread::scope(|scope| {
+        let second = scope.spawn(|| Journal::open(&path, &head(), || waits.send(()).expect("heard")));
+        waited.recv().expect("it waits");
+        journal.add(1, row(1)).expect("written");
+        drop(journal);
+        assert_eq!(second.join().expect("no panic").expect("its turn").rows().len(), 2);
+    });
     for other in [
         Head { fingerprint: "g".to_owned(), ..head() },
         Head { shard: 2, ..head() },
