@@ -29,7 +29,9 @@ pub fn folder(name: &str) -> PathBuf {
 /// The program with its arguments.
 pub fn program(arguments: &[&dyn AsRef<OsStr>]) -> Command {
     let mut command = Command::new(PROGRAM);
-    arguments.iter().for_each(|argument| drop(command.arg(argument)));
+    for argument in arguments {
+        command.arg(argument);
+    }
     command
 }
 
