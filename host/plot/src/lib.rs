@@ -7,7 +7,7 @@
 //! | `tails.svg` | tail angles over time |
 //! | `phase-space.svg` | the run's swim cycles around the collision regions |
 //!
-//! Those of a comparison of planners, `trajectories.svg` and `heading.svg`, are in [`compare`].
+//! Those of a comparison of planners, `trajectories.svg` and `heading.svg`, are in [`compare`], figures of a campaign in [`campaign`].
 //! Beside a run's there are the picture of a map with paths, [`path`], that of the wrenches a structure can give,
 //! [`envelope`], that of planners against the size of structures, [`scaling`], and those of a reconfiguration of ROVs,
 //! [`reconfigure`].
@@ -25,6 +25,7 @@ use phase_space::NeighbourKind;
 use record::RunRecord;
 
 pub mod axis;
+pub mod campaign;
 pub mod compare;
 pub mod envelope;
 pub mod lines;
@@ -77,15 +78,18 @@ fn write(
     pictures: impl IntoIterator<Item = (&'static str, Result<String, picture::DrawError>)>,
     directory: &Path,
 ) -> Vec<Result<PathBuf, PlotError>> {
-    pictures
-        .into_iter()
-        .map(|(name, picture)| {
-            let file = directory.join(name);
-            let svg = picture.map_err(|e| PlotError::Draw { file: file.clone(), reason: e.to_string() })?;
-            std::fs::write(&file, svg).map_err(|source| PlotError::Write { file: file.clone(), source })?;
-            Ok(file)
-        })
-        .collect()
+    pictures.into_iter().map(|(name, picture)| write_named(name, picture, directory)).collect()
+}
+
+fn write_named(
+    name: &str,
+    picture: Result<String, picture::DrawError>,
+    directory: &Path,
+) -> Result<PathBuf, PlotError> {
+    let file = directory.join(name);
+    let svg = picture.map_err(|e| PlotError::Draw { file: file.clone(), reason: e.to_string() })?;
+    std::fs::write(&file, svg).map_err(|source| PlotError::Write { file: file.clone(), source })?;
+    Ok(file)
 }
 
 /// The kinds of neighbours with tails that can touch, with their collision regions.

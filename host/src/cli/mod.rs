@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+mod campaign;
 mod compare;
 mod console;
 mod envelope;
@@ -53,6 +54,8 @@ enum Command {
     Run(run::Arguments),
     /// Run several planners on one scenario with the same seeds, and set their figures side by side
     Compare(compare::Arguments),
+    /// Run a study of many runs: scenarios, parameters, seeds and planners, one row a run; on all cores, or a cluster
+    Campaign(campaign::Arguments),
     /// Filter: one JSON request a line in, one JSON plan a line out
     Plan(plan::Arguments),
     /// Filter: 6-DOF motion of an ROV under given forces or pulses, one JSON request a line in, one JSON reply out
@@ -113,6 +116,7 @@ pub fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(arguments) => run::main(arguments),
         Command::Compare(arguments) => compare::main(&arguments),
+        Command::Campaign(arguments) => campaign::main(&arguments),
         Command::Plan(arguments) => plan::main(&arguments),
         Command::Simulate(arguments) => simulate::main(&arguments),
         Command::Path(arguments) => path::main(&arguments),
