@@ -201,6 +201,14 @@ fn said(text: &str) -> Vec<Came> {
     }
 }
 
+/// What the run said to a command.
+pub struct Answered<T> {
+    /// What the command was for.
+    pub purpose: T,
+    /// What was done, or why not.
+    pub outcome: Result<String, String>,
+}
+
 /// Commands, each with what its answer is for.
 pub struct Commands<T> {
     socket: Socket,
@@ -231,17 +239,17 @@ impl<T> Commands<T> {
         self.socket.send(Message::text(command.to_string()))
     }
 
-    /// The next answer, and what it is for.
+    /// The next answer.
     ///
     /// # Errors
     /// A connection that is lost, or a run that is over.
-    pub fn poll(&mut self) -> Result<Option<(T, Result<String, String>)>, AttachError> {
+    pub fn poll(&mut self) -> Result<Option<Answered<T>>, AttachError> {
         while let Some(message) = self.socket.poll()? {
             if let Message::Text(text) = message
                 && let Some((id, outcome)) = answer(&text)
                 && let Some(purpose) = self.waiting.remove(&id)
             {
-                return Ok(Some((purpose, outcome)));
+                return Ok(Some(Answered { purpose, outcome }));
             }
         }
         Ok(None)

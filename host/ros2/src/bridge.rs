@@ -21,7 +21,7 @@ use runlog::ros::Odometry;
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use crate::attach::{Address, AttachError, Came, Commands, Stream};
+use crate::attach::{Address, Answered, AttachError, Came, Commands, Stream};
 use crate::drive::{Asked, Drive, Wanted};
 use crate::node::{NodeError, Ros};
 use crate::shown::{Fleet, Place, Quality, WORLD};
@@ -273,7 +273,9 @@ impl Bridge {
     }
 
     fn answers(&mut self) -> Result<(), BridgeError> {
-        while let Some((purpose, outcome)) = self.commands.as_mut().map_or(Ok(None), Commands::poll)? {
+        while let Some(Answered { purpose, outcome }) =
+            self.commands.as_mut().map_or(Ok(None), Commands::poll)?
+        {
             match (purpose, outcome) {
                 (Purpose::Hello, Err(why)) => return Err(BridgeError::Token(why)),
                 (Purpose::Hello, Ok(_)) => {}

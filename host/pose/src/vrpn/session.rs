@@ -210,6 +210,10 @@ impl Session {
             kind if self.kinds.get(&kind).is_some_and(|name| name == message::POSE) => {
                 let Some(name) = self.senders.get(&message.sender).cloned() else { return Ok(()) };
                 if self.wanted.is_empty() || self.wanted.contains(&name) {
+                    if self.bodies.is_empty() {
+                        // What was missing is here.
+                        status.trouble = None;
+                    }
                     self.framed = Some(now);
                     status.link = Link::Streaming;
                     self.add(now, message.time, &name, &Pose::decode(&message.payload)?);

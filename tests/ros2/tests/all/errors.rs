@@ -17,6 +17,8 @@ fn what_is_wrong_is_named() {
     ends(BRIDGE, &["bridge", &absent, "--namespace", "a b"], 2, "\"a b\" is no namespace");
     ends(BRIDGE, &["bridge", &absent, "--domain", "300"], 2, "300 is not in 0..=232");
     ends(BRIDGE, &["poses", "pose"], 2, "\"pose\" is no topic");
+    // What has started it is gone: so is its end of standard input.
+    ends(BRIDGE, &["poses", "/boat/pose", "--listen", "127.0.0.1:0", "--attached"], 0, "vrpn 127.0.0.1:");
     ends(BRIDGE, &["--help"], 0, "Example:");
     ends(FLOTILLA, &["probe", "ros2:boat"], 2, "\"boat\" is no topic");
 }
