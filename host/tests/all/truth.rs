@@ -36,7 +36,7 @@ fn scenario(more: &str) -> Scenario {
 
 /// Cameras of which everything they say is kept, or a tape of that.
 enum Poses {
-    Live(Cameras, Vec<Fix>),
+    Live(Box<Cameras>, Vec<Fix>),
     Tape(VecDeque<Fix>, Option<Fix>),
 }
 
@@ -75,7 +75,7 @@ fn run(scenario: &Scenario, poses: &mut Poses) -> RunResult {
 fn equal_measurements_give_equal_decisions_whatever_the_water_is() {
     let (plain, other) = (scenario(""), scenario(OTHER_WATER));
     let cameras = Site::simulated(&plain, SEED).expect("a tank").poses;
-    let mut poses = Poses::Live(cameras, Vec::new());
+    let mut poses = Poses::Live(Box::new(cameras), Vec::new());
     let seen = run(&plain, &mut poses);
     let Poses::Live(_, kept) = poses else { unreachable!("live") };
     assert!(seen.decisions.len() > 15 && kept.len() > 3000, "seed {SEED}: {}", kept.len());

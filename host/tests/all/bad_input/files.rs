@@ -115,7 +115,7 @@ fn a_scenario() {
             (
                 "1.5\n",
                 "1.5\n[tank.thrust]\nrest = 1\n",
-                "9: [tank.thrust] unknown field `rest`, expected one of `rest_speed_rad_s`, `slope_n_rad`, `offset_n`, `spread`, `module_share`, `interaction`",
+                "9: [tank.thrust] unknown field `rest`, expected one of `rest_speed_rad_s`, `slope_n_rad`, `offset_n`, `spread`, `module_share`, `interaction`; did you mean `rest_speed_rad_s`?",
             ),
             (
                 "1.5\n",
