@@ -12,9 +12,8 @@ use std::collections::VecDeque;
 
 use modboat::observer::Fix;
 use quantity::{ParameterError, Range, check_ranges, check_within, wrap_rad};
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use record::PoseSample;
 use serde::{Deserialize, Serialize};
@@ -87,7 +86,7 @@ const SLACK_S: f64 = 5e-7;
 const LOSSES: u64 = 0x1057_0000;
 
 /// The cameras. Frame n is due at n/rate; the first at time zero.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Mocap {
     parameters: MocapParameters,
     next_frame: u64,

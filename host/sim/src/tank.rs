@@ -18,8 +18,8 @@ use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
 use modboat::structure::Structure;
 use quantity::ParameterError;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use record::PoseSample;
 
@@ -39,7 +39,7 @@ const SPREAD: u64 = 0x5B3E_AD00;
 const SEA: u64 = 0x5EA0_0000;
 
 /// The floating structure with its tails in the water.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Tank {
     parameters: TankParameters,
     body: Body,

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use judge::verify;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::problem::{Problem, Robot, Rules, Slot};
 use reconfiguration::vehicle::Vehicle;
@@ -17,7 +17,7 @@ use rov::power::PowerLaw;
 use tests::seeds::{number, on_all_cores};
 use tests::turned::problem;
 
-const SEEDS: u64 = 12;
+const SEEDS: u64 = 8;
 /// Where the paper's rule leads nowhere by the paper's manner, all orders of so many robots are searched.
 const SEARCHED: usize = 4;
 const WAYS: [(Manner, Criterion); 4] = [
