@@ -36,7 +36,7 @@ use std::sync::Arc;
 use link::delivery::Knowledge;
 use link::dispatcher::{Dispatcher, ModuleLink};
 use modboat::bounds::{Governor, Place};
-use modboat::control::{Controller as Control, Observation, Target};
+use modboat::control::{Controller as Control, Goal, Moment, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
 use modboat::motion::{Turn, Wrench};
@@ -133,7 +133,7 @@ impl Pilot {
         Ok(Self {
             scenario: scenario.clone(),
             observer: Observer::new(structure, modboat, &scenario.observer)?,
-            control: Control::new(structure, modboat, &scenario.control),
+            control: Control::new(structure, modboat, &scenario.control, &scenario.observer),
             governor: scenario
                 .bounds
                 .as_ref()
@@ -273,7 +273,7 @@ impl Pilot {
             _ => parameters.transition_s,
         };
         let interval_s = transition_s + parameters.period_s;
-        let horizon_s = start.as_secs_f64() - now.as_secs_f64() + interval_s;
+        let moment = Moment { now_s: now.as_secs_f64(), start_s: start.as_secs_f64(), interval_s };
         // A cycle that straddles two legs belongs to the one that has more of it.
         let start_s = self.origin.map_or(0.0, |origin| start.as_secs_f64() - origin.as_secs_f64());
         let leg_time_s = start_s + 0.5 * interval_s;
@@ -286,10 +286,12 @@ impl Pilot {
             unknown_m_s2: estimate.unknown_m_s2,
             unknown_rad_s2: estimate.unknown_rad_s2,
         };
-        let velocity_m_s = match demand {
-            Demand::Velocity(velocity_m_s) => velocity_m_s,
+        let (velocity_m_s, station_m) = match demand {
+            Demand::Velocity(velocity_m_s) => (velocity_m_s, None),
             Demand::Station(station_m) => {
-                self.control.towards(station_m, estimate.position_m, &observed, horizon_s)
+                let horizon_s = moment.horizon_s();
+                let control = &self.scenario.control;
+                (control.towards(station_m, estimate.position_m, &observed, horizon_s), Some(station_m))
             }
         };
         let (mut target, mut bounded) = (Target { velocity_m_s, heading_rad }, false);
@@ -300,6 +302,7 @@ impl Pilot {
             let governed = governor.govern(&target, place, estimate.velocity_m_s, 2.0 * interval_s);
             (target, bounded) = (governed.target, governed.is_limited);
         }
+        let goal = Goal { target, station_m: station_m.filter(|_| !bounded), is_bounded: bounded };
         let began = (self.stopwatch)();
         let Self { scenario, distance, known, poses, participation, remaining, .. } = self;
         Planner::participation(&scenario.structure, distance, known, participation);
@@ -313,12 +316,12 @@ impl Pilot {
         };
         // At rest, tails leave their neighbours' reach before anything swims. What the swim will be asked for is not asked of the
         // controller yet.
-        let likely = || self.control.clone().demand(&target, &observed, interval_s, horizon_s);
+        let likely = || self.control.clone().demand(&goal, &observed, &moment);
         let leaves = !phase.is_under_way() && planner.leave_into(likely(), poses, &mut self.plan);
         let demand = if leaves {
             Wrench::default()
         } else {
-            let demand = self.control.demand(&target, &observed, interval_s, horizon_s);
+            let demand = self.control.demand(&goal, &observed, &moment);
             planner.settle(self.settling.is_settled(asked, demand, &scenario.planner.weights));
             let previous = last.map(|decision| remaining.of(decision, links, !phase.is_under_way()));
             planner.plan_into(demand, Some(poses), previous, &mut self.plan);
