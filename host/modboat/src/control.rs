@@ -211,19 +211,18 @@ impl Controller {
         }
     }
 
-    /// The mean wrench of the tails from `t_s` on, as [`Observer::set_wrench`](super::observer::Observer::set_wrench).
-    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench) {
+    /// The mean wrench of the tails from `t_s` on, as [`Observer::set_wrench`](super::observer::Observer::set_wrench), and the sum of the
+    /// unwrapped angles that they swing or rest about, rad.
+    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails_rad: f64) {
         if let Self::Forgiving(forgiving) = self {
-            forgiving.set_wrench(t_s, wrench);
+            forgiving.set_wrench(t_s, wrench, tails_rad);
         }
     }
 
     /// The wrench to demand of the next cycle.
     pub fn demand(&mut self, goal: &Goal, observed: &Observation, moment: &Moment) -> Wrench {
         match self {
-            Self::Paper(paper) => {
-                paper.demand(&goal.target, observed, moment.interval_s, moment.horizon_s())
-            }
+            Self::Paper(paper) => paper.demand(&goal.target, observed, moment.interval_s, moment.horizon_s()),
             Self::Forgiving(forgiving) => forgiving.demand(goal, moment),
         }
     }

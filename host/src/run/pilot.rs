@@ -39,7 +39,7 @@ use modboat::bounds::{Governor, Place};
 use modboat::control::{Controller as Control, Goal, Moment, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
-use modboat::motion::{Turn, Wrench};
+use modboat::motion::{Swing, Turn, Wrench};
 use modboat::observer::{Fix, Observer};
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
@@ -193,6 +193,17 @@ impl Pilot {
             let period_s = f64::from(decision.period.as_secs_f32());
             let share = period_s / (period_s + f64::from(decision.transition.as_secs_f32()));
             Wrench::from_array(decision.plan.wrench.to_array().map(|component| component * share))
+        })
+    }
+
+    /// Sum of the unwrapped angles that the tails swing about at `now`, or rest at.
+    fn tails_rad_at(&self, now: FleetInstant) -> f64 {
+        let begun = self.decisions.iter().rev().take(2).find(|decision| decision.start <= now);
+        begun.map_or(0.0, |decision| {
+            let swings = now < decision.end();
+            let about =
+                |(turn, swing): (&Turn, &Swing)| turn.to_rad - if swings { swing.amplitude_rad } else { 0.0 };
+            decision.turns.iter().zip(&decision.plan.cycle).map(about).sum()
         })
     }
 

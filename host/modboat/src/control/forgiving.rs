@@ -45,7 +45,9 @@ const REFERENCE_SHARE: f64 = 0.85;
 /// How far ahead of the structure the point of a velocity may be: so long at that velocity, s, and so far besides, m. *Assumed.*
 const LEAD: (f64, f64) = (3.0, 0.02);
 /// To make up for what was lost, the reference is faster than asked by this share at most. *Assumed.*
-const CATCH_UP: f64 = 0.5;
+const CATCH_UP: f64 = 0.25;
+/// Share of the way to v* that the reference goes in one interval. *Assumed*: all of it would ask for a kick and a brake.
+const EASE: f64 = 0.7;
 /// A decision after so long, s, beyond the end of the last interval begins from where the structure is. *Assumed.*
 const BREAK_S: f64 = 1.0;
 
@@ -53,25 +55,55 @@ const BREAK_S: f64 = 1.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ForgivingConfig {
-    /// Time constant of the double pole of position and velocity, s.
+    /// Time constant of the double pole of position and velocity where a velocity is asked for, s.
     pub position_time_s: f64,
+    /// The same at a station, s.
+    pub station_time_s: f64,
     /// The same of the heading, s.
     pub heading_time_s: f64,
     /// K_Θ of (r2), 1/s.
     pub turn_1_s: f64,
     /// Greatest rate of a turn, rad/s.
     pub turn_max_rad_s: f64,
-    /// Growth of the acceleration that nothing known explains in a second: its standard deviation, m/s².
-    pub drift_m_s2: f64,
+    /// Growth of the acceleration that nothing known explains in a second: its standard deviation in calm water, m/s².
+    pub calm_m_s2: f64,
+    /// The same in gusts. Which of the two it is nearer to is seen from the innovations.
+    pub gusty_m_s2: f64,
     /// The same of yaw, rad/s².
     pub twist_rad_s2: f64,
+    /// Growth of the velocity that no acceleration explains in a second: its standard deviation, m/s. It stands for thrust that is not
+    /// what it is taken for: with more of it the velocity follows the fixes and not the model, and the loop forgives more.
+    pub slip_m_s: f64,
+    /// The same of yaw, rad/s.
+    pub slip_rad_s: f64,
+    /// Standard deviation of a cycle's mean heading about what it is taken for, rad.
+    pub heading_seen_rad: f64,
+    /// How far torque and yaw drag may differ from what is believed, as a share; 0: they are not learned.
+    pub unsure_yaw: f64,
+    /// Moment of inertia of a tail with its rotor, kg·m²: its turning turns the structure the other way.
+    pub tail_inertia_kg_m2: f64,
     /// How far thrust and drag may differ from what is believed, as a share; 0: they are not learned.
     pub unsure: f64,
 }
 
 impl Default for ForgivingConfig {
     fn default() -> Self {
-        Self { position_time_s: 3.0, heading_time_s: 4.0, turn_1_s: 0.3, turn_max_rad_s: 0.2, drift_m_s2: 2e-4, twist_rad_s2: 2e-4, unsure: 0.4 }
+        Self {
+            position_time_s: 4.0,
+            station_time_s: 2.0,
+            heading_time_s: 4.0,
+            turn_1_s: 0.3,
+            turn_max_rad_s: 0.2,
+            calm_m_s2: 5e-5,
+            gusty_m_s2: 1e-3,
+            twist_rad_s2: 1e-3,
+            slip_m_s: 1e-3,
+            slip_rad_s: 3e-3,
+            heading_seen_rad: 8e-4,
+            unsure_yaw: 0.3,
+            tail_inertia_kg_m2: 1.5e-4,
+            unsure: 0.3,
+        }
     }
 }
 
@@ -81,9 +113,16 @@ impl ForgivingConfig {
         let time = "must be from 0.5 to 100";
         check_within(&[
             ("position_time_s", self.position_time_s, "s", 0.5..=100.0, time),
+            ("station_time_s", self.station_time_s, "s", 0.5..=100.0, time),
             ("heading_time_s", self.heading_time_s, "s", 0.5..=100.0, time),
             ("turn_1_s", self.turn_1_s, "1/s", 0.01..=1.0, "must be from 0.01 to 1"),
-            ("drift_m_s2", self.drift_m_s2, "m/s²", 0.0..=1.0, "must be from 0 to 1"),
+            ("calm_m_s2", self.calm_m_s2, "m/s²", 1e-9..=1.0, "must be from 1e-9 to 1"),
+            ("gusty_m_s2", self.gusty_m_s2, "m/s²", 1e-9..=1.0, "must be from 1e-9 to 1"),
+            ("slip_m_s", self.slip_m_s, "m/s", 0.0..=1.0, "must be from 0 to 1"),
+            ("slip_rad_s", self.slip_rad_s, "rad/s", 0.0..=1.0, "must be from 0 to 1"),
+            ("heading_seen_rad", self.heading_seen_rad, "rad", 1e-6..=1.0, "must be from 0.000001 to 1"),
+            ("tail_inertia_kg_m2", self.tail_inertia_kg_m2, "kg·m²", 0.0..=1.0, "must be from 0 to 1"),
+            ("unsure_yaw", self.unsure_yaw, "", 0.0..=1.0, "must be from 0 to 1"),
             ("twist_rad_s2", self.twist_rad_s2, "rad/s²", 0.0..=1.0, "must be from 0 to 1"),
             ("unsure", self.unsure, "", 0.0..=1.0, "must be from 0 to 1"),
             ("turn_max_rad_s", self.turn_max_rad_s, "rad/s", 0.001..=10.0, "must be from 0.001 to 10"),
@@ -128,9 +167,9 @@ impl Forgiving {
         self.estimator.update(fix);
     }
 
-    /// The mean wrench of the tails from `t_s` on, transition included.
-    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench) {
-        self.estimator.set_wrench(t_s, wrench);
+    /// The mean wrench of the tails from `t_s` on, transition included, and the sum of the angles that they swing or rest about.
+    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails_rad: f64) {
+        self.estimator.set_wrench(t_s, wrench, tails_rad);
     }
 
     /// How far thrust and drag are found to differ from what is believed.
@@ -151,7 +190,8 @@ impl Forgiving {
         // Pushing lasts T of every interval.
         let duty = (h / self.period_s).max(1.0);
         self.push(goal, h, duty, &mut reference);
-        let (force_n, torque_nm) = self.follow(&reference, &ahead, h);
+        let time_s = self.time_s(goal);
+        let (force_n, torque_nm) = self.follow(&reference, &ahead, h, time_s);
         let tau_nm = self.limits.clamp_torque(duty * torque_nm);
         let [fx_n, fy_n] = force_n.map(|force_n| duty * force_n);
         let scale = self.limits.force_scale([fx_n, fy_n], tau_nm);
@@ -203,17 +243,17 @@ impl Forgiving {
         let alpha = turn(reference, goal.target.heading_rad, h, turn_1_s, turn_max_rad_s, most);
         reference.acceleration = [0.0, 0.0, alpha];
         reference.for_s = h;
-        // v* = v_des + w,  a = s (v* − v_r)/h                                                       (r1)
+        // v* = v_des + w,  a = s·0.7 (v* − v_r)/h                                                       (r1)
         let behind = [0, 1].map(|k| self.station_1_s * (reference.point_m[k] - reference.pose[k]));
         let speed = reference.asked_m_s[0].hypot(reference.asked_m_s[1]);
         let most = if goal.station_m.is_some() { self.station_max_m_s } else { CATCH_UP * speed };
         let more = at_most(behind, most);
-        let wanted = [0, 1].map(|k| (reference.asked_m_s[k] + more[k] - reference.rate[k]) / h);
+        let wanted = [0, 1].map(|k| EASE * (reference.asked_m_s[k] + more[k] - reference.rate[k]) / h);
         let fits = |share: f64| {
             let mut tried = *reference;
             (0..2).for_each(|k| tried.acceleration[k] = share * wanted[k]);
             let motion = Motion { pose: tried.pose, rate: tried.rate };
-            let (force_n, torque_nm) = self.follow(&tried, &motion, h);
+            let (force_n, torque_nm) = self.follow(&tried, &motion, h, self.time_s(goal));
             let force_n = force_n.map(|force_n| duty * force_n / REFERENCE_SHARE);
             self.limits.force_scale(force_n, self.limits.clamp_torque(duty * torque_nm)) >= 1.0
         };
@@ -230,8 +270,12 @@ impl Forgiving {
         (0..2).for_each(|k| reference.acceleration[k] = share * wanted[k]);
     }
 
+    fn time_s(&self, goal: &Goal) -> f64 {
+        if goal.station_m.is_some() { self.config.station_time_s } else { self.config.position_time_s }
+    }
+
     /// Mean force in S and torque that make a structure at `ahead` follow `reference` over h, by (c2) and (c3).
-    fn follow(&self, reference: &Reference, ahead: &Motion, h: f64) -> ([f64; 2], f64) {
+    fn follow(&self, reference: &Reference, ahead: &Motion, h: f64, time_s: f64) -> ([f64; 2], f64) {
         let Estimator { model, factors, unknown, .. } = &self.estimator;
         let [unsure_force, unsure_torque] = self.estimator.unsure();
         let middle = reference.at(reference.t_s + 0.5 * h);
@@ -246,7 +290,7 @@ impl Forgiving {
         let drag_1_m = factors.drag * model.drag_n_s2_m2 / model.mass_kg;
         let force_n = [0, 1].map(|k| {
             let slope_1_s = 2.0 * drag_1_m * velocity[k].abs();
-            let gains = Gains::placed(h, slope_1_s, self.config.position_time_s);
+            let gains = Gains::placed(h, slope_1_s, time_s);
             // a_fb = −K₁ (x̂ − x_r) − K₂ (v̂ − v_r)                                                 (c2)
             let feedback = gains.against(apart_m[k], faster_m_s[k]);
             // F = M [(a_r + c_L·D·v|v|/M − d)/k_F + a_fb/(k_F + σ_k)]                               (c3)

@@ -99,7 +99,9 @@ impl Loop<'_> {
     pub fn response(&self, push: Wrench, gain: f64) -> Option<Vec<Wrench>> {
         let still = Parameters { drag_n_s2_m2: 1e-9, yaw_drag_n_m_s2: 1e-12, ..self.parameters.clone() };
         let mut control = self.control.clone();
-        control.forgiving.unsure = 0.0;
+        (control.forgiving.unsure, control.forgiving.unsure_yaw) = (0.0, 0.0);
+        // The faster of its two paces.
+        control.forgiving.calm_m_s2 = control.forgiving.gusty_m_s2;
         let mut observer = Observer::new(self.structure, &still, self.observer).ok()?;
         let mut controller = Controller::new(self.structure, &still, &control, self.observer);
         let mass_kg = (1.0 + self.observer.added_mass) * self.structure.mass_kg(&still);
@@ -118,7 +120,7 @@ impl Loop<'_> {
                 let t_s = (cycle as f64 * f64::from(FIXES) + f64::from(step)) * dt_s;
                 if step == 0 {
                     observer.set_wrench(t_s, running);
-                    controller.set_wrench(t_s, running);
+                    controller.set_wrench(t_s, running, 0.0);
                 }
                 // Heading 0: surge along x.
                 let (a, alpha) = (gain * pushed.fy_n / mass_kg, gain * pushed.tau_nm / inertia_kg_m2);
@@ -129,7 +131,8 @@ impl Loop<'_> {
                     return Some(demands);
                 }
                 let now_s = t_s + dt_s;
-                let fix = Fix { t_s: now_s, position_m: [x_m, 0.0], heading_rad: quantity::wrap_rad(theta_rad) };
+                let fix =
+                    Fix { t_s: now_s, position_m: [x_m, 0.0], heading_rad: quantity::wrap_rad(theta_rad) };
                 observer.update(&fix);
                 controller.update(&fix);
                 if step + 1 == FIXES - lead {
@@ -168,7 +171,11 @@ impl Margins {
             let crossing = re_0 + share * (re - re_0);
             if crossing < 0.0 {
                 let factor = -1.0 / crossing;
-                if factor >= 1.0 { self.gain = self.gain.min(factor) } else { self.least_gain = self.least_gain.max(factor) }
+                if factor >= 1.0 {
+                    self.gain = self.gain.min(factor)
+                } else {
+                    self.least_gain = self.least_gain.max(factor)
+                }
             }
         }
         let (size_0, size) = (re_0.hypot(im_0), re.hypot(im));

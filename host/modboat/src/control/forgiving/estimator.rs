@@ -9,7 +9,7 @@
 //! v̇ = R(Θ)·[(k_F·F − c_L·D·v|v|)/M]_S + d          Ω̇ = (k_τ·τ − c_R·C_R·Ω|Ω|)/I + d_Θ               (s1)
 //! ```
 //!
-//! d follows a random walk of `drift_m_s2` and `twist_rad_s2` in a second; where the wrench changes, what is not known of it counts too. k and c hardly change: [`WANDER`].
+//! d follows a random walk, slow in calm water and fast in gusts, as the innovations say; where the wrench changes, what is not known of it counts too. k and c hardly change: [`WANDER`].
 //! A lasting d and a k cannot be told apart while the wrench is constant; the covariances know that, and k moves when the wrench does.
 
 use std::collections::VecDeque;
@@ -27,13 +27,19 @@ use crate::structure::Structure;
 const STEP_MAX_S: f64 = 0.02;
 /// After a longer gap of fixes the pose is taken from the next, s.
 const GAP_MAX_S: f64 = 1.0;
-/// Standard deviation of the mean of a window: position, m; heading, rad. *Assumed*: five times the noise of good cameras, or a wobble
-/// that is not quite periodic.
-const SEEN: [f64; 2] = [1e-4, 4e-4];
+/// Standard deviation of the mean position of a window, m. *Assumed*: four times the noise of good cameras, or a wobble that is not quite
+/// periodic.
+const SEEN_M: f64 = 1.5e-4;
+/// How fast the pace of d follows what innovations say, in a correction. *Assumed.*
+const HEED: f64 = 0.15;
+/// More than this times its variance an innovation does not count. *Assumed.*
+const ODD: f64 = 8.0;
 /// Growth of the standard deviation of k and c in a second. *Assumed*: 8 % in a minute.
 const WANDER: f64 = 0.01;
 /// How far a wrench may be off when it changes, as a share of the change. *Assumed.*
 const INEXACT: f64 = 0.03;
+/// How much later than its time a pose may be true, s. *Assumed*: a system that stamps on arrival.
+const LATE_S: f64 = 0.2;
 /// How far modules differ in thrust. *Assumed.*
 const SPREAD: f64 = 0.1;
 /// k and c stay within these. *Assumed.*
@@ -97,6 +103,10 @@ pub(super) struct Estimator {
     drift: Filter<2, 8>,
     yaw: Filter<1, 5>,
     wrench: Wrench,
+    /// Σ of the angles that the tails swing about, rad; none before it was first told.
+    tails_rad: Option<f64>,
+    /// Growth of d, between calm and gusty, m/s² in a second.
+    drift_m_s2: f64,
     window: VecDeque<Sample>,
     config: ForgivingConfig,
 }
@@ -111,7 +121,7 @@ impl Estimator {
         let modules = structure.len() as f64;
         let positions_m = structure.positions_m(parameters.pitch_m);
         let squares_m2: f64 = positions_m.iter().map(|[x, y]| x * x + y * y).sum();
-        let unsure = config.unsure;
+        let (unsure, unsure_yaw) = (config.unsure, config.unsure_yaw);
         Self {
             model: Model {
                 mass_kg: structure.mass_kg(parameters) * (1.0 + observer.added_mass),
@@ -128,8 +138,10 @@ impl Estimator {
             unknown: [0.0; 3],
             factors: Factors { force: 1.0, drag: 1.0, torque: 1.0, yaw_drag: 1.0 },
             drift: Filter::new([1e-2, 1e-2, 2e-2, 2e-2, 2e-3, 2e-3, unsure, unsure]),
-            yaw: Filter::new([1e-2, 2e-2, 2e-3, unsure, unsure]),
+            yaw: Filter::new([1e-2, 2e-2, 2e-3, unsure_yaw, unsure_yaw]),
             wrench: Wrench::default(),
+            tails_rad: None,
+            drift_m_s2: config.calm_m_s2,
             window: VecDeque::new(),
             config: config.clone(),
         }
@@ -146,7 +158,13 @@ impl Estimator {
     }
 
     /// The mean wrench of the tails from `t_s` on, as [`Observer::set_wrench`](crate::observer::Observer::set_wrench).
-    pub(super) fn set_wrench(&mut self, t_s: f64, wrench: Wrench) {
+    /// A tail that turns by Δφ turns the structure by −J Δφ/I, and leaves it there.
+    pub(super) fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails_rad: f64) {
+        let turned_rad = self.tails_rad.replace(tails_rad).map_or(0.0, |before_rad| tails_rad - before_rad);
+        if turned_rad != 0.0 {
+            self.predict(t_s);
+            self.motion.pose[2] -= self.config.tail_inertia_kg_m2 * turned_rad / self.model.inertia_kg_m2;
+        }
         if wrench == self.wrench {
             return;
         }
@@ -159,6 +177,11 @@ impl Estimator {
             (self.model.lever_m * force_n).hypot(INEXACT * change.tau_nm) / self.model.inertia_kg_m2;
         [4, 5].into_iter().for_each(|state| self.drift.loosen(state, off_m_s2.powi(2), f64::INFINITY));
         self.yaw.loosen(2, off_rad_s2.powi(2), f64::INFINITY);
+        // Seen late, the change comes late.
+        let late_m_s = LATE_S * force_n / self.model.mass_kg;
+        let late_rad_s = LATE_S * change.tau_nm.abs() / self.model.inertia_kg_m2;
+        [2, 3].into_iter().for_each(|state| self.drift.loosen(state, late_m_s.powi(2), f64::INFINITY));
+        self.yaw.loosen(1, late_rad_s.powi(2), f64::INFINITY);
     }
 
     /// Takes a fix; one from the past, or that is no number, is ignored.
@@ -216,9 +239,18 @@ impl Estimator {
             yaw[0].iter_mut().zip(&sample.yaw[0]).for_each(|(sum, value)| *sum += share * value);
         }
         self.window.clear();
+        let ForgivingConfig {
+            calm_m_s2, gusty_m_s2, twist_rad_s2, heading_seen_rad, unsure, unsure_yaw, ..
+        } = self.config;
+        let odd: f64 =
+            drift.iter().zip(errors).map(|(row, e)| e * e / self.drift.spread(row, SEEN_M.powi(2))).sum();
+        // The innovations of a filter that is right have their variance.
+        let pace = self.drift_m_s2 * (HEED * ((0.5 * odd).min(ODD) - 1.0)).exp();
+        self.drift_m_s2 = pace.min(gusty_m_s2).max(calm_m_s2);
         let [x, y, v_x, v_y, d_x, d_y, k, c] =
-            self.drift.correct(&drift, [errors[0], errors[1]], SEEN[0].powi(2));
-        let [theta, omega, d_theta, k_tau, c_r] = self.yaw.correct(&yaw, [errors[2]], SEEN[1].powi(2));
+            self.drift.correct(&drift, [errors[0], errors[1]], SEEN_M.powi(2));
+        let [theta, omega, d_theta, k_tau, c_r] =
+            self.yaw.correct(&yaw, [errors[2]], heading_seen_rad.powi(2));
         for (value, change) in self.motion.pose.iter_mut().zip([x, y, theta]) {
             *value += change;
         }
@@ -236,14 +268,17 @@ impl Estimator {
             torque: within(torque + k_tau),
             yaw_drag: within(yaw_drag + c_r),
         };
-        let ForgivingConfig { drift_m_s2, twist_rad_s2, unsure, .. } = self.config;
-        [4, 5].into_iter().for_each(|state| self.drift.loosen(state, drift_m_s2.powi(2) * since_s, f64::INFINITY));
+        let drifted = self.drift_m_s2.powi(2) * since_s;
+        [4, 5].into_iter().for_each(|state| self.drift.loosen(state, drifted, f64::INFINITY));
         self.yaw.loosen(2, twist_rad_s2.powi(2) * since_s, f64::INFINITY);
-        if unsure > 0.0 {
-            let (wander, most) = (WANDER.powi(2) * since_s, unsure.powi(2));
-            [6, 7].into_iter().for_each(|state| self.drift.loosen(state, wander, most));
-            [3, 4].into_iter().for_each(|state| self.yaw.loosen(state, wander, most));
-        }
+        let (slip_m_s, slip_rad_s) = (self.config.slip_m_s, self.config.slip_rad_s);
+        [2, 3]
+            .into_iter()
+            .for_each(|state| self.drift.loosen(state, slip_m_s.powi(2) * since_s, f64::INFINITY));
+        self.yaw.loosen(1, slip_rad_s.powi(2) * since_s, f64::INFINITY);
+        let wander = WANDER.powi(2) * since_s;
+        [6, 7].into_iter().for_each(|state| self.drift.loosen(state, wander, unsure.powi(2)));
+        [3, 4].into_iter().for_each(|state| self.yaw.loosen(state, wander, unsure_yaw.powi(2)));
     }
 
     /// The motion at `t_s`, if the wrench goes on as it is.

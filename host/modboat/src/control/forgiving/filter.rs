@@ -84,6 +84,12 @@ impl<const A: usize, const N: usize> Filter<A, N> {
         std::array::from_fn(|axis| self.sensitivity[axis])
     }
 
+    /// Variance of an innovation, C P Cᵀ + r.
+    pub(super) fn spread(&self, row: &[f64; N], variance: f64) -> f64 {
+        let p: [f64; N] = std::array::from_fn(|state| dot(&self.covariance[state], row));
+        dot(&p, row) + variance
+    }
+
     /// (f2) but for Q: what to add to the states. `rows` are C.
     pub(super) fn correct(&mut self, rows: &[[f64; N]; A], errors: [f64; A], variance: f64) -> [f64; N] {
         let mut change = [0.0; N];

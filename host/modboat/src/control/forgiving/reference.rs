@@ -1,8 +1,8 @@
 //! The motion that is to be followed: no step of it asks for more than the modules can give.
 //!
 //! ```text
-//! v* = v_des + w,   w = K_x (p − x_r) at most w_max;   a = s (v* − v_r)/h,   s ∈ [0, 1] the greatest that can be given  (r1)
-//! ω* = √(…)-limited K_Θ e,   α = (ω* − Ω_r)/h,   |α| ≤ α_max                                               (r2)
+//! v* = v_des + w,   w = K_x (p − x_r) at most w_max;   a = s·0.7 (v* − v_r)/h,   s ∈ [0, 1] the greatest that can be given  (r1)
+//! ω* = K_Θ e, as fast as it can still be stopped at most,   α = (ω* − Ω_r)/h,   |α| ≤ α_max                                        (r2)
 //! ```
 //!
 //! A velocity is followed as a point p that moves with it: what is lost while speed is gained is made up for, and no steady error of the
@@ -65,7 +65,8 @@ pub(super) fn turn(
     let error_rad = wrap_rad(heading_rad - reference.pose[2]);
     // ω h + ω²/2α = |e| is the fastest from which it can still be stopped; half of α keeps some in hand.
     let braking = 0.5 * most_rad_s2;
-    let stops = braking * ((interval_s.powi(2) + 2.0 * error_rad.abs() / braking.max(1e-9)).sqrt() - interval_s);
+    let stops =
+        braking * ((interval_s.powi(2) + 2.0 * error_rad.abs() / braking.max(1e-9)).sqrt() - interval_s);
     let wanted = (gain_1_s * error_rad.abs()).min(stops).min(rate_max_rad_s).copysign(error_rad);
     ((wanted - reference.rate[2]) / interval_s).clamp(-most_rad_s2, most_rad_s2)
 }
