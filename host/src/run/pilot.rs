@@ -3,8 +3,8 @@
 //! Sans-IO: fixes, the state of the links and the time go in, cycles come out.
 //!
 //! ```text
-//! fixes → Observer → Controller (13)–(19) → wrench → Planner → cycles
-//!                                                      ↑ where every tail will be ← acknowledgements, telemetry
+//! fixes → Observer, Controller → wrench → Planner → cycles
+//!                                    ↑ where every tail will be ← acknowledgements, telemetry
 //! ```
 //!
 //! A decision falls `lead_s` before the running cycle ends. A plan that not every module may miss goes to all or none, and that takes as long

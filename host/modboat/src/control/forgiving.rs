@@ -41,7 +41,7 @@ mod reference;
 mod tests;
 
 /// Share of what can be given that the reference may ask for; the rest is for the feedback. *Assumed.*
-const REFERENCE_SHARE: f64 = 0.85;
+const REFERENCE_SHARE: f64 = 0.97;
 /// How far ahead of the structure the point of a velocity may be: so long at that velocity, s, and so far besides, m. *Assumed.*
 const LEAD: (f64, f64) = (3.0, 0.02);
 /// To make up for what was lost, the reference is faster than asked by this share at most. *Assumed.*
