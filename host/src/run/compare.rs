@@ -1,7 +1,7 @@
-//! Several planners on one scenario, each with the same seeds: the same water, noise and losses.
+//! Several planners or controllers on one scenario, each with the same seeds: the same water, noise and losses.
 //!
-//! Every run is a closed loop of its own; two at a time, as the machine has cores. What comes back is each planner's
-//! figures over its runs, mean and worst, and the records for the pictures.
+//! Every run is a closed loop of its own; two at a time, as the machine has cores. What comes back is each contender's
+//! figures over its runs, mean and worst, the margins of its loop, and the records for the pictures.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -9,6 +9,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use modboat::control::ControllerKind;
+use modboat::control::margins::{Axis, Loop, Margins};
 use modboat::planner_kind::PlannerKind;
 use record::RunRecord;
 use serde::Serialize;
@@ -112,11 +114,56 @@ pub struct Spread {
     pub worst: f64,
 }
 
-/// What one planner did.
+/// How far a controller is from its limit of stability: thrust and phase, by the response of its sampled loop.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LoopMargins {
+    /// Of the heading: greatest factor on the thrust.
+    pub heading_gain: f64,
+    /// Least factor on it; 0 where any will do.
+    pub heading_least_gain: f64,
+    /// Phase, rad.
+    pub heading_phase_rad: f64,
+    /// The same of a station.
+    pub position_gain: f64,
+    /// Least factor.
+    pub position_least_gain: f64,
+    /// Phase, rad.
+    pub position_phase_rad: f64,
+}
+
+impl LoopMargins {
+    /// Of the controller that `scenario` has; `None` where its observer cannot be.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Option<Self> {
+        let sampled = Loop {
+            structure: &scenario.structure,
+            parameters: &scenario.modboat,
+            control: &scenario.control,
+            observer: &scenario.observer,
+            lead_s: scenario.timing.lead_s,
+        };
+        let [heading, position]: [Margins; 2] =
+            [sampled.margins(Axis::Heading)?, sampled.margins(Axis::Surge)?];
+        Some(Self {
+            heading_gain: heading.gain,
+            heading_least_gain: heading.least_gain,
+            heading_phase_rad: heading.phase_rad,
+            position_gain: position.gain,
+            position_least_gain: position.least_gain,
+            position_phase_rad: position.phase_rad,
+        })
+    }
+}
+
+/// What one planner did with one controller.
 #[derive(Debug, Serialize)]
 pub struct Contender {
-    /// Its name.
+    /// The planner's name.
     pub planner: &'static str,
+    /// The controller's name.
+    pub controller: &'static str,
+    /// The margins of its loop.
+    pub margins: Option<LoopMargins>,
     /// [`FIGURES`] by key, those that there are.
     pub figures: BTreeMap<&'static str, Spread>,
     /// Every run, by seed.
@@ -126,7 +173,7 @@ pub struct Contender {
     pub records: Vec<RunRecord>,
 }
 
-/// Planners beside each other.
+/// Planners and controllers beside each other.
 #[derive(Debug, Serialize)]
 pub struct Comparison {
     /// Scenario.
@@ -146,27 +193,49 @@ impl Comparison {
         self.planners.iter().find_map(|contender| {
             let run = contender.runs.iter().find(|run| !run.passed())?;
             let why = run.failure.as_deref().unwrap_or_default();
-            Some(format!("{}, seed {}: {why}", contender.planner, run.seed))
+            Some(format!("{}, seed {}: {why}", self.name(contender), run.seed))
         })
+    }
+
+    /// What tells a contender from the others.
+    #[must_use]
+    pub fn name(&self, contender: &Contender) -> &'static str {
+        let alike = self.planners.iter().all(|other| other.planner == contender.planner);
+        let Contender { planner, controller, .. } = contender;
+        match (self.planners.iter().all(|other| other.controller == *controller), alike) {
+            (true, _) => planner,
+            (false, true) => controller,
+            (false, false) => both(planner, controller),
+        }
     }
 }
 
-/// Runs `scenario` with every planner and seed. `stop` ends it early; what was measured is kept.
+fn both(planner: &str, controller: &str) -> &'static str {
+    let exact = planner == PlannerKind::Exact.name();
+    match (exact, controller == ControllerKind::Paper.name()) {
+        (true, false) => "exact, forgiving",
+        (true, true) => "exact, paper",
+        (false, false) => "potential-field, forgiving",
+        (false, true) => "potential-field, paper",
+    }
+}
+
+/// Runs `scenario` with every contestant and seed. `stop` ends it early; what was measured is kept.
 ///
 /// # Errors
 /// The first [`RunError`] of any run.
 pub fn compare(
     scenario: &Scenario,
-    planners: &[PlannerKind],
+    contestants: &[(PlannerKind, ControllerKind)],
     seeds: &[u64],
     progress: &mut dyn Progress,
     stop: &AtomicBool,
 ) -> Result<Comparison, RunError> {
-    let scenarios: Vec<Scenario> = planners
+    let scenarios: Vec<Scenario> = contestants
         .iter()
-        .map(|&kind| {
+        .map(|&(planner, controller)| {
             let mut scenario = scenario.clone();
-            scenario.planner.kind = kind;
+            (scenario.planner.kind, scenario.control.kind) = (planner, controller);
             scenario
         })
         .collect();
@@ -175,7 +244,7 @@ pub fn compare(
         .iter()
         .for_each(|scenario| drop(distances::table(&scenario.modboat, &scenario.planner, progress)));
     let jobs: Vec<(usize, u64)> =
-        (0..planners.len()).flat_map(|planner| seeds.iter().map(move |&seed| (planner, seed))).collect();
+        (0..contestants.len()).flat_map(|planner| seeds.iter().map(move |&seed| (planner, seed))).collect();
     let (next, done_ms) = (AtomicUsize::new(0), AtomicU64::new(0));
     let results = Mutex::new(Vec::with_capacity(jobs.len()));
     let work = || {
@@ -196,10 +265,13 @@ pub fn compare(
     });
     let mut results = results.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     results.sort_by_key(|&(planner, seed, _)| (planner, seed));
-    let mut contenders: Vec<Contender> = planners
+    let mut contenders: Vec<Contender> = contestants
         .iter()
-        .map(|kind| Contender {
-            planner: kind.name(),
+        .zip(&scenarios)
+        .map(|((planner, controller), scenario)| Contender {
+            planner: planner.name(),
+            controller: controller.name(),
+            margins: LoopMargins::of(scenario),
             figures: BTreeMap::new(),
             runs: Vec::new(),
             records: Vec::new(),
@@ -270,9 +342,11 @@ mod tests {
                     velocity_m_s = [0.02, 0.0]\nheading_rad = 1.5\n";
         let mut scenario = Scenario::parse("t.toml", text).expect("valid");
         scenario.planner.kind = PlannerKind::PotentialField;
+        scenario.control.kind = ControllerKind::Paper;
         let stop = AtomicBool::new(false);
         let seeds = [3, 4, 5];
-        let compared = compare(&scenario, &[PlannerKind::PotentialField], &seeds, &mut Quiet, &stop);
+        let contestants = [(PlannerKind::PotentialField, ControllerKind::Paper)];
+        let compared = compare(&scenario, &contestants, &seeds, &mut Quiet, &stop);
         let compared = compared.expect("runs");
         let contender = &compared.planners[0];
         let alone: Vec<Summary> =

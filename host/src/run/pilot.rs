@@ -3,8 +3,8 @@
 //! Sans-IO: fixes, the state of the links and the time go in, cycles come out.
 //!
 //! ```text
-//! fixes → Observer → Controller (13)–(19) → wrench → Planner → cycles
-//!                                                      ↑ where every tail will be ← acknowledgements, telemetry
+//! fixes → Observer, Controller → wrench → Planner → cycles
+//!                                    ↑ where every tail will be ← acknowledgements, telemetry
 //! ```
 //!
 //! A decision falls `lead_s` before the running cycle ends. A plan that not every module may miss goes to all or none, and that takes as long
@@ -36,10 +36,10 @@ use std::sync::Arc;
 use link::delivery::Knowledge;
 use link::dispatcher::{Dispatcher, ModuleLink};
 use modboat::bounds::{Governor, Place};
-use modboat::control::{Controller as Control, Observation, Target};
+use modboat::control::{Controller as Control, Goal, Moment, Observation, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
-use modboat::motion::{Turn, Wrench};
+use modboat::motion::{Swing, Turn, Wrench};
 use modboat::observer::{Fix, Observer};
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
@@ -133,7 +133,7 @@ impl Pilot {
         Ok(Self {
             scenario: scenario.clone(),
             observer: Observer::new(structure, modboat, &scenario.observer)?,
-            control: Control::new(structure, modboat, &scenario.control),
+            control: Control::new(structure, modboat, &scenario.control, &scenario.observer),
             governor: scenario
                 .bounds
                 .as_ref()
@@ -193,6 +193,17 @@ impl Pilot {
             let period_s = f64::from(decision.period.as_secs_f32());
             let share = period_s / (period_s + f64::from(decision.transition.as_secs_f32()));
             Wrench::from_array(decision.plan.wrench.to_array().map(|component| component * share))
+        })
+    }
+
+    /// Sum of the unwrapped angles that the tails swing about at `now`, or rest at.
+    fn tails_rad_at(&self, now: FleetInstant) -> f64 {
+        let begun = self.decisions.iter().rev().take(2).find(|decision| decision.start <= now);
+        begun.map_or(0.0, |decision| {
+            let swings = now < decision.end();
+            let about =
+                |(turn, swing): (&Turn, &Swing)| turn.to_rad - if swings { swing.amplitude_rad } else { 0.0 };
+            decision.turns.iter().zip(&decision.plan.cycle).map(about).sum()
         })
     }
 
@@ -273,7 +284,7 @@ impl Pilot {
             _ => parameters.transition_s,
         };
         let interval_s = transition_s + parameters.period_s;
-        let horizon_s = start.as_secs_f64() - now.as_secs_f64() + interval_s;
+        let moment = Moment { now_s: now.as_secs_f64(), start_s: start.as_secs_f64(), interval_s };
         // A cycle that straddles two legs belongs to the one that has more of it.
         let start_s = self.origin.map_or(0.0, |origin| start.as_secs_f64() - origin.as_secs_f64());
         let leg_time_s = start_s + 0.5 * interval_s;
@@ -286,10 +297,12 @@ impl Pilot {
             unknown_m_s2: estimate.unknown_m_s2,
             unknown_rad_s2: estimate.unknown_rad_s2,
         };
-        let velocity_m_s = match demand {
-            Demand::Velocity(velocity_m_s) => velocity_m_s,
+        let (velocity_m_s, station_m) = match demand {
+            Demand::Velocity(velocity_m_s) => (velocity_m_s, None),
             Demand::Station(station_m) => {
-                self.control.towards(station_m, estimate.position_m, &observed, horizon_s)
+                let horizon_s = moment.horizon_s();
+                let control = &self.scenario.control;
+                (control.towards(station_m, estimate.position_m, &observed, horizon_s), Some(station_m))
             }
         };
         let (mut target, mut bounded) = (Target { velocity_m_s, heading_rad }, false);
@@ -300,6 +313,7 @@ impl Pilot {
             let governed = governor.govern(&target, place, estimate.velocity_m_s, 2.0 * interval_s);
             (target, bounded) = (governed.target, governed.is_limited);
         }
+        let goal = Goal { target, station_m: station_m.filter(|_| !bounded), is_bounded: bounded };
         let began = (self.stopwatch)();
         let Self { scenario, distance, known, poses, participation, remaining, .. } = self;
         Planner::participation(&scenario.structure, distance, known, participation);
@@ -313,12 +327,12 @@ impl Pilot {
         };
         // At rest, tails leave their neighbours' reach before anything swims. What the swim will be asked for is not asked of the
         // controller yet.
-        let likely = || self.control.clone().demand(&target, &observed, interval_s, horizon_s);
+        let likely = || self.control.clone().demand(&goal, &observed, &moment);
         let leaves = !phase.is_under_way() && planner.leave_into(likely(), poses, &mut self.plan);
         let demand = if leaves {
             Wrench::default()
         } else {
-            let demand = self.control.demand(&target, &observed, interval_s, horizon_s);
+            let demand = self.control.demand(&goal, &observed, &moment);
             planner.settle(self.settling.is_settled(asked, demand, &scenario.planner.weights));
             let previous = last.map(|decision| remaining.of(decision, links, !phase.is_under_way()));
             planner.plan_into(demand, Some(poses), previous, &mut self.plan);

@@ -15,8 +15,9 @@ const EXPERIMENTS: [&str; 4] = ["holonomic-1", "holonomic-2", "holonomic-3", "ho
 
 fn compared(name: &str, seeds: &[u64]) -> Comparison {
     let scenario = Scenario::open(name).expect(name);
-    let planners = [PlannerKind::Exact, PlannerKind::PotentialField];
-    compare(&scenario, &planners, seeds, &mut Quiet, &AtomicBool::new(false)).expect(name)
+    let contestants =
+        [PlannerKind::Exact, PlannerKind::PotentialField].map(|kind| (kind, scenario.control.kind));
+    compare(&scenario, &contestants, seeds, &mut Quiet, &AtomicBool::new(false)).expect(name)
 }
 
 /// What must hold of every run, and does not.

@@ -3,6 +3,7 @@
 //! `allocations` is a program of its own: it counts every allocation in it.
 
 mod any_angle;
+mod boats;
 mod closed_loop;
 mod docking;
 mod execution;

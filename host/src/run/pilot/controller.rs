@@ -50,6 +50,7 @@ impl Controller for Pilot {
     fn handle_pose(&mut self, fix: &Fix) {
         self.fix = Some(*fix);
         self.observer.update(fix);
+        self.control.update(fix);
     }
 
     fn handle_coupled(&mut self, never: Infallible) -> Result<(), RunError> {
@@ -63,6 +64,7 @@ impl Controller for Pilot {
     ) -> Result<Step<Infallible>, RunError> {
         let wrench = self.wrench_at(now);
         self.observer.set_wrench(now.as_secs_f64(), wrench);
+        self.control.set_wrench(now.as_secs_f64(), wrench, self.tails_rad_at(now));
         if self.phase == Phase::Finished {
             return Ok(Step::Wait);
         }
@@ -83,7 +85,7 @@ impl Controller for Pilot {
         if let Ok(observer) = Observer::new(structure, modboat, observer) {
             self.observer = observer;
         }
-        self.control = Control::new(structure, modboat, control);
+        self.control = Control::new(structure, modboat, control, &self.scenario.observer);
     }
 
     fn finish(&mut self) {

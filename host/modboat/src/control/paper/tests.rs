@@ -231,7 +231,7 @@ fn a_lone_module_is_not_asked_for_torque() {
 
 #[test]
 fn a_station_is_approached_at_a_bounded_speed_and_in_proportion_near_it() {
-    let controller = controller(&ControlConfig::default());
+    let controller = ControlConfig::default();
     // 0.2·0.1 = 0.02 m/s; ten metres away on 3-4-5 it is 0.04 m/s, along the line.
     for (station, expected) in [([0.1, 0.0], [0.02, 0.0]), ([-6.0, 8.0], [-0.024, 0.032])] {
         let seen = controller.towards([1.0 + station[0], 2.0 + station[1]], [1.0, 2.0], &REST, 2.0);

@@ -1,0 +1,146 @@
+use super::super::{ControllerKind, Target};
+use super::super::margins::{Axis, Loop};
+use super::*;
+
+fn with<T>(kind: ControllerKind, use_it: impl Fn(&Loop<'_>) -> T) -> T {
+    let structure = Structure::from_cells(&[[0, 0], [1, 0], [2, 0]]).expect("a row of three");
+    let control = ControlConfig { kind, ..ControlConfig::default() };
+    use_it(&Loop {
+        structure: &structure,
+        parameters: &Parameters::default(),
+        control: &control,
+        observer: &ObserverParameters::default(),
+        lead_s: 0.3,
+    })
+}
+
+/// The greatest demand late after a push, over the greatest at first.
+fn left(sampled: &Loop<'_>, axis: Axis, gain: f64) -> f64 {
+    let push = match axis {
+        Axis::Surge => Wrench { fy_n: 1e-4, ..Wrench::default() },
+        Axis::Heading => Wrench { tau_nm: 1e-5, ..Wrench::default() },
+    };
+    let demands = sampled.response(push, gain).expect("a response");
+    let size =
+        |demands: &[Wrench]| demands.iter().map(|w| w.weighted_norm([1.0, 1.0, 10.0])).fold(0.0, f64::max);
+    let (first, last) = demands.split_at(demands.len() / 2);
+    if demands.len() < 150 { f64::INFINITY } else { size(last) / size(first) }
+}
+
+#[test]
+fn margins_are_where_the_loop_really_becomes_unstable() {
+    for kind in ControllerKind::ALL {
+        for axis in [Axis::Heading, Axis::Surge] {
+            with(kind, |sampled| {
+                let margins = sampled.margins(axis).expect("margins");
+                println!(
+                    "{} {axis:?}: thrust × {:.2} to {:.2}, {:.0}°",
+                    kind.name(),
+                    margins.least_gain,
+                    margins.gain,
+                    margins.phase_rad.to_degrees()
+                );
+                let [inside, outside] = [0.93, 1.1].map(|by| left(sampled, axis, by * margins.gain));
+                assert!(
+                    inside < 0.5 && outside > 0.9,
+                    "{} {axis:?} {margins:?}: {inside} {outside}",
+                    kind.name()
+                );
+            });
+        }
+    }
+}
+
+/// As the page on the controllers says: thrust times, phase in degrees.
+#[test]
+fn margins_of_the_default_are_those_stated() {
+    with(ControllerKind::Forgiving, |sampled| {
+        for (axis, most, least, phase) in [(Axis::Heading, 1.75, 0.27, 28.0), (Axis::Surge, 1.3, 0.36, 18.0)] {
+            let margins = sampled.margins(axis).expect("margins");
+            assert!(margins.gain > most && margins.least_gain < least, "{axis:?}: {margins:?}");
+            assert!(margins.phase_rad.to_degrees() > phase, "{axis:?}: {margins:?}");
+        }
+    });
+}
+
+/// Three in a row that point north and swim east through water with the drag believed, `thrust` times the thrust believed, in a current.
+struct Boat {
+    controller: Forgiving,
+    thrust: f64,
+    current_m_s: f64,
+    t_s: f64,
+    east_m: f64,
+    speed_m_s: f64,
+    running: Wrench,
+}
+
+impl Boat {
+    fn new(thrust: f64, current_m_s: f64) -> Self {
+        let structure = Structure::from_cells(&[[0, 0], [1, 0], [2, 0]]).expect("a row of three");
+        let (parameters, control) = (Parameters::default(), ControlConfig::default());
+        let controller = Forgiving::new(&structure, &parameters, &control, &ObserverParameters::default());
+        let (t_s, east_m, speed_m_s, running) = (0.0, 0.0, 0.0, Wrench::default());
+        Self { controller, thrust, current_m_s, t_s, east_m, speed_m_s, running }
+    }
+
+    /// One cycle, with the decision on the next 0.3 s before its end; what was demanded.
+    fn swim(&mut self, velocity_m_s: f64) -> Wrench {
+        let mut next = Wrench::default();
+        self.controller.set_wrench(self.t_s, self.running, 0.0);
+        for step in 1..=180 {
+            let water = self.speed_m_s - self.current_m_s;
+            // Heading north: sway is east. M = 4.5 kg, D = 13.5 N·s²/m².
+            let force_n = self.thrust * self.running.fx_n - 13.5 * water * water.abs();
+            self.speed_m_s += force_n / 4.5 / 120.0;
+            self.east_m += self.speed_m_s / 120.0;
+            self.t_s += 1.0 / 120.0;
+            let heading_rad = std::f64::consts::FRAC_PI_2;
+            self.controller.update(&Fix { t_s: self.t_s, position_m: [self.east_m, 0.0], heading_rad });
+            if step == 144 {
+                let target = Target { velocity_m_s: [velocity_m_s, 0.0], heading_rad };
+                let goal = Goal { target, station_m: None, is_bounded: false };
+                let moment = Moment { now_s: self.t_s, start_s: self.t_s + 0.3, interval_s: 1.5 };
+                next = self.controller.demand(&goal, &moment);
+            }
+        }
+        self.running = next;
+        next
+    }
+}
+
+#[test]
+fn thrust_is_learned_and_leaves_no_error() {
+    for thrust in [0.6, 1.0, 2.0] {
+        let mut boat = Boat::new(thrust, 0.0);
+        (0..40).for_each(|_| drop(boat.swim(0.04)));
+        let found = boat.controller.factors().force;
+        assert!((found / thrust - 1.0).abs() < 0.15, "× {thrust}: {found}");
+        assert!((boat.speed_m_s - 0.04).abs() < 4e-4, "× {thrust}: {} m/s", boat.speed_m_s);
+    }
+}
+
+#[test]
+fn a_current_leaves_no_error() {
+    for current_m_s in [-0.02, 0.02] {
+        let mut boat = Boat::new(1.0, current_m_s);
+        (0..40).for_each(|_| drop(boat.swim(0.04)));
+        assert!((boat.speed_m_s - 0.04).abs() < 4e-4, "{current_m_s}: {} m/s", boat.speed_m_s);
+    }
+}
+
+#[test]
+fn nothing_winds_up_beyond_the_limits() {
+    let mut boat = Boat::new(1.0, 0.0);
+    (0..60).for_each(|_| drop(boat.swim(0.5)));
+    let most_n = 3.0 * 0.9 * 0.0382;
+    assert!(boat.running.fx_n > 0.9 * most_n && boat.running.fx_n < 1.001 * most_n, "{:?}", boat.running);
+    // Told to stop, it brakes at once, and does not come back for what it missed.
+    let told = boat.swim(0.0);
+    assert!(told.fx_n < 0.0, "{told:?}");
+    let mut least_m_s = f64::INFINITY;
+    for _ in 0..20 {
+        boat.swim(0.0);
+        least_m_s = least_m_s.min(boat.speed_m_s);
+    }
+    assert!(least_m_s > -0.01 && boat.speed_m_s.abs() < 1e-3, "{least_m_s} {}", boat.speed_m_s);
+}
