@@ -1,21 +1,28 @@
 //! Planar motion of a floating rigid body with added mass and quadratic drag in moving water.
 //!
-//! With v the velocity over ground, v_c that of the water (uniform) and v_r = v − v_c, all in S, and wrench
-//! (F_x, F_y, τ) in S:
+//! The origin of S is the mean of the modules' centres; the centre of mass lies at (x_g, y_g). With v the velocity of the origin over
+//! ground, v_c that of the water (uniform) and v_r = v − v_c, all in S, and wrench (F_x, F_y, τ) about the origin in S:
 //!
 //! ```text
-//! (m + m_x)·v̇_x = F_x − D·v_rx|v_rx| + Ω·(m·v_y + m_x·v_cy + m_y·v_ry)                            (b1)
-//! (m + m_y)·v̇_y = F_y − D·v_ry|v_ry| − Ω·(m·v_x + m_y·v_cx + m_x·v_rx)                            (b2)
-//! (I + I_a)·Ω̇  = τ − C_R·Ω|Ω| − (m_y − m_x)·v_rx·v_ry                                            (b3)
+//! (m + m_x)·v̇_x − m·y_g·Ω̇ = F_x + F_Dx + Ω·(m·(v_y + Ω·x_g) + m_x·v_cy + m_y·v_ry)                (b1)
+//! (m + m_y)·v̇_y + m·x_g·Ω̇ = F_y + F_Dy − Ω·(m·(v_x − Ω·y_g) + m_y·v_cx + m_x·v_rx)                (b2)
+//! (I + m·(x_g² + y_g²) + I_a)·Ω̇ + m·(x_g·v̇_y − y_g·v̇_x)
+//!              = τ + τ_D − (m_y − m_x)·v_rx·v_ry − m·Ω·(x_g·v_x + y_g·v_y)                        (b3)
+//!
+//! w = (v_rx − Ω·y_p, v_ry + Ω·x_p)                       the drag's centre through the water       (b4)
+//! F_Dx = −D_x·w_x|w_x| − D_c·|w_y|·w_x,   F_Dy = −D_y·w_y|w_y| − D_c·|w_x|·w_y                    (b5)
+//! τ_D  = x_p·F_Dy − y_p·F_Dx − C_R·Ω|Ω| − (E_x·|w_x| + E_y·|w_y|)·Ω                               (b6)
 //! ```
 //!
-//! These are Kirchhoff's equations for the momentum m·v + M_A·v_r; the term with v_c is M_A times the change that
-//! the water's velocity shows in the turning frame, the last one of (b3) the Munk moment. In still water
+//! These are Kirchhoff's equations for the momentum m·(v + Ω×r_g) + M_A·v_r; the terms with v_c are M_A times the change that
+//! the water's velocity shows in the turning frame, the one with m_y − m_x of (b3) is the Munk moment. In still water
 //! and without drag the momentum in the world, the angular momentum and the kinetic energy are conserved. Drag
-//! per axis as in the paper's (19), yaw drag as in (15).
+//! per axis is as in the paper's (19), yaw drag as in (15), but for the terms with D_c, E and (x_p, y_p), which are zero unless a
+//! scenario's `[tank]` says otherwise.
 //!
-//! Assumptions and limits: the surface is flat and unbounded (no walls, no waves, no memory of the water). Water
-//! that speeds up or slows down acts through drag alone. Integrated by RK4 with wrench and water held over a step.
+//! Assumptions and limits: the surface is unbounded (no walls, no memory of the water). Added mass has its centre at the origin.
+//! Current and gusts that speed up or slow down act through drag alone; what waves do beside that is in the wrench ([`super::waves`]).
+//! Integrated by RK4 with wrench and water held over a step.
 
 use modboat::motion::Wrench;
 
@@ -24,22 +31,30 @@ use modboat::motion::Wrench;
 pub(crate) struct Body {
     /// Mass m, kg.
     pub mass_kg: f64,
-    /// Moment of inertia I, kg·m².
+    /// Moment of inertia I about the centre of mass, kg·m².
     pub inertia_kg_m2: f64,
+    /// Centre of mass (x_g, y_g), m.
+    pub centre_m: [f64; 2],
     /// Added mass (m_x, m_y), kg.
     pub added_mass_kg: [f64; 2],
     /// Added moment of inertia I_a, kg·m².
     pub added_inertia_kg_m2: f64,
-    /// Translational drag D of the whole body per axis, N·s²/m².
-    pub drag_n_s2_m2: f64,
+    /// Translational drag (D_x, D_y) of the whole body, N·s²/m².
+    pub drag_n_s2_m2: [f64; 2],
+    /// D_c, N·s²/m².
+    pub drag_cross_n_s2_m2: f64,
+    /// The drag's centre (x_p, y_p), m.
+    pub drag_centre_m: [f64; 2],
     /// Rotational drag C_R, N·m·s².
     pub yaw_drag_n_m_s2: f64,
+    /// Yaw damping (E_x, E_y) by speed, N·s².
+    pub yaw_drag_speed_n_s2: [f64; 2],
 }
 
 /// Where the body is and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BodyState {
-    /// Centre of mass in the world, m.
+    /// Origin of S in the world, m.
     pub position_m: [f64; 2],
     /// Heading Θ of the surge axis, rad (unwrapped).
     pub heading_rad: f64,
@@ -101,21 +116,37 @@ impl Body {
         let [c_x, c_y] = to_structure(state.heading_rad, water_m_s);
         let (r_x, r_y) = (v_x - c_x, v_y - c_y);
         let world = to_world(state.heading_rad, state.velocity_s_m_s);
-        // (m + m_x)·v̇_x = F_x − D·v_rx|v_rx| + Ω·(m·v_y + m_x·v_cy + m_y·v_ry)                      (b1)
-        let force_x_n =
-            wrench.fx_n - self.drag_n_s2_m2 * r_x * r_x.abs() + omega * (m * v_y + m_x * c_y + m_y * r_y);
-        // (m + m_y)·v̇_y = F_y − D·v_ry|v_ry| − Ω·(m·v_x + m_y·v_cx + m_x·v_rx)                      (b2)
-        let force_y_n =
-            wrench.fy_n - self.drag_n_s2_m2 * r_y * r_y.abs() - omega * (m * v_x + m_y * c_x + m_x * r_x);
-        // (I + I_a)·Ω̇ = τ − C_R·Ω|Ω| − (m_y − m_x)·v_rx·v_ry                                       (b3)
-        let torque_nm = wrench.tau_nm - self.yaw_drag_n_m_s2 * omega * omega.abs() - (m_y - m_x) * r_x * r_y;
+        let ([x_g, y_g], [x_p, y_p]) = (self.centre_m, self.drag_centre_m);
+        // w = (v_rx − Ω·y_p, v_ry + Ω·x_p)                                                          (b4)
+        let (w_x, w_y) = (r_x - omega * y_p, r_y + omega * x_p);
+        // F_Dx = −D_x·w_x|w_x| − D_c·|w_y|·w_x,   F_Dy = −D_y·w_y|w_y| − D_c·|w_x|·w_y             (b5)
+        let drag_x_n = self.drag_n_s2_m2[0] * w_x * w_x.abs() + self.drag_cross_n_s2_m2 * w_y.abs() * w_x;
+        let drag_y_n = self.drag_n_s2_m2[1] * w_y * w_y.abs() + self.drag_cross_n_s2_m2 * w_x.abs() * w_y;
+        // τ_D  = x_p·F_Dy − y_p·F_Dx − C_R·Ω|Ω| − (E_x·|w_x| + E_y·|w_y|)·Ω                         (b6)
+        let [e_x, e_y] = self.yaw_drag_speed_n_s2;
+        let drag_nm = self.yaw_drag_n_m_s2 * omega * omega.abs()
+            + (x_p * drag_y_n - y_p * drag_x_n)
+            + (e_x * w_x.abs() + e_y * w_y.abs()) * omega;
+        // F_x + F_Dx + Ω·(m·(v_y + Ω·x_g) + m_x·v_cy + m_y·v_ry)                                    (b1)
+        let force_x_n = wrench.fx_n - drag_x_n + omega * (m * (v_y + omega * x_g) + m_x * c_y + m_y * r_y);
+        // F_y + F_Dy − Ω·(m·(v_x − Ω·y_g) + m_y·v_cx + m_x·v_rx)                                    (b2)
+        let force_y_n = wrench.fy_n - drag_y_n - omega * (m * (v_x - omega * y_g) + m_y * c_x + m_x * r_x);
+        // τ + τ_D − (m_y − m_x)·v_rx·v_ry − m·Ω·(x_g·v_x + y_g·v_y)                                 (b3)
+        let torque_nm =
+            wrench.tau_nm - drag_nm - (m_y - m_x) * r_x * r_y - m * omega * (x_g * v_x + y_g * v_y);
+        // (b1) and (b2) put into (b3) leave Ω̇ alone.
+        let (mass_x_kg, mass_y_kg) = (m + m_x, m + m_y);
+        let (arm_x, arm_y) = (-m * y_g / mass_x_kg, m * x_g / mass_y_kg);
+        let inertia_kg_m2 = self.inertia_kg_m2 + m * (x_g * x_g + y_g * y_g) + self.added_inertia_kg_m2
+            - (arm_x * arm_x * mass_x_kg + arm_y * arm_y * mass_y_kg);
+        let turning_rad_s2 = (torque_nm - (arm_x * force_x_n + arm_y * force_y_n)) / inertia_kg_m2;
         [
             world[0],
             world[1],
             omega,
-            force_x_n / (m + m_x),
-            force_y_n / (m + m_y),
-            torque_nm / (self.inertia_kg_m2 + self.added_inertia_kg_m2),
+            force_x_n / mass_x_kg - arm_x * turning_rad_s2,
+            force_y_n / mass_y_kg - arm_y * turning_rad_s2,
+            turning_rad_s2,
         ]
     }
 }
@@ -133,10 +164,14 @@ mod tests {
         Body {
             mass_kg: 3.0,
             inertia_kg_m2: 0.054,
+            centre_m: [0.0; 2],
             added_mass_kg: [2.5, 0.6],
             added_inertia_kg_m2: 0.03,
-            drag_n_s2_m2: 13.5 * drag,
+            drag_n_s2_m2: [13.5 * drag; 2],
+            drag_cross_n_s2_m2: 0.0,
+            drag_centre_m: [0.0; 2],
             yaw_drag_n_m_s2: 0.03 * drag,
+            yaw_drag_speed_n_s2: [0.0; 2],
         }
     }
 

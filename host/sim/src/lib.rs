@@ -26,6 +26,7 @@ pub mod rov;
 pub mod tank;
 pub mod thrust;
 pub mod tracking;
+pub mod waves;
 
 #[cfg(test)]
 mod tests;

@@ -3,10 +3,16 @@
 //! The paper's tank has an OptiTrack system at 120 Hz. The noise figures are *assumed* (a marker body of some
 //! 15 cm seen by several cameras). Velocities are not measured: the host estimates them.
 //!
-//! Assumptions and limits: noise is white and independent per fix; no latency, no lost markers.
+//! A fix that is late, lost or misdated is what the host meets: latency is constant, frames are lost one by one and in spans of
+//! blindness, both seeded and apart from the noise.
+//!
+//! Assumptions and limits: noise is white and independent per fix; no lost markers of single bodies, which [`super::lab`] has.
+
+use std::collections::VecDeque;
 
 use modboat::observer::Fix;
-use quantity::{ParameterError, Range, check_ranges, wrap_rad};
+use quantity::{ParameterError, Range, check_ranges, check_within, wrap_rad};
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -23,11 +29,30 @@ pub struct MocapParameters {
     pub position_noise_m: f64,
     /// Standard deviation of the heading, rad. *Assumed.*
     pub heading_noise_rad: f64,
+    /// Time from a frame's exposure to its arrival, s.
+    pub latency_s: f64,
+    /// Whether a fix bears the time of its arrival, as with a system that stamps nothing, and not that of the exposure.
+    pub stamped_on_arrival: bool,
+    /// Share of frames that are lost.
+    pub loss: f64,
+    /// Share of the time in which every frame is lost, beside `loss`.
+    pub burst: f64,
+    /// Mean length of such a span, s.
+    pub burst_s: f64,
 }
 
 impl Default for MocapParameters {
     fn default() -> Self {
-        Self { rate_hz: 120.0, position_noise_m: 5e-4, heading_noise_rad: 2e-3 }
+        Self {
+            rate_hz: 120.0,
+            position_noise_m: 5e-4,
+            heading_noise_rad: 2e-3,
+            latency_s: 0.0,
+            stamped_on_arrival: false,
+            loss: 0.0,
+            burst: 0.0,
+            burst_s: 0.0,
+        }
     }
 }
 
@@ -41,9 +66,25 @@ impl MocapParameters {
             ("rate_hz", self.rate_hz, "Hz", Range::Positive),
             ("position_noise_m", self.position_noise_m, "m", Range::NonNegative),
             ("heading_noise_rad", self.heading_noise_rad, "rad", Range::NonNegative),
-        ])
+            ("loss", self.loss, "", Range::Share),
+        ])?;
+        check_within(&[
+            ("latency_s", self.latency_s, "s", 0.0..=10.0, "must lie between 0 and 10"),
+            ("burst", self.burst, "of the time", 0.0..=0.9, "must lie between 0 and 0.9"),
+            ("burst_s", self.burst_s, "s", 0.0..=60.0, "must lie between 0 and 60"),
+        ])?;
+        if self.burst > 0.0 && self.burst_s == 0.0 {
+            let reason = "must be greater than zero with burst";
+            return Err(ParameterError { key: "burst_s", value: self.burst_s, unit: "s", reason });
+        }
+        Ok(())
     }
 }
+
+/// The sum of many steps falls just short of n/rate.
+const SLACK_S: f64 = 5e-7;
+/// What draws the losses, beside the noise, for one seed.
+const LOSSES: u64 = 0x1057_0000;
 
 /// The cameras. Frame n is due at n/rate; the first at time zero.
 #[derive(Clone, Debug)]
@@ -51,6 +92,10 @@ pub struct Mocap {
     parameters: MocapParameters,
     next_frame: u64,
     rng: ChaCha8Rng,
+    losses: ChaCha8Rng,
+    blind: bool,
+    /// What is under way: when each arrives, s.
+    queue: VecDeque<(f64, Fix)>,
 }
 
 impl Mocap {
@@ -60,16 +105,29 @@ impl Mocap {
     /// As [`MocapParameters::validate`].
     pub fn new(parameters: &MocapParameters, seed: u64) -> Result<Self, ParameterError> {
         parameters.validate()?;
-        Ok(Self { parameters: parameters.clone(), next_frame: 0, rng: ChaCha8Rng::seed_from_u64(seed) })
+        Ok(Self {
+            parameters: parameters.clone(),
+            next_frame: 0,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            losses: ChaCha8Rng::seed_from_u64(seed ^ LOSSES),
+            blind: false,
+            queue: VecDeque::new(),
+        })
     }
 
-    /// A noisy fix of the true pose, if a frame has become due by `t_s`. A frame is stamped with the time of the
-    /// pose; frames that fell between two calls are lost.
+    /// The noisy fix that has arrived by `t_s`, if one has; `pose` is the true pose now, which a frame shows that has become due. A
+    /// fix is stamped with the time of its pose, or of its arrival; frames that fell between two calls are lost.
     pub fn sample(&mut self, t_s: f64, pose: &PoseSample) -> Option<Fix> {
-        // Half a microsecond of slack: the sum of many steps falls just short of n/rate.
-        let frame = (t_s + 5e-7) * self.parameters.rate_hz;
+        self.look(t_s, pose);
+        let &(arrives_s, fix) = self.queue.front().filter(|(arrives_s, _)| t_s + SLACK_S >= *arrives_s)?;
+        self.queue.pop_front();
+        Some(if self.parameters.stamped_on_arrival { Fix { t_s: arrives_s, ..fix } } else { fix })
+    }
+
+    fn look(&mut self, t_s: f64, pose: &PoseSample) {
+        let frame = (t_s + SLACK_S) * self.parameters.rate_hz;
         if frame < self.next_frame as f64 {
-            return None;
+            return;
         }
         self.next_frame = frame as u64 + 1;
         let mut noise = |deviation: f64| -> f64 {
@@ -80,7 +138,24 @@ impl Mocap {
             (self.parameters.position_noise_m, self.parameters.heading_noise_rad);
         let position_m = pose.position_m.map(|x| x + noise(position_noise_m));
         let heading_rad = wrap_rad(pose.heading_rad + noise(heading_noise_rad));
-        Some(Fix { t_s, position_m, heading_rad })
+        if !self.loses() {
+            let fix = Fix { t_s, position_m, heading_rad };
+            self.queue.push_back((t_s + self.parameters.latency_s, fix));
+        }
+    }
+
+    /// Whether this frame is lost.
+    fn loses(&mut self) -> bool {
+        let MocapParameters { rate_hz, loss, burst, burst_s, .. } = self.parameters;
+        let mut draw = || self.losses.random::<f64>();
+        if burst > 0.0 {
+            // Spans of both kinds have lengths without memory: mean burst_s and burst_s·(1 − burst)/burst.
+            let mean_s = if self.blind { burst_s } else { burst_s * (1.0 - burst) / burst };
+            if draw() < -(-1.0 / (rate_hz * mean_s)).exp_m1() {
+                self.blind = !self.blind;
+            }
+        }
+        self.blind || draw() < loss
     }
 }
 

@@ -1,86 +1,42 @@
-//! The structure afloat in the tank: thrust of every tail, reaction of every rotor, current and gusts.
+//! The structure afloat in the tank: thrust of every tail, reaction of every rotor, current, gusts and waves.
 //!
 //! ```text
 //! F = Σ fᵢ,   τ = Σ (xᵢ·f_yᵢ − yᵢ·f_xᵢ) − Σ Jᵢ·φ̈ᵢ                                               (k1)
 //! g(t + dt) = g(t)·e^(−dt/τ_g) + σ_g·√(1 − e^(−2dt/τ_g))·N(0, 1)          gust, per world axis      (k2)
+//! F_w = Σ wᵢ,   τ_w = Σ (xᵢ·w_yᵢ − yᵢ·w_xᵢ),   wᵢ = (m₁ + M_A/N)·u̇(rᵢ)                           (k3)
 //! ```
 //!
 //! fᵢ from the actual tail angle ([`super::thrust`]) at the module's centre (xᵢ, yᵢ); motion of the body as in the
-//! module `body`. The motor turns its rotor against the structure, which takes −J·φ̈; the structure's moment of
+//! module `body`. u̇ is the acceleration of waves at each module ([`super::waves`]); their velocity, averaged over the modules, is
+//! added to that of the water. The motor turns its rotor against the structure, which takes −J·φ̈; the structure's moment of
 //! inertia includes the rotors, so (I + I_a)·Ω + ΣJφ̇ changes by outside torques only.
 //!
 //! Assumptions and limits: the water's torque on a tail about its motor axis is left out of the structure's yaw (it
-//! changes sign with every swing). The added mass fractions, currents and gusts are *assumed*. No walls.
+//! changes sign with every swing). The numbers of [`TankParameters`] are *assumed*. No walls.
 
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
 use modboat::structure::Structure;
 use quantity::ParameterError;
-use quantity::{Range, check_ranges};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use record::PoseSample;
-use serde::{Deserialize, Serialize};
 
 use super::TailState;
 use super::body::{Body, BodyState, to_structure, to_world};
 pub use super::contact::Contact;
 use super::contact::ContactWatch;
-use super::thrust::{Thrust, ThrustParameters};
+use super::thrust::Thrust;
+use super::waves::Waves;
 
-/// The water and how it takes part in the motion. *Assumed* throughout.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TankParameters {
-    /// Added mass in sway as a fraction of the structure's mass.
-    pub added_mass_sway: f64,
-    /// Added mass in surge as a fraction of the structure's mass.
-    pub added_mass_surge: f64,
-    /// Added moment of inertia as a fraction of the structure's.
-    pub added_inertia: f64,
-    /// Uniform current in the world, m/s.
-    pub current_m_s: [f64; 2],
-    /// Standard deviation of the gusts on top of the current, per world axis, m/s.
-    pub gust_m_s: f64,
-    /// Correlation time of the gusts, s.
-    pub gust_time_s: f64,
-    /// Thrust of the flippers.
-    pub thrust: ThrustParameters,
-}
+pub use parameters::TankParameters;
 
-impl Default for TankParameters {
-    fn default() -> Self {
-        Self {
-            added_mass_sway: 0.5,
-            added_mass_surge: 0.5,
-            added_inertia: 0.5,
-            current_m_s: [0.0; 2],
-            gust_m_s: 0.0,
-            gust_time_s: 5.0,
-            thrust: ThrustParameters::default(),
-        }
-    }
-}
+mod parameters;
 
-impl TankParameters {
-    /// Refuses what no tank can have, by the first offending key.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        check_ranges(&[
-            ("added_mass_sway", self.added_mass_sway, "of the mass", Range::NonNegative),
-            ("added_mass_surge", self.added_mass_surge, "of the mass", Range::NonNegative),
-            ("added_inertia", self.added_inertia, "of the inertia", Range::NonNegative),
-            ("current_m_s", self.current_m_s[0], "m/s", Range::Finite),
-            ("current_m_s", self.current_m_s[1], "m/s", Range::Finite),
-            ("gust_m_s", self.gust_m_s, "m/s", Range::NonNegative),
-            ("gust_time_s", self.gust_time_s, "s", Range::Positive),
-        ])?;
-        self.thrust.validate()
-    }
-}
+/// What is drawn for one seed beside the gusts.
+const SPREAD: u64 = 0x5B3E_AD00;
+const SEA: u64 = 0x5EA0_0000;
 
 /// The floating structure with its tails in the water.
 #[derive(Clone, Debug)]
@@ -93,34 +49,34 @@ pub struct Tank {
     thrusts: Vec<Thrust>,
     wrench: Wrench,
     gust_m_s: [f64; 2],
+    waves: Waves,
+    /// Velocity of the waves, averaged over the modules, world, m/s.
+    wave_m_s: [f64; 2],
     rng: ChaCha8Rng,
     watch: ContactWatch,
 }
 
 impl Tank {
     /// The structure with pose and velocity as in `initial`, whose time the tank's clock goes on from. Gusts
-    /// start from their steady distribution, drawn for `seed`.
+    /// start from their steady distribution; they, the sea and the spread of thrust are drawn for `seed`. `believed` is what a host
+    /// takes the modules for, and holds where `tank` says nothing else.
     ///
     /// # Errors
     /// As [`TankParameters::validate`].
     pub fn new(
         structure: &Structure,
-        parameters: &Parameters,
+        believed: &Parameters,
         tank: &TankParameters,
         initial: &PoseSample,
         seed: u64,
     ) -> Result<Self, ParameterError> {
-        tank.validate()?;
-        let mass_kg = structure.mass_kg(parameters);
-        let inertia_kg_m2 = structure.inertia_kg_m2(parameters);
-        let body = Body {
-            mass_kg,
-            inertia_kg_m2,
-            added_mass_kg: [tank.added_mass_sway * mass_kg, tank.added_mass_surge * mass_kg],
-            added_inertia_kg_m2: tank.added_inertia * inertia_kg_m2,
-            drag_n_s2_m2: structure.len() as f64 * parameters.drag_n_s2_m2,
-            yaw_drag_n_m_s2: structure.yaw_drag_n_m_s2(parameters),
-        };
+        tank.validate(structure.len()).map_err(|(_, error)| error)?;
+        let real = tank.real(believed);
+        let body = tank.body(structure, &real);
+        let shares = tank.thrust.shares(structure.len(), seed ^ SPREAD);
+        let flippers = Thrust::new(&real, &tank.thrust);
+        let thrusts = shares.into_iter().zip(neighbours(structure));
+        let thrusts = thrusts.map(|(share, sides)| flippers.clone().on_module(share, sides)).collect();
         let state = BodyState {
             position_m: initial.position_m,
             heading_rad: initial.heading_rad,
@@ -134,12 +90,14 @@ impl Tank {
             body,
             state,
             t_s: initial.t_s,
-            positions_m: structure.positions_m(parameters.pitch_m),
-            thrusts: vec![Thrust::new(parameters, &tank.thrust); structure.len()],
+            positions_m: structure.positions_m(real.pitch_m),
+            thrusts,
             wrench: Wrench::default(),
             gust_m_s,
+            waves: Waves::new(&tank.wave, &tank.jonswap, seed ^ SEA),
+            wave_m_s: [0.0; 2],
             rng,
-            watch: ContactWatch::new(structure, parameters),
+            watch: ContactWatch::new(structure, &real),
         })
     }
 
@@ -164,10 +122,32 @@ impl Tank {
                 *gust_m_s = *gust_m_s * keep + fresh_m_s * normal(&mut self.rng);
             }
         }
-        let total = wrench + Wrench { tau_nm: reaction_nm, ..Wrench::default() };
+        let total = wrench + Wrench { tau_nm: reaction_nm, ..Wrench::default() } + self.meet_waves();
         self.state = self.body.step(&self.state, dt_s, total, self.water_m_s());
         self.t_s += dt_s;
         self.watch.check(self.t_s, tails);
+    }
+
+    /// Takes the waves' velocity in, and gives their wrench about the origin, in S.
+    fn meet_waves(&mut self) -> Wrench {
+        let mut wrench = Wrench::default();
+        if self.waves.is_calm() {
+            return wrench;
+        }
+        let (Body { mass_kg, added_mass_kg, .. }, modules) = (&self.body, self.positions_m.len() as f64);
+        let moved_kg = added_mass_kg.map(|added_kg| (mass_kg + added_kg) / modules);
+        let (BodyState { heading_rad, position_m, .. }, mut sum_m_s) = (self.state, [0.0; 2]);
+        for &[x_m, y_m] in &self.positions_m {
+            let [dx, dy] = to_world(heading_rad, [x_m, y_m]);
+            let (u, acceleration) = self.waves.at(self.t_s, [position_m[0] + dx, position_m[1] + dy]);
+            sum_m_s = [sum_m_s[0] + u[0], sum_m_s[1] + u[1]];
+            // F_w = Σ wᵢ,   τ_w = Σ (xᵢ·w_yᵢ − yᵢ·w_xᵢ),   wᵢ = (m₁ + M_A/N)·u̇(rᵢ)                 (k3)
+            let [a_x, a_y] = to_structure(heading_rad, acceleration);
+            let (fx_n, fy_n) = (moved_kg[0] * a_x, moved_kg[1] * a_y);
+            wrench = wrench + Wrench { fx_n, fy_n, tau_nm: x_m * fy_n - y_m * fx_n };
+        }
+        self.wave_m_s = sum_m_s.map(|sum| sum / modules);
+        wrench
     }
 
     /// Goes on at `t_s` from where it is: what happened meanwhile was not seen, and is not made up.
@@ -177,7 +157,7 @@ impl Tank {
         self.watch.forget();
     }
 
-    /// True pose and velocity over ground, now.
+    /// True pose and velocity over ground, now, of the mean of the modules' centres: what a motion capture sees.
     #[must_use]
     pub fn pose(&self) -> PoseSample {
         PoseSample {
@@ -195,10 +175,10 @@ impl Tank {
         self.wrench
     }
 
-    /// Velocity of the water in the world now, current and gust, m/s.
+    /// Velocity of the water in the world now, current, gust and waves, m/s.
     #[must_use]
     pub fn water_m_s(&self) -> [f64; 2] {
-        [0, 1].map(|axis| self.parameters.current_m_s[axis] + self.gust_m_s[axis])
+        [0, 1].map(|axis| self.parameters.current_m_s[axis] + self.gust_m_s[axis] + self.wave_m_s[axis])
     }
 
     /// Every time two tails touched so far.
@@ -212,6 +192,19 @@ impl Tank {
     pub fn least_clearance_m(&self) -> f64 {
         self.watch.least_clearance_m()
     }
+}
+
+/// Directions to the docked neighbours of every module, in S.
+fn neighbours(structure: &Structure) -> Vec<Vec<[f64; 2]>> {
+    let mut sides = vec![Vec::new(); structure.len()];
+    for offset in [[1, 0], [0, 1]] {
+        for (one, other) in structure.neighbours(offset) {
+            let way = offset.map(f64::from);
+            sides[one].push(way);
+            sides[other].push(way.map(|share| -share));
+        }
+    }
+    sides
 }
 
 fn normal(rng: &mut ChaCha8Rng) -> f64 {

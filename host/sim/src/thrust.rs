@@ -19,6 +19,15 @@
 //! harder for a shorter time, with the same impulse. Turns are found where φ̇ changes sign, and where the tail
 //! has slowed below [`ThrustParameters::rest_speed_rad_s`] and speeds up again.
 //!
+//! A neighbour in the way of the jet takes a share of it. The jet goes along u(m), m the running midpoint; with n_j to each docked
+//! neighbour and κ the interaction, the impulse is
+//!
+//! ```text
+//! P·(1 − κ·Σⱼ max(0, u(m)·n_j)²)                                                                  (t4)
+//! ```
+//!
+//! so that a jet straight at a neighbour loses κ, and one along the free side nothing.
+//!
 //! Assumptions and limits: the paper gives the mean over a cycle only; how it spreads over the swing (t1) is
 //! *assumed*. Independent of the structure's own speed through the water. A transition that sweeps more than
 //! 1.73 rad pushes too: that is the disturbance the paper speaks of. One that runs on into a swim cycle in the same
@@ -28,31 +37,72 @@
 use modboat::parameters::Parameters;
 use quantity::ParameterError;
 use quantity::{Range, check_ranges};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::TailState;
 
-/// How turning points are told. *Assumed.*
+/// The flippers as they really are: law (2), how it differs between modules, and how turning points are told. *Assumed.*
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ThrustParameters {
     /// Below this tail speed the flippers fall shut, rad/s: the next swing is counted from here.
-    pub rest_speed_rad_s: f64,
+    pub(crate) rest_speed_rad_s: f64,
+    /// Slope of law (2), N/rad; as in `[modboat]` if it is not given.
+    pub(crate) slope_n_rad: Option<f64>,
+    /// Offset of law (2), N; as in `[modboat]` if it is not given.
+    pub(crate) offset_n: Option<f64>,
+    /// The thrust of every module differs by at most this share from that law.
+    pub(crate) spread: f64,
+    /// Share of that law that each module's flippers give, beside the spread; empty: one.
+    pub(crate) module_share: Vec<f64>,
+    /// κ of (t4).
+    pub(crate) interaction: f64,
 }
 
 impl Default for ThrustParameters {
     fn default() -> Self {
-        Self { rest_speed_rad_s: 0.5 }
+        Self {
+            rest_speed_rad_s: 0.5,
+            slope_n_rad: None,
+            offset_n: None,
+            spread: 0.0,
+            module_share: Vec::new(),
+            interaction: 0.0,
+        }
     }
 }
 
 impl ThrustParameters {
-    /// Refuses a negative or infinite speed.
-    ///
-    /// # Errors
-    /// [`ParameterError`] with the key, its value and unit, and what is asked of it.
-    pub fn validate(&self) -> Result<(), ParameterError> {
-        check_ranges(&[("rest_speed_rad_s", self.rest_speed_rad_s, "rad/s", Range::NonNegative)])
+    /// Refuses what no flippers of so many modules can have.
+    pub(crate) fn validate(&self, modules: usize) -> Result<(), ParameterError> {
+        check_ranges(&[
+            ("rest_speed_rad_s", self.rest_speed_rad_s, "rad/s", Range::NonNegative),
+            ("slope_n_rad", self.slope_n_rad.unwrap_or(1.0), "N/rad", Range::Positive),
+            ("offset_n", self.offset_n.unwrap_or(0.0), "N", Range::NonNegative),
+            ("spread", self.spread, "", Range::Share),
+            ("interaction", self.interaction, "", Range::Share),
+        ])?;
+        for &share in &self.module_share {
+            check_ranges(&[("module_share", share, "", Range::NonNegative)])?;
+        }
+        let count = self.module_share.len();
+        if count != 0 && count != modules {
+            let reason = "must be one for each module of the structure, or none";
+            return Err(ParameterError { key: "module_share", value: count as f64, unit: "numbers", reason });
+        }
+        Ok(())
+    }
+
+    /// What the flippers of each module give of law (2), drawn from `seed`.
+    pub(crate) fn shares(&self, modules: usize, seed: u64) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let share = |module: usize| {
+            let differs = self.spread * rng.random_range(-1.0..=1.0);
+            self.module_share.get(module).copied().unwrap_or(1.0) * (1.0 + differs)
+        };
+        (0..modules).map(share).collect()
     }
 }
 
@@ -63,6 +113,9 @@ pub struct Thrust {
     slope_n_rad: f64,
     offset_n: f64,
     rest_speed_rad_s: f64,
+    interaction: f64,
+    /// n_j of (t4).
+    neighbours: Vec<[f64; 2]>,
     /// φ_a of the present swing, rad; none before the first.
     anchor_rad: Option<f64>,
     /// Sign of φ̇ in the present swing.
@@ -82,11 +135,19 @@ impl Thrust {
             slope_n_rad: parameters.force_slope_n_rad,
             offset_n: parameters.force_offset_n,
             rest_speed_rad_s: thrust.rest_speed_rad_s,
+            interaction: thrust.interaction,
+            neighbours: Vec::new(),
             anchor_rad: None,
             direction: 0.0,
             turning_rad: None,
             delivered_n_s: [0.0; 2],
         }
+    }
+
+    /// The same flippers that give `share` of law (2), on a module with docked neighbours in these directions.
+    pub(crate) fn on_module(self, share: f64, neighbours: Vec<[f64; 2]>) -> Self {
+        let (slope_n_rad, offset_n) = (share * self.slope_n_rad, share * self.offset_n);
+        Self { slope_n_rad, offset_n, neighbours, ..self }
     }
 
     /// The tail has come to where it is unseen: it pushes with the next swing that begins.
@@ -130,7 +191,9 @@ impl Thrust {
         }
         // P = −J(s)·u(φ_a + (φ − φ_a)/2)                                                           (t2)
         let (sin, cos) = (anchor_rad + 0.5 * swept_rad).sin_cos();
-        let impulse_n_s = self.half_period_s * mean_n;
+        // P·(1 − κ·Σⱼ max(0, u(m)·n_j)²)                                                            (t4)
+        let against = self.neighbours.iter().map(|[x, y]| (cos * x + sin * y).max(0.0).powi(2));
+        let impulse_n_s = self.half_period_s * mean_n * (1.0 - self.interaction * against.sum::<f64>());
         [-impulse_n_s * cos, -impulse_n_s * sin]
     }
 }

@@ -39,6 +39,9 @@ use crate::run::scenario::{PoseParameters, Scenario, UpAxis};
 
 mod rovs;
 
+/// What a server and its network take at least, s. *Assumed.*
+const LATENCY_S: f64 = 0.004;
+
 #[derive(clap::Args)]
 #[command(
     after_help = "Example, in two terminals:\n  flotilla tank holonomic-1 --mocap natnet --latency 0.02 --jitter 0.01 --loss 0.02\n  \
@@ -78,15 +81,15 @@ pub(super) struct Arguments {
     multicast: Option<Ipv4Addr>,
     #[command(flatten)]
     lab: LabArguments,
-    /// Mean time from a frame's exposure to its sending, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.004)]
-    latency: f64,
+    /// Mean time from a frame's exposure to its sending, s [default: 0.004, or the scenario's if that is more]
+    #[arg(long, value_name = "SECONDS")]
+    latency: Option<f64>,
     /// Greatest deviation from it, s
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     jitter: f64,
-    /// Share of frames that are lost
-    #[arg(long, value_name = "SHARE", default_value_t = 0.0)]
-    loss: f64,
+    /// Share of frames that are lost, instead of the scenario's
+    #[arg(long, value_name = "SHARE")]
+    loss: Option<f64>,
     /// Noise of each coordinate, m, instead of the scenario's
     #[arg(long, value_name = "METRES")]
     noise: Option<f64>,
@@ -352,9 +355,9 @@ fn cameras(
         rate_hz: arguments.rate.unwrap_or(mocap.rate_hz),
         position_noise_m: arguments.noise.unwrap_or(mocap.position_noise_m),
         attitude_noise_rad: arguments.attitude_noise.unwrap_or(mocap.heading_noise_rad),
-        latency_s: arguments.latency,
+        latency_s: arguments.latency.unwrap_or(mocap.latency_s.max(LATENCY_S)),
         jitter_s: arguments.jitter,
-        loss: arguments.loss,
+        loss: arguments.loss.unwrap_or(mocap.loss),
         clock_ahead_s: arguments.clock,
     };
     Cameras::new(parameters, axes, labels, arguments.fault.clone(), seed ^ 0x3C0D).map_err(

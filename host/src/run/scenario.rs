@@ -60,7 +60,7 @@ pub struct Scenario {
     pub pose: PoseParameters,
     /// The edge of the water, if the structure is to keep off it.
     pub bounds: Option<Bounds>,
-    /// The water.
+    /// The water, and the boat as it is in it. Only `sim` reads it.
     pub tank: TankParameters,
     /// The motors.
     pub motor: MotorParameters,
@@ -214,8 +214,7 @@ impl Scenario {
         parsed.control.validate().map_err(|error| number("control", error))?;
         parsed.observer.validate().map_err(|error| number("observer", error))?;
         parsed.pose.validate().map_err(|error| number("pose", error))?;
-        parsed.tank.thrust.validate().map_err(|error| number("tank.thrust", error))?;
-        parsed.tank.validate().map_err(|error| number("tank", error))?;
+        parsed.tank.validate(structure.len()).map_err(|(table, error)| number(table, error))?;
         parsed.motor.validate().map_err(|error| number("motor", error))?;
         parsed.clock.validate().map_err(|error| number("clock", error))?;
         parsed.mocap.validate().map_err(|error| number("mocap", error))?;
