@@ -14,6 +14,7 @@
 //! | `fit`, `inference` | maximum likelihood, (i8)–(i11); intervals, what is not told apart, (i13), (i14) |
 //! | `lag`, [`prediction`] | motor lag, (i12); motion foretold over held-back data |
 //! | [`search`](identify), [`outcome`] | all of it |
+//! | [`experiment`] | legs that show the constants, (i15) |
 //!
 //! Nothing here knows a clock, a socket, a thread or a console; the same data give the same outcome to the bit.
 //!
@@ -23,6 +24,7 @@
 
 pub mod constants;
 pub mod data;
+pub mod experiment;
 mod filter;
 mod fit;
 mod inference;

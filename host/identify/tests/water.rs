@@ -11,6 +11,7 @@ use modboat::structure::Structure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use record::PoseSample;
+use serde_json::json;
 use sim::TailState;
 use sim::mocap::{Mocap, MocapParameters};
 use sim::tank::{Tank, TankParameters};
@@ -21,6 +22,10 @@ const DT_S: f64 = 1e-3;
 struct Truth {
     parameters: Parameters,
     tank: TankParameters,
+    added: [f64; 3],
+    drag: [f64; 2],
+    shares: Vec<f64>,
+    current_m_s: [f64; 2],
     noise: f64,
     latency_s: f64,
 }
@@ -58,7 +63,7 @@ fn record(boat: &Boat, truth: &Truth, duration_s: f64, seed: u64) -> Recording {
     let modules = boat.structure.len();
     let start = PoseSample { heading_rad: FRAC_PI_2, ..PoseSample::default() };
     let mut tank =
-        Tank::new(&boat.structure, &truth.parameters, &truth.tank, &start, seed).expect("a tank");
+        Tank::new(&boat.structure, &boat.belief, &truth.tank, &start, seed).expect("a tank");
     let noise = MocapParameters {
         position_noise_m: 5e-4 * truth.noise,
         heading_noise_rad: 2e-3 * truth.noise,
@@ -109,53 +114,74 @@ fn record(boat: &Boat, truth: &Truth, duration_s: f64, seed: u64) -> Recording {
 }
 
 /// A boat that differs from the belief in everything.
-fn hidden(seed: u64) -> Truth {
+fn hidden(modules: usize, seed: u64) -> Truth {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut factor = |low: f64, high: f64| -> f64 { rng.random_range(low.ln()..high.ln()).exp() };
     let believed = Parameters::default();
-    let (thrust, drag, mass) = (factor(0.6, 1.6), factor(0.5, 2.0), factor(0.67, 1.5));
+    let believed = Parameters::default();
+    let (thrust, mass) = (factor(0.6, 1.6), factor(0.67, 1.5));
+    let drag = [factor(0.5, 2.0), factor(0.5, 2.0)].map(|factor| factor * believed.drag_n_s2_m2);
+    let added = [factor(0.3, 0.9), factor(0.3, 0.9), factor(0.3, 0.9)];
+    let shares: Vec<f64> = (0..modules).map(|_| rng.random_range(0.85..1.15)).collect();
+    let current_m_s = [rng.random_range(-0.014..0.014), rng.random_range(-0.014..0.014)];
     let parameters = Parameters {
         force_slope_n_rad: thrust * believed.force_slope_n_rad,
         force_offset_n: thrust * believed.force_offset_n,
-        drag_n_s2_m2: drag * believed.drag_n_s2_m2,
-        yaw_drag_n_m_s2: drag * believed.yaw_drag_n_m_s2,
         module_mass_kg: mass,
         module_inertia_kg_m2: mass * believed.module_inertia_kg_m2,
         ..believed
     };
-    let tank = TankParameters {
-        added_mass_sway: factor(0.3, 0.9),
-        added_mass_surge: factor(0.3, 0.9),
-        added_inertia: factor(0.3, 0.9),
-        current_m_s: [rng.random_range(-0.014..0.014), rng.random_range(-0.014..0.014)],
-        gust_m_s: 0.005,
-        ..TankParameters::default()
-    };
-    Truth { parameters, tank, noise: rng.random_range(1.0..5.0), latency_s: rng.random_range(0.0..0.15) }
+    let tank = json!({
+        "module_mass_kg": parameters.module_mass_kg,
+        "module_inertia_kg_m2": parameters.module_inertia_kg_m2,
+        "added_mass_sway": added[0],
+        "added_mass_surge": added[1],
+        "added_inertia": added[2],
+        "drag_sway_n_s2_m2": drag[0],
+        "drag_surge_n_s2_m2": drag[1],
+        "current_m_s": current_m_s,
+        "gust_m_s": 0.005,
+        "thrust": {
+            "slope_n_rad": parameters.force_slope_n_rad,
+            "offset_n": parameters.force_offset_n,
+            "module_share": shares,
+        },
+    });
+    Truth {
+        parameters,
+        tank: serde_json::from_value(tank).expect("a tank"),
+        added,
+        drag,
+        shares,
+        current_m_s,
+        noise: rng.random_range(1.0..5.0),
+        latency_s: rng.random_range(0.0..0.15),
+    }
 }
 
 /// Names and true values of what is to be found.
 fn expected(boat: &Boat, truth: &Truth) -> Vec<(&'static str, f64)> {
-    let Truth { parameters, tank, .. } = truth;
-    let structure = &boat.structure;
-    let mass = |share: f64| (1.0 + share) * parameters.module_mass_kg;
-    let inertia = (1.0 + tank.added_inertia) * structure.inertia_kg_m2(parameters);
+    let Truth { parameters, added, drag, .. } = truth;
+    let mass = |axis: usize| (1.0 + added[axis]) * parameters.module_mass_kg;
+    let inertia = (1.0 + added[2]) * boat.structure.inertia_kg_m2(parameters);
+    let count = truth.shares.len() as f64;
+    let mean = (truth.shares.iter().map(|share| share.ln()).sum::<f64>() / count).exp();
+    let (slope, offset) = (mean * parameters.force_slope_n_rad, mean * parameters.force_offset_n);
     vec![
-        ("drag_sway_n_s2_m2", parameters.drag_n_s2_m2),
-        ("drag_surge_n_s2_m2", parameters.drag_n_s2_m2),
-        ("structure_yaw_drag_n_m_s2", structure.yaw_drag_n_m_s2(parameters)),
-        ("mass_sway_kg", mass(tank.added_mass_sway)),
-        ("mass_surge_kg", mass(tank.added_mass_surge)),
+        ("drag_sway_n_s2_m2", drag[0]),
+        ("drag_surge_n_s2_m2", drag[1]),
+        ("mass_sway_kg", mass(0)),
+        ("mass_surge_kg", mass(1)),
         ("structure_inertia_kg_m2", inertia),
-        ("force_slope_n_rad", parameters.force_slope_n_rad),
-        ("force_offset_n", parameters.force_offset_n),
-        ("current_east_m_s", tank.current_m_s[0]),
-        ("current_north_m_s", tank.current_m_s[1]),
+        ("force_slope_n_rad", slope),
+        ("force_offset_n", offset),
+        ("current_east_m_s", truth.current_m_s[0]),
+        ("current_north_m_s", truth.current_m_s[1]),
         ("latency_s", truth.latency_s),
-        ("drag_over_mass_sway_1_m", parameters.drag_n_s2_m2 / mass(tank.added_mass_sway)),
-        ("drag_over_mass_surge_1_m", parameters.drag_n_s2_m2 / mass(tank.added_mass_surge)),
-        ("slope_over_mass_surge_m_s2_rad", parameters.force_slope_n_rad / mass(tank.added_mass_surge)),
-        ("slope_over_drag_sway_m2_s2_rad", parameters.force_slope_n_rad / parameters.drag_n_s2_m2),
+        ("drag_over_mass_sway_1_m", drag[0] / mass(0)),
+        ("drag_over_mass_surge_1_m", drag[1] / mass(1)),
+        ("slope_over_mass_surge_m_s2_rad", slope / mass(1)),
+        ("slope_over_drag_sway_m2_s2_rad", slope / drag[0]),
     ]
 }
 
@@ -175,7 +201,7 @@ fn show(boat: &Boat, truth: &Truth, outcome: &Outcome) -> usize {
 fn a_boat_that_differs_in_everything_is_found() {
     let boat = boat("3x1");
     for seed in [1, 2] {
-        let truth = hidden(seed);
+        let truth = hidden(boat.modules(), seed);
         let recording = record(&boat, &truth, 180.0, seed);
         let outcome = identify(&boat, &[recording], Scale::Rotor).expect("identified");
         println!("seed {seed}: {} steps, converged {}", outcome.steps, outcome.converged);
