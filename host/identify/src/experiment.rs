@@ -113,9 +113,9 @@ impl Water {
         }
     }
 
-    /// Moves on by a leg; the information of it, or nothing where it comes too near to the edge.
-    fn follow(&self, motion: &mut Motion, leg: &DesignedLeg, bounds: &Bounds) -> Option<Information> {
-        let mut information = Information::zeros();
+    /// Moves on by a leg; the information of it, and the least room beyond the margin, m.
+    fn follow(&self, motion: &mut Motion, leg: &DesignedLeg, bounds: &Bounds) -> (Information, f64) {
+        let (mut information, mut room_m) = (Information::zeros(), f64::INFINITY);
         let target = Target { velocity_m_s: leg.velocity_m_s, heading_rad: leg.heading_rad };
         let per_decision = (self.period_s / STEP_S).round().max(1.0) as usize;
         let mut force = [0.0; 3];
@@ -164,11 +164,12 @@ impl Water {
             motion.place.position_m =
                 [0, 1].map(|axis| motion.place.position_m[axis] + world[axis] * STEP_S);
             // The way to a stop: half the speed each period.
-            if self.room_m(motion.place, world, 2.0 * self.period_s, bounds) < SAFETY_M {
-                return None;
+            room_m = room_m.min(self.room_m(motion.place, world, 2.0 * self.period_s, bounds));
+            if room_m < 0.0 {
+                break;
             }
         }
-        Some(information)
+        (information, room_m)
     }
 
     /// Least room of any module, now and where the structure comes to rest, m.
@@ -209,24 +210,23 @@ pub fn design(site: &Site<'_>) -> Vec<DesignedLeg> {
     let mut heading_rad = site.start.heading_rad;
     let mut legs: Vec<DesignedLeg> = Vec::new();
     let mut left_s = site.duration_s;
-    while left_s > 0.5 * LENGTHS_S[0] {
-        let mut best: Option<(f64, DesignedLeg, Motion, Information)> = None;
+    while left_s > STEP_S {
+        let mut best: Option<([f64; 2], DesignedLeg, Motion, Information)> = None;
         for leg in candidates(&water, heading_rad, left_s) {
             let mut tried = motion.clone();
-            let Some(more) = water.follow(&mut tried, &leg, site.bounds) else { continue };
+            let (more, room_m) = water.follow(&mut tried, &leg, site.bounds);
             let sum = information + more;
             let gain = (log_det(&sum) - log_det(&information)) / leg.duration_s;
-            if best.as_ref().is_none_or(|(most, ..)| gain > *most) {
-                best = Some((gain, leg, tried, sum));
+            // Where the last leg leaves no way to keep off by SAFETY_M, the one that keeps off the most.
+            let merit = [room_m.min(SAFETY_M), gain];
+            if room_m > 0.0 && best.as_ref().is_none_or(|(most, ..)| merit > *most) {
+                best = Some((merit, leg, tried, sum));
             }
         }
         let Some((_, leg, moved, sum)) = best else { break };
         (motion, information, heading_rad) = (moved, sum, leg.heading_rad);
         left_s -= leg.duration_s;
         legs.push(leg);
-    }
-    if let Some(last) = legs.last_mut() {
-        last.duration_s += left_s;
     }
     legs
 }
@@ -244,7 +244,8 @@ fn candidates(water: &Water, heading_rad: f64, left_s: f64) -> Vec<DesignedLeg> 
                 let velocity_m_s =
                     [angle_rad.cos(), angle_rad.sin()].map(|part| (part * speed_m_s * 1e5).round() / 1e5);
                 for duration_s in LENGTHS_S {
-                    let duration_s = duration_s.min(left_s);
+                    // What would be left is too short for a leg of its own.
+                    let duration_s = if left_s - duration_s < LENGTHS_S[0] { left_s } else { duration_s };
                     list.push(DesignedLeg { duration_s, velocity_m_s, heading_rad });
                 }
             }
@@ -286,7 +287,9 @@ mod tests {
         };
         let mut sum = Information::zeros();
         for leg in &legs {
-            sum += water.follow(&mut motion, leg, bounds).expect("inside");
+            let (more, room_m) = water.follow(&mut motion, leg, bounds);
+            assert!(room_m > 0.0, "{word}: {room_m} m");
+            sum += more;
         }
         (legs, sum)
     }
@@ -331,7 +334,7 @@ mod tests {
         for leg in 0..12 {
             let velocity_m_s = if leg % 2 == 0 { [0.04, 0.0] } else { [-0.04, 0.0] };
             let leg = DesignedLeg { duration_s: 15.0, velocity_m_s, heading_rad: FRAC_PI_2 };
-            plain += water.follow(&mut motion, &leg, &bounds).expect("inside");
+            plain += water.follow(&mut motion, &leg, &bounds).0;
         }
         assert!(log_det(&best) > log_det(&plain) + 10.0, "{} {}", log_det(&best), log_det(&plain));
         let (none, _) = legs("3x1", &tank([0.4, 0.2]));

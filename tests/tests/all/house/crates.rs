@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crates of the product, each with those that it depends on.
-const CRATES: [(&str, &[&str]); 19] = [
+const CRATES: [(&str, &[&str]); 20] = [
     ("protocol", &[]),
     ("firmware", &["protocol"]),
     ("plant", &[]),
@@ -18,6 +18,7 @@ const CRATES: [(&str, &[&str]); 19] = [
     ("runlog", &[]),
     ("runconsole", &["runlog"]),
     ("modboat", &["quantity"]),
+    ("identify", &["modboat", "quantity"]),
     ("reconfiguration", &["quantity", "reader"]),
     ("rov", &["grid", "quantity", "reconfiguration"]),
     // Of a reconfiguration the judge knows the data, and nothing of the planner that it judges.
@@ -34,6 +35,7 @@ const CRATES: [(&str, &[&str]); 19] = [
         &[
             "firmware",
             "grid",
+            "identify",
             "images",
             "judge",
             "link",
@@ -54,7 +56,7 @@ const CRATES: [(&str, &[&str]); 19] = [
 ];
 
 /// Crates that only compute.
-const PURE: [&str; 6] = ["grid", "judge", "modboat", "quantity", "reconfiguration", "rov"];
+const PURE: [&str; 7] = ["grid", "identify", "judge", "modboat", "quantity", "reconfiguration", "rov"];
 /// What they may use beside each other: none of it has a clock, a socket, a thread or a console.
 const PURE_MAY_USE: [&str; 6] = ["nalgebra", "rand", "rand_chacha", "reader", "serde", "thiserror"];
 /// Modules of the standard library, and macros, that they do without.
