@@ -146,7 +146,8 @@ impl Layout {
             (POSITION_NOISE, 1e-3, 2.0),
             (HEADING_NOISE, 4e-3, 2.0),
             (GUST, 4e-3, 2.0),
-            (GUST_TIME, 5.0, 0.7),
+            // The memory of gusts is hardly told from their size in minutes: assumed, within a third.
+            (GUST_TIME, 5.0, 0.3),
             (PUSH, 1e-3, 2.0),
             (TWIST, 4e-3, 2.0),
         ] {

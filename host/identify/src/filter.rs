@@ -4,7 +4,7 @@
 //! measured less the mean. Given θ, log-likelihood is −½ Σ (ln s + e²/s).
 
 use super::constants::{Layout, Values};
-use super::log::Prepared;
+use super::log::{Impulse, PER_BIN, Prepared};
 use super::model::{Square, State, step};
 use super::strokes::Instant;
 
@@ -78,10 +78,13 @@ pub(crate) fn errors(
             continue;
         };
         let span_s = bin.t_s - prepared.bins[last].t_s;
-        let force = [0, 1, 2].map(|axis| (impulses[index][axis] - impulses[last][axis]) / span_s);
-        let parts = (span_s / STEP_MAX_S).ceil().max(1.0);
-        for _ in 0..parts as usize {
-            state = step(&values, &state, Some(&mut covariance), force, span_s / parts);
+        debug_assert_eq!(last + 1, index);
+        let halves = forces(&impulses, index, span_s);
+        let parts = (span_s / STEP_MAX_S).ceil().max(1.0) as usize;
+        for part in 0..parts {
+            // Of a longer pause the first half of its parts has the first half's mean.
+            let both = if parts == 1 { halves } else { [halves[2 * part / parts]; 2] };
+            state = step(&values, &state, Some(&mut covariance), both, span_s / parts as f64);
         }
         for axis in 0..3 {
             let e = bin.pose[axis] - state[axis];
@@ -95,6 +98,14 @@ pub(crate) fn errors(
         watch.filtered(index, &state);
     }
     found
+}
+
+/// Mean forces over the two halves of the time to bin `index`, which is `span_s` long.
+pub(crate) fn forces(impulses: &[Impulse], index: usize, span_s: f64) -> [[f64; 3]; 2] {
+    let at = PER_BIN * index;
+    let [before, half, now] = [impulses[at - 1], impulses[at], impulses[at + 1]];
+    let mean = |from: Impulse, to: Impulse| [0, 1, 2].map(|axis| 2.0 * (to[axis] - from[axis]) / span_s);
+    [mean(before, half), mean(half, now)]
 }
 
 /// At rest over ground.

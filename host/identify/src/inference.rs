@@ -59,9 +59,7 @@ impl Covariance {
         let of = |i: usize, j: usize| self.fisher[(i, j)];
         elements
             .iter()
-            .map(|&i| {
-                elements.iter().map(|&j| of(i, j) / (of(i, i) * of(j, j)).sqrt().max(1e-300)).collect()
-            })
+            .map(|&i| elements.iter().map(|&j| of(i, j) / (of(i, i) * of(j, j)).sqrt().max(1e-300)).collect())
             .collect()
     }
 

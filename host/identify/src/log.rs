@@ -39,8 +39,11 @@ pub(crate) struct Prepared {
     half_period_s: f64,
 }
 
-/// Impulse from one bin to the next: sway, surge, N·s, and yaw, N·m·s, about the centre.
+/// Impulse up to an instant: sway, surge, N·s, and yaw, N·m·s, about the centre.
 pub(crate) type Impulse = [f64; 3];
+
+/// Instants for each bin: half way from the one before, and its own.
+pub(crate) const PER_BIN: usize = 2;
 
 impl Prepared {
     pub(crate) fn new(boat: &Boat, recording: &Recording) -> Self {
@@ -65,17 +68,23 @@ impl Prepared {
         }
     }
 
-    /// How each tail stood at each bin whose stamp is `latency_s` late, by module.
+    /// How each tail stood half way to and at each bin, whose stamps are `latency_s` late, by module.
     pub(crate) fn instants(&self, latency_s: f64) -> Vec<Vec<Instant>> {
-        let of = |track: &Track| self.bins.iter().map(|bin| track.instant(bin.t_s - latency_s)).collect();
+        let mut times_s = Vec::with_capacity(PER_BIN * self.bins.len());
+        let mut before_s = self.bins.first().map_or(0.0, |bin| bin.t_s);
+        for bin in &self.bins {
+            times_s.extend([0.5 * (before_s + bin.t_s) - latency_s, bin.t_s - latency_s]);
+            before_s = bin.t_s;
+        }
+        let of = |track: &Track| times_s.iter().map(|&t_s| track.instant(t_s)).collect();
         self.tracks.iter().map(of).collect()
     }
 
-    /// What all tails have given up to each bin, by (i1), with reaction and drag of every tail about its motor axis:
+    /// What all tails have given up to each of these instants, by (i1), with reaction and drag of every tail about its motor axis:
     ///
     /// L = Σ (xᵢ·P_yᵢ − yᵢ·P_xᵢ) − Σ J·φ̇ᵢ − Σ c·∫φ̇ᵢ|φ̇ᵢ| dt                                            (i2)
     pub(crate) fn impulses(&self, values: &Values, instants: &[Vec<Instant>]) -> Vec<Impulse> {
-        let mut sums = vec![[0.0; 3]; self.bins.len()];
+        let mut sums = vec![[0.0; 3]; PER_BIN * self.bins.len()];
         for (module, (instants, past)) in instants.iter().zip(&self.past).enumerate() {
             let scale = -self.half_period_s * values.slope_n_rad.get(module).copied().unwrap_or_default();
             let [x_m, y_m] = self.positions_m[module];
@@ -94,8 +103,8 @@ impl Prepared {
                 }
                 let [x, y] = push(now.sweep_rad, now.along);
                 let [x, y] = [done[0] + x, done[1] + y];
-                let turn = x_m * y - y_m * x - values.rotor_kg_m2 * now.rate_rad_s
-                    - values.tail_drag * now.dragged;
+                let turn =
+                    x_m * y - y_m * x - values.rotor_kg_m2 * now.rate_rad_s - values.tail_drag * now.dragged;
                 *sum = [sum[0] + x, sum[1] + y, sum[2] + turn];
             }
         }

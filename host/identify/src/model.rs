@@ -93,18 +93,25 @@ fn spread(state: &State, covariance: &Square) -> [f64; 3] {
     [of(3, [sin, -cos]), of(4, [cos, sin]), covariance[(5, 5)].max(0.0)]
 }
 
-/// The state `dt_s` later (midpoint rule), under a mean force; with a covariance, that goes along.
+/// The state `dt_s` later, under the mean forces of each half of it (a midpoint rule for each); with a covariance, that goes along.
+///
+/// Strokes push for a few tenths of a second: one mean force over a bin of 40 ms would take a quarter of a percent off what they move.
 pub(crate) fn step(
     values: &Values,
     state: &State,
     covariance: Option<&mut Square>,
-    force: [f64; 3],
+    forces: [[f64; 3]; 2],
     dt_s: f64,
 ) -> State {
     let spread = covariance.as_deref().map_or([0.0; 3], |covariance| spread(state, covariance));
-    let (first, _) = rates(values, state, force, spread);
-    let middle = state + first * (0.5 * dt_s);
-    let (rate, by) = rates(values, &middle, force, spread);
+    let mut next = *state;
+    let mut by = Square::zeros();
+    for force in forces {
+        let (first, _) = rates(values, &next, force, spread);
+        let (rate, along) = rates(values, &(next + first * (0.25 * dt_s)), force, spread);
+        next += rate * (0.5 * dt_s);
+        by += along * 0.5;
+    }
     if let Some(covariance) = covariance {
         // Φ = I + A·dt + ½(A·dt)²,   P ← Φ·P·Φᵀ + Q
         let small = by * dt_s;
@@ -116,5 +123,5 @@ pub(crate) fn step(
             covariance[(index, index)] += more;
         }
     }
-    state + rate * dt_s
+    next
 }

@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use super::constants::{Layout, Values};
-use super::filter::errors;
+use super::filter::{errors, forces};
 use super::log::{BIN_S, Prepared};
 use super::model::{State, step};
 
@@ -56,8 +56,7 @@ pub(crate) fn foretold(
         let mut poses = vec![[state[0], state[1], state[2]]];
         for index in begin + 1..=begin + horizon {
             let span_s = bins[index].t_s - bins[index - 1].t_s;
-            let force = [0, 1, 2].map(|axis| (impulses[index][axis] - impulses[index - 1][axis]) / span_s);
-            state = step(&values, &state, None, force, span_s);
+            state = step(&values, &state, None, forces(&impulses, index, span_s), span_s);
             poses.push([state[0], state[1], state[2]]);
         }
         for low in (0..horizon - window).step_by(window) {
@@ -108,9 +107,8 @@ impl Prediction {
         let count = foretold.len().max(1) as f64;
         let mean = |of: &dyn Fn(&Foretold) -> f64| (foretold.iter().map(of).sum::<f64>() / count).sqrt();
         let speed = mean(&|f| f.measured[0].powi(2) + f.measured[1].powi(2));
-        let error = mean(&|f| {
-            (f.measured[0] - f.predicted[0]).powi(2) + (f.measured[1] - f.predicted[1]).powi(2)
-        });
+        let error =
+            mean(&|f| (f.measured[0] - f.predicted[0]).powi(2) + (f.measured[1] - f.predicted[1]).powi(2));
         let mut starts: Vec<usize> = foretold.iter().map(|f| f.start).collect();
         starts.dedup();
         Self {

@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use super::constants::{
-    CURRENT_UNIT, DRAG, GUST, INERTIA, LATENCY_UNIT, Layout, MASS, RATIO, ROTOR, TAIL_DRAG, TAIL_DRAG_UNIT,
-    YAW_DRAG,
+    CURRENT_UNIT, DRAG, GUST, GUST_TIME, INERTIA, LATENCY_UNIT, Layout, MASS, RATIO, ROTOR, TAIL_DRAG,
+    TAIL_DRAG_UNIT, YAW_DRAG,
 };
 use super::data::{Boat, Recording};
 use super::fit::{Fit, Problem};
@@ -50,24 +50,27 @@ struct Quantity {
     belief: Option<f64>,
     /// What is not a logarithm is shown where its interval is narrower than this either way.
     narrow: f64,
+    /// A deviation that (i13) and (i14) do not have.
+    besides: f64,
 }
 
 impl Quantity {
     fn log(name: &str, terms: &[(usize, f64)], factor: f64, belief: f64) -> Self {
         let terms = terms.to_vec();
         let (name, belief) = (name.to_owned(), Some(belief));
-        Self { name, terms, logarithm: true, factor, less: 0.0, belief, narrow: 0.0 }
+        Self { name, terms, logarithm: true, factor, less: 0.0, belief, narrow: 0.0, besides: 0.0 }
     }
 
     fn linear(name: String, index: usize, factor: f64, belief: Option<f64>, narrow: f64) -> Self {
-        Self { name, terms: vec![(index, 1.0)], logarithm: false, factor, less: 0.0, belief, narrow }
+        let terms = vec![(index, 1.0)];
+        Self { name, terms, logarithm: false, factor, less: 0.0, belief, narrow, besides: 0.0 }
     }
 
     fn constant(&self, theta: &[f64], covariance: &Covariance) -> Constant {
         let at: f64 = self.terms.iter().map(|&(index, weight)| weight * theta[index]).sum();
         let deviation = covariance.deviation(&self.terms);
         let value = |x: f64| self.factor * if self.logarithm { x.exp() } else { x } - self.less;
-        let half = WIDTH * deviation;
+        let half = WIDTH * deviation.hypot(self.besides);
         let shown = if self.logarithm { half < 0.5 } else { half * self.factor < self.narrow };
         Constant {
             name: self.name.clone(),
@@ -125,17 +128,19 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
     let every: Vec<_> = foretold.concat();
     let prediction = Prediction::of(&every, held_back_s);
 
+    let spans_s: Vec<f64> = whole.iter().map(|&bins| bins as f64 * BIN_S).collect();
     let all = problem(whole);
     let fit = all.search(first.theta);
     let covariance = Covariance::new(&all, &fit).ok_or(IdentifyError::Senseless)?;
     let theta = &fit.theta;
-    let constants: Vec<Constant> =
-        quantities(boat, layout, scale).iter().map(|q| q.constant(theta, &covariance)).collect();
+    let constants: Vec<Constant> = quantities(boat, layout, scale, &spans_s, theta)
+        .iter()
+        .map(|q| q.constant(theta, &covariance))
+        .collect();
     let ratios = ratios(boat, layout).iter().map(|q| q.constant(theta, &covariance)).collect();
     let modules = modules(boat, layout, recordings, theta, &covariance);
-    let elements: Vec<usize> = (0..layout.len())
-        .filter(|&index| !Layout::is_noise(index) && !all.fixed.contains(&index))
-        .collect();
+    let elements: Vec<usize> =
+        (0..layout.len()).filter(|&index| !Layout::is_noise(index) && !all.fixed.contains(&index)).collect();
     let free = scale_deviation(&all.information(fit.theta.clone()), theta, layout);
     let mut notes = Vec::new();
     if !fit.converged {
@@ -146,7 +151,9 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
     }
     let residuals = residuals(&fit);
     if residuals.correlation.iter().any(|correlation| *correlation > 0.3) {
-        notes.push("prediction errors hang together: the water does what the model has no word for".to_owned());
+        notes.push(
+            "prediction errors hang together: the water does what the model has no word for".to_owned(),
+        );
     }
     let voltages: Vec<f64> = recordings.iter().filter_map(|recording| recording.battery_v).collect();
     Ok(Outcome {
@@ -184,7 +191,11 @@ fn scale_text(boat: &Boat, scale: Scale, free: f64) -> String {
     )
 }
 
-fn quantities(boat: &Boat, layout: Layout, scale: Scale) -> Vec<Quantity> {
+/// `spans_s` is how long each log is.
+///
+/// The mean of gusts over a log of length T cannot be told from a current: σ_g·√(2τ_g/T). (i13) has it, by the σ_g and τ_g that were
+/// found, which come out small where they are small by chance; so it is counted once more.
+fn quantities(boat: &Boat, layout: Layout, scale: Scale, spans_s: &[f64], theta: &[f64]) -> Vec<Quantity> {
     let (structure, belief) = (&boat.structure, &boat.belief);
     let share = 1.0 / layout.modules as f64;
     let slopes: Vec<(usize, f64)> = (0..layout.modules).map(|module| (layout.slope(module), share)).collect();
@@ -210,6 +221,7 @@ fn quantities(boat: &Boat, layout: Layout, scale: Scale) -> Vec<Quantity> {
         Quantity::log("force_offset_n", &offset, 1.0, belief.force_offset_n),
         Quantity::linear("tail_drag_n_m_s2".to_owned(), TAIL_DRAG, TAIL_DRAG_UNIT, None, 2e-5),
         Quantity { belief: None, ..log("gust_m_s", GUST, 1.0, 0.0) },
+        Quantity { belief: None, ..log("gust_memory_s", GUST_TIME, 1.0, 0.0) },
     ];
     if scale == Scale::Thrust {
         list.push(log("rotor_inertia_kg_m2", ROTOR, 1.0, boat.rotor_inertia_kg_m2));
@@ -220,7 +232,9 @@ fn quantities(boat: &Boat, layout: Layout, scale: Scale) -> Vec<Quantity> {
         };
         for (axis, what) in ["current_east", "current_north"].into_iter().enumerate() {
             let index = layout.current(number, axis);
-            list.push(Quantity::linear(named(what, "_m_s"), index, CURRENT_UNIT, None, 0.01));
+            let mean_m_s = theta[GUST].exp() * (2.0 * theta[GUST_TIME].exp() / spans_s[number]).sqrt();
+            let current = Quantity::linear(named(what, "_m_s"), index, CURRENT_UNIT, None, 0.01);
+            list.push(Quantity { besides: mean_m_s / CURRENT_UNIT, ..current });
         }
         let index = layout.latency(number);
         list.push(Quantity::linear(named("latency", "_s"), index, LATENCY_UNIT, None, 0.05));
@@ -244,12 +258,7 @@ fn ratios(boat: &Boat, layout: Layout) -> Vec<Quantity> {
         log("slope_over_drag_sway_m2_s2_rad", &over(DRAG[0]), modules, thrust / drag),
         log("slope_over_drag_surge_m2_s2_rad", &over(DRAG[1]), modules, thrust / drag),
         log("mass_sway_over_surge", &[(MASS[0], 1.0), (MASS[1], -1.0)], 1.0, 1.0),
-        log(
-            "offset_over_slope_rad",
-            &[(RATIO, 1.0)],
-            1.0,
-            belief.force_offset_n / belief.force_slope_n_rad,
-        ),
+        log("offset_over_slope_rad", &[(RATIO, 1.0)], 1.0, belief.force_offset_n / belief.force_slope_n_rad),
     ]
 }
 

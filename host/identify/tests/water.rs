@@ -62,8 +62,7 @@ fn record(boat: &Boat, truth: &Truth, duration_s: f64, seed: u64) -> Recording {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let modules = boat.structure.len();
     let start = PoseSample { heading_rad: FRAC_PI_2, ..PoseSample::default() };
-    let mut tank =
-        Tank::new(&boat.structure, &boat.belief, &truth.tank, &start, seed).expect("a tank");
+    let mut tank = Tank::new(&boat.structure, &boat.belief, &truth.tank, &start, seed).expect("a tank");
     let noise = MocapParameters {
         position_noise_m: 5e-4 * truth.noise,
         heading_noise_rad: 2e-3 * truth.noise,
@@ -117,7 +116,6 @@ fn record(boat: &Boat, truth: &Truth, duration_s: f64, seed: u64) -> Recording {
 fn hidden(modules: usize, seed: u64) -> Truth {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut factor = |low: f64, high: f64| -> f64 { rng.random_range(low.ln()..high.ln()).exp() };
-    let believed = Parameters::default();
     let believed = Parameters::default();
     let (thrust, mass) = (factor(0.6, 1.6), factor(0.67, 1.5));
     let drag = [factor(0.5, 2.0), factor(0.5, 2.0)].map(|factor| factor * believed.drag_n_s2_m2);
@@ -192,7 +190,10 @@ fn show(boat: &Boat, truth: &Truth, outcome: &Outcome) -> usize {
         let inside = found.low <= value && value <= found.high;
         outside += usize::from(!inside);
         let mark = if inside { ' ' } else { '!' };
-        println!("{mark} {name:34} {value:>10.5} {:>10.5} [{:.5}, {:.5}]", found.value, found.low, found.high);
+        println!(
+            "{mark} {name:34} {value:>10.5} {:>10.5} [{:.5}, {:.5}]",
+            found.value, found.low, found.high
+        );
     }
     outside
 }

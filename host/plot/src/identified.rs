@@ -60,8 +60,7 @@ pub fn foretold(identified: &Identified<'_>) -> Result<String, DrawError> {
                 (Key::Line(style::VERMILION, 1.0, 1.5), "foretold from tail angles"),
             ];
             let times = velocities.iter().map(|v| v.t_s);
-            let chart =
-                frame(panel, titles.get(component).unwrap_or(&""), &legend, component, times, both)?;
+            let chart = frame(panel, titles.get(component).unwrap_or(&""), &legend, component, times, both)?;
             for run in velocities.chunk_by(|a, b| a.start == b.start && a.t_s < b.t_s) {
                 let curve = |of: fn(&Velocities) -> &[f64; 3]| -> Vec<Point> {
                     run.iter().map(|v| (v.t_s, milli(of(v)))).collect()
@@ -131,8 +130,7 @@ mod tests {
         };
         let velocities: Vec<Velocities> = (0..10).map(at).collect();
         let residuals: Vec<(f64, [f64; 3])> = (0..50).map(|n| (f64::from(n), [1e-3, -1e-3, 2e-3])).collect();
-        let full =
-            Identified { name: "boat", line: "3 %", velocities: &velocities, residuals: &residuals };
+        let full = Identified { name: "boat", line: "3 %", velocities: &velocities, residuals: &residuals };
         let empty = Identified { velocities: &[], residuals: &[], ..full };
         for identified in [full, empty] {
             for svg in [foretold(&identified), super::residuals(&identified)].map(|svg| svg.expect("drawn")) {
@@ -140,7 +138,8 @@ mod tests {
             }
         }
         // Two predictions, two curves each, three panels, less none where nothing is.
-        let curves = |identified: &Identified<'_>| foretold(identified).expect("drawn").matches("<polyline").count();
+        let curves =
+            |identified: &Identified<'_>| foretold(identified).expect("drawn").matches("<polyline").count();
         assert!(curves(&full) >= curves(&empty) + 12, "{} {}", curves(&full), curves(&empty));
     }
 }

@@ -12,15 +12,17 @@ use super::folder::Folder;
 use super::progress::Bar;
 use super::run::list;
 use super::{Failure, all_said, bad, could, untold, written};
-use crate::run::identify::{Logged, logged_file};
 use crate::run::identified;
+use crate::run::identify::{Logged, logged_file};
 use crate::run::scenario::{EXPERIMENT_S, Scenario};
 
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  flotilla run identify-3 --out trial           an experiment that shows the constants\n  \
+#[command(
+    after_help = "Examples:\n  flotilla run identify-3 --out trial           an experiment that shows the constants\n  \
                         flotilla identify trial/log.mcap --out found   constants, pictures, tables to paste\n  \
                         flotilla identify monday.mcap tuesday.mcap --toml\n  \
-                        flotilla identify --experiment my-boats.toml > my-experiment.toml")]
+                        flotilla identify --experiment my-boats.toml > my-experiment.toml"
+)]
 pub(super) struct Arguments {
     /// Logs of runs of the same structure
     #[arg(required_unless_present = "experiment", value_name = "LOG")]
@@ -145,8 +147,7 @@ fn pictures(boat: &Boat, outcome: &Outcome, folder: &Path) -> Vec<Result<PathBuf
         100.0 * prediction.velocity_error,
         prediction.held_back_s,
     );
-    let identified =
-        Identified { name: &name, line: &line, velocities: &velocities, residuals: &residuals };
+    let identified = Identified { name: &name, line: &line, velocities: &velocities, residuals: &residuals };
     plot::identified::write(&identified, folder)
 }
 

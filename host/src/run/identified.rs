@@ -34,7 +34,9 @@ pub fn tables(boat: &Boat, outcome: &Outcome) -> String {
     line(format!("# {}", outcome.logs.join(", ")));
     line("[modboat]".to_owned());
     line(format!("force_slope_n_rad = {:.5}", of("force_slope_n_rad")));
-    line(format!("force_offset_n = {:.5}", of("force_offset_n")));
+    // Law (2) gives no negative thrust at its least amplitude: a scenario that says so is refused.
+    let most_n = belief.amplitude_min_rad * of("force_slope_n_rad");
+    line(format!("force_offset_n = {:.5}", of("force_offset_n").min(0.999 * most_n)));
     line(format!("module_mass_kg = {} # as it was believed: weigh it", belief.module_mass_kg));
     line(format!(
         "drag_n_s2_m2 = {drag:.4} # sway {:.4}, surge {:.4}",

@@ -124,7 +124,10 @@ pub fn logged(
     })?;
     let (head, taken) = begun.ok_or(ReplayError::Empty)?;
     if head.fleet != "modboats" {
-        return Err(ReplayError::Senseless(format!("a log of {}: only those of Modboats are read", head.fleet)));
+        return Err(ReplayError::Senseless(format!(
+            "a log of {}: only those of Modboats are read",
+            head.fleet
+        )));
     }
     let scenario = Scenario::parse("/scenario", &head.document)
         .map_err(|error| ReplayError::Senseless(error.to_string()))?;

@@ -7,6 +7,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use ::identify::outcome::{Outcome, Scale};
 use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, run_into};
 use host::run::fleet::InProcess;
@@ -15,7 +16,6 @@ use host::run::log::Log;
 use host::run::orders::Unattended;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
-use ::identify::outcome::{Outcome, Scale};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -130,7 +130,8 @@ impl Tally {
 #[test]
 fn hidden_boats_are_found_within_their_intervals() {
     let boats: u64 = std::env::var("FLOTILLA_BOATS").map_or(0, |text| text.parse().expect("a number"));
-    let runs: &[(&str, u64)] = if boats == 0 { &[("identify-3", 2)] } else { &[("identify-3", boats), ("identify-9", boats)] };
+    let runs: &[(&str, u64)] =
+        if boats == 0 { &[("identify-3", 2)] } else { &[("identify-3", boats), ("identify-9", boats)] };
     for &(name, boats) in runs {
         let mut tallies: Vec<(&str, Tally)> = Vec::new();
         let mut foretold = Vec::new();
@@ -158,7 +159,10 @@ fn hidden_boats_are_found_within_their_intervals() {
             foretold.push(outcome.prediction.velocity_error);
         }
         foretold.sort_by(f64::total_cmp);
-        println!("{name}: {boats} boats; velocity foretold 20 s ahead within {:.1} % (median)", 100.0 * foretold[foretold.len() / 2]);
+        println!(
+            "{name}: {boats} boats; velocity foretold 20 s ahead within {:.1} % (median)",
+            100.0 * foretold[foretold.len() / 2]
+        );
         println!("  {:34} inside   median error", "quantity");
         let (mut inside, mut count) = (0, 0);
         for (quantity, tally) in &mut tallies {

@@ -125,7 +125,7 @@ pub fn replay(
         }
         if let Some(reading) = &mut reading {
             let take = |told: Told<'_>| Reading::take(reading, told);
-            return Ok(Told::of(entry, take)?);
+            return Ok::<(), ReplayError>(Told::of(entry, take)?);
         }
         reading = Some(Reading::new(&head(entry)?)?);
         Ok(())

@@ -50,17 +50,12 @@ impl Scenario {
     /// # Errors
     /// Why there are no such legs.
     pub fn into_experiment(mut self, duration_s: f64) -> Result<Self, String> {
-        let bounds: &Bounds =
-            self.bounds.as_ref().ok_or("[bounds] is missing: the edge of the water that an experiment stays inside")?;
+        let bounds: &Bounds = self
+            .bounds
+            .as_ref()
+            .ok_or("[bounds] is missing: the edge of the water that an experiment stays inside")?;
         let start = Place { position_m: self.start.position_m, heading_rad: self.start_heading_rad() };
-        let site = Site {
-            structure: &self.structure,
-            belief: &self.modboat,
-            control: &self.control,
-            bounds,
-            start,
-            duration_s,
-        };
+        let site = Site { structure: &self.structure, belief: &self.modboat, bounds, start, duration_s };
         let legs = design(&site);
         if legs.is_empty() {
             return Err("[bounds] leave no room for an experiment with this structure".to_owned());
