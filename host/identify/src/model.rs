@@ -58,9 +58,9 @@ fn rates(values: &Values, state: &State, force: [f64; 3], spread: [f64; 3]) -> (
     rate[7] = -state[7] / values.gust_time_s;
     by[(0, 2)] = cos * w[0] - sin * w[1];
     by[(1, 2)] = sin * w[0] + cos * w[1];
-    for axis in 0..2 {
-        by[(0, 3 + axis)] = axes[axis][0];
-        by[(1, 3 + axis)] = axes[axis][1];
+    for (axis, [east, north]) in axes.into_iter().enumerate() {
+        by[(0, 3 + axis)] = east;
+        by[(1, 3 + axis)] = north;
     }
     by[(2, 5)] = 1.0;
     let (bx, bb) = (values.drag[0] * dqx / mx, values.drag[1] * dqy / my);

@@ -228,13 +228,13 @@ fn quantities(boat: &Boat, layout: Layout, scale: Scale, spans_s: &[f64], theta:
     if scale == Scale::Thrust {
         list.push(log("rotor_inertia_kg_m2", ROTOR, 1.0, boat.rotor_inertia_kg_m2));
     }
-    for number in 0..layout.logs {
+    for (number, span_s) in spans_s.iter().enumerate() {
         let named = |what: &str, unit: &str| {
             if layout.logs > 1 { format!("{what}_{}{unit}", number + 1) } else { format!("{what}{unit}") }
         };
         for (axis, what) in ["current_east", "current_north"].into_iter().enumerate() {
             let index = layout.current(number, axis);
-            let mean_m_s = theta[GUST].exp() * (2.0 * theta[GUST_TIME].exp() / spans_s[number]).sqrt();
+            let mean_m_s = theta[GUST].exp() * (2.0 * theta[GUST_TIME].exp() / span_s).sqrt();
             let current = Quantity::linear(named(what, "_m_s"), index, CURRENT_UNIT, None, 0.01);
             list.push(Quantity { besides: mean_m_s / CURRENT_UNIT, ..current });
         }
