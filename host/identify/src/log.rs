@@ -68,6 +68,15 @@ impl Prepared {
         }
     }
 
+    /// Time from one bin to before another, s.
+    pub(crate) fn span_s(&self, from: usize, to: usize) -> f64 {
+        let times = self.bins.get(from..to).unwrap_or_default();
+        match (times.first(), times.last()) {
+            (Some(first), Some(last)) => last.t_s - first.t_s,
+            _ => 0.0,
+        }
+    }
+
     /// How each tail stood half way to and at each bin, whose stamps are `latency_s` late, by module.
     pub(crate) fn instants(&self, latency_s: f64) -> Vec<Vec<Instant>> {
         let mut times_s = Vec::with_capacity(PER_BIN * self.bins.len());

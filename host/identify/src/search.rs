@@ -10,7 +10,7 @@ use super::data::{Boat, Recording};
 use super::fit::{Fit, Problem};
 use super::inference::{Covariance, WIDTH, scale_deviation};
 use super::lag::lag;
-use super::log::{BIN_S, Prepared};
+use super::log::Prepared;
 use super::outcome::{Constant, Module, Outcome, Residuals, Scale};
 use super::prediction::{Prediction, foretold};
 
@@ -95,7 +95,7 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
     }
     let logs: Vec<Prepared> = recordings.iter().map(|recording| Prepared::new(boat, recording)).collect();
     for (log, recording) in logs.iter().zip(recordings) {
-        let has_s = log.bins.len() as f64 * BIN_S;
+        let has_s = log.span_s(0, log.bins.len());
         if has_s < LEAST_S {
             return Err(IdentifyError::Short { log: recording.name.clone(), has_s });
         }
@@ -126,11 +126,12 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
             foretold(prepared, &first.theta, layout, log, from, boat.belief.period_s)
         })
         .collect();
-    let held_back_s = whole.iter().zip(&part).map(|(all, part)| (all - part) as f64 * BIN_S).sum();
+    let ends = logs.iter().zip(whole.iter().zip(&part));
+    let held_back_s = ends.map(|(log, (&all, &part))| log.span_s(part, all)).sum();
     let every: Vec<_> = foretold.concat();
     let prediction = Prediction::of(&every, held_back_s);
 
-    let spans_s: Vec<f64> = whole.iter().map(|&bins| bins as f64 * BIN_S).collect();
+    let spans_s: Vec<f64> = logs.iter().map(|log| log.span_s(0, log.bins.len())).collect();
     let all = problem(whole);
     let fit = all.search(first.theta);
     let covariance = Covariance::new(&all, &fit).ok_or(IdentifyError::Senseless)?;
@@ -160,7 +161,7 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
     let voltages: Vec<f64> = recordings.iter().filter_map(|recording| recording.battery_v).collect();
     Ok(Outcome {
         logs: recordings.iter().map(|recording| recording.name.clone()).collect(),
-        duration_s: all.bins.iter().sum::<usize>() as f64 * BIN_S,
+        duration_s: spans_s.iter().sum(),
         fixes: logs.iter().flat_map(|log| &log.bins).map(|bin| bin.count).sum::<f64>() as usize,
         battery_v: (!voltages.is_empty()).then(|| voltages.iter().sum::<f64>() / voltages.len() as f64),
         scale,
@@ -182,7 +183,7 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
 }
 
 fn scale_text(boat: &Boat, scale: Scale, free: f64) -> String {
-    let told = if free > 10.0 { "not at all".to_owned() } else { format!("within ±{:.0} %", 100.0 * free) };
+    let told = if free > 1.0 { "not at all".to_owned() } else { format!("within ±{:.0} %", 100.0 * free) };
     let rests = match scale {
         Scale::Rotor => format!("the rotor's moment of inertia, {} kg m2", boat.rotor_inertia_kg_m2),
         Scale::Thrust => format!("the mean slope of law (2), {} N/rad", boat.belief.force_slope_n_rad),
