@@ -9,8 +9,8 @@
 //!
 //! Those of a comparison of planners, `trajectories.svg` and `heading.svg`, are in [`compare`], figures of a campaign in [`campaign`].
 //! Beside a run's there are the picture of a map with paths, [`path`], that of the wrenches a structure can give,
-//! [`envelope`], that of planners against the size of structures, [`scaling`], and those of a reconfiguration of ROVs,
-//! [`reconfigure`].
+//! [`envelope`], that of planners against the size of structures, [`scaling`], those of identified constants, [`identified`], and those of
+//! a reconfiguration of ROVs, [`reconfigure`].
 //!
 //! Each picture is a pure function from the record to a text; only [`write_all`] touches the disk.
 
@@ -28,6 +28,7 @@ pub mod axis;
 pub mod campaign;
 pub mod compare;
 pub mod envelope;
+pub mod identified;
 pub mod lines;
 pub mod path;
 pub mod phase_space;

@@ -16,6 +16,7 @@ mod envelope;
 mod export;
 mod filter;
 mod folder;
+mod identify;
 mod keygen;
 mod module;
 mod operator;
@@ -70,6 +71,8 @@ enum Command {
     Replay(replay::Arguments),
     /// The topics of a log as tables
     Export(export::Arguments),
+    /// Constants of the boat from logs of its runs, with intervals; or an experiment that shows them
+    Identify(identify::Arguments),
     /// One module as a process of its own on UDP: the firmware on a simulated motor
     Module(module::Arguments),
     /// What a motion-capture system sends: bodies, rate, latency, lost frames, and what is likely wrong
@@ -124,6 +127,7 @@ pub fn main() -> ExitCode {
         Command::Serve(arguments) => serve::main(&arguments),
         Command::Replay(arguments) => replay::main(&arguments),
         Command::Export(arguments) => export::main(&arguments),
+        Command::Identify(arguments) => identify::main(&arguments),
         Command::Module(arguments) => module::main(&arguments),
         Command::Probe(arguments) => probe::main(&arguments),
         Command::Tank(arguments) => tank::main(&arguments),

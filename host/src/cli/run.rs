@@ -37,7 +37,7 @@ pub(super) const DEFAULT: &str = "holonomic-1";
                         flotilla run my-boats.toml --radio udp --listen 0.0.0.0:4870 --pose natnet:192.168.1.10 --up y")]
 pub(super) struct Arguments {
     /// A scenario file, or one that comes with the program: holonomic-1, holonomic-2, holonomic-3, holonomic-4, six, nine,
-    /// twenty-five, ring, line-12, station-keeping, square-path
+    /// twenty-five, ring, line-12, station-keeping, square-path, or identify-SHAPE (identify-3, identify-9, identify-4x2)
     #[arg(default_value = DEFAULT)]
     scenario: String,
     /// Seed of everything random, instead of the scenario's

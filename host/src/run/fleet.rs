@@ -63,6 +63,11 @@ pub trait Fleet {
         actuation: &mut Vec<Self::Actuation>,
     );
 
+    /// By how much what the water feels at `now` is older than that.
+    fn delay(&self) -> Duration {
+        Duration(0)
+    }
+
     /// Nothing was seen of the modules until `now`: what they are seen to do from then on is not joined to what they did before.
     fn forget(&mut self, _now: FleetInstant) {}
 
@@ -218,6 +223,9 @@ pub trait Remote {
     /// What the water feels of it.
     type Actuation: Default;
 
+    /// See [`Fleet::delay`].
+    const DELAY: Duration = Duration(0);
+
     /// See [`Fleet::forget`].
     fn forget(&mut self, now: FleetInstant);
 
@@ -230,6 +238,7 @@ pub trait Remote {
 
 impl Remote for RemoteTail {
     type Actuation = TailState;
+    const DELAY: Duration = sim::remote::DELAY;
 
     fn forget(&mut self, now: FleetInstant) {
         RemoteTail::forget(self, now);
@@ -337,6 +346,10 @@ impl<M: Remote> Fleet for OverUdp<M> {
         for ((module, link), actuation) in self.modules.iter_mut().zip(links.modules()).zip(actuation) {
             module.actuate(now, link, actuation);
         }
+    }
+
+    fn delay(&self) -> Duration {
+        M::DELAY
     }
 
     fn forget(&mut self, now: FleetInstant) {

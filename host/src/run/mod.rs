@@ -34,6 +34,8 @@ pub mod experiment;
 pub mod fleet;
 pub mod hold;
 pub mod host;
+pub mod identified;
+pub mod identify;
 pub mod lab;
 mod leg_figures;
 pub mod log;

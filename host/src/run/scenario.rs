@@ -1,6 +1,7 @@
 //! Scenarios: what is run, from a TOML file. A mistake in one is reported with its file, line, value and unit.
 
 use std::f64::consts::FRAC_PI_2;
+use std::path::Path;
 
 use link::faults::FaultParameters;
 use modboat::bounds::{Place, centres_m};
@@ -20,6 +21,7 @@ use sim::motor::MotorParameters;
 use sim::tank::TankParameters;
 
 pub use built_in::BUILT_IN;
+pub use experiment::DURATION_S as EXPERIMENT_S;
 use leg::LegTable;
 pub use leg::{Demand, Leg};
 pub use pose::{LengthUnit, PoseParameters, UpAxis};
@@ -27,6 +29,7 @@ use tracking::tail_is_kept;
 
 mod built_in;
 mod document;
+mod experiment;
 mod leg;
 mod pose;
 mod tracking;
@@ -161,11 +164,16 @@ struct Shape {
 }
 
 impl Scenario {
-    /// Reads a scenario file, or takes the built-in one of that name.
+    /// Reads a scenario file, or takes the built-in one of that name, or makes the experiment `identify-SHAPE`.
     ///
     /// # Errors
     /// [`FileError`].
     pub fn open(name: &str) -> Result<Self, FileError> {
+        if !Path::new(name).is_file()
+            && let Some(experiment) = experiment::named(name)
+        {
+            return experiment;
+        }
         let Source { file, text, .. } = file::open(name, "scenario", &BUILT_IN)?;
         let scenario = Self::parse(&file, &text)?;
         if scenario.legs.is_empty() {

@@ -13,6 +13,7 @@ mod cores;
 mod distance_table;
 mod documentation;
 mod envelope;
+mod identify;
 mod interrupt;
 mod keygen;
 mod keys;

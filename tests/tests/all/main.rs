@@ -11,6 +11,7 @@ mod experiments;
 mod frames;
 mod hardware_in_loop;
 mod house;
+mod identify;
 mod one_cluster;
 mod orders;
 mod parallel;

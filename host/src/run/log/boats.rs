@@ -310,7 +310,9 @@ impl<'a> BoatLog<'a> {
             self.tell_pose(now, t_s, run);
         }
         if self.tails.is_due(t_s) {
-            self.joints.header.stamp = stamp(now);
+            // Tails in real water are told of late; simulated water feels them late, and that is then when they are so.
+            let late = if run.world.is_some() { Duration(0) } else { run.fleet.delay() };
+            self.joints.header.stamp = stamp(FleetInstant(now.0.saturating_sub(u64::from(late.0))));
             self.joints.position.clear();
             self.joints.position.extend(run.actuation.iter().map(|tail| tail.angle_rad));
             self.joints.velocity.clear();

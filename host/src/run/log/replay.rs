@@ -94,6 +94,21 @@ fn format(entry: &Entry<'_>) -> Result<(u32, String), LogError> {
     Ok((format, String::decode(&mut decoder).unwrap_or_else(|_| "a newer program".to_owned())))
 }
 
+/// What a log is of, by its first message.
+///
+/// # Errors
+/// [`ReplayError`] where it is none of Flotilla's, or too new.
+pub fn head(entry: &Entry<'_>) -> Result<Head, ReplayError> {
+    if entry.topic != "/scenario" || entry.schema != "flotilla_msgs/msg/Scenario" {
+        return Err(ReplayError::Foreign);
+    }
+    let (format, program) = format(entry)?;
+    if format > FORMAT {
+        return Err(ReplayError::Newer { program, format });
+    }
+    Ok(entry.read()?)
+}
+
 /// Reads a log from `source`, of `length` bytes. What became of the run, and how far the log goes.
 ///
 /// # Errors
@@ -110,16 +125,9 @@ pub fn replay(
         }
         if let Some(reading) = &mut reading {
             let take = |told: Told<'_>| Reading::take(reading, told);
-            return Ok(Told::of(entry, take)?);
+            return Ok::<(), ReplayError>(Told::of(entry, take)?);
         }
-        if entry.topic != "/scenario" || entry.schema != "flotilla_msgs/msg/Scenario" {
-            return Err(ReplayError::Foreign);
-        }
-        let (format, program) = format(entry)?;
-        if format > FORMAT {
-            return Err(ReplayError::Newer { program, format });
-        }
-        reading = Some(Reading::new(&entry.read()?)?);
+        reading = Some(Reading::new(&head(entry)?)?);
         Ok(())
     })?;
     let replayed = match reading.ok_or(ReplayError::Empty)? {

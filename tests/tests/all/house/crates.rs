@@ -19,6 +19,7 @@ const CRATES: [(&str, &[&str]); 20] = [
     ("runconsole", &["runlog"]),
     ("flotilla-ros2", &["pose", "runlog"]),
     ("modboat", &["quantity"]),
+    ("identify", &["modboat", "quantity"]),
     ("reconfiguration", &["quantity", "reader"]),
     ("rov", &["grid", "quantity", "reconfiguration"]),
     // Of a reconfiguration the judge knows the data, and nothing of the planner that it judges.
@@ -35,6 +36,7 @@ const CRATES: [(&str, &[&str]); 20] = [
         &[
             "firmware",
             "grid",
+            "identify",
             "images",
             "judge",
             "link",
@@ -57,7 +59,7 @@ const CRATES: [(&str, &[&str]); 20] = [
 ];
 
 /// Crates that only compute.
-const PURE: [&str; 6] = ["grid", "judge", "modboat", "quantity", "reconfiguration", "rov"];
+const PURE: [&str; 7] = ["grid", "identify", "judge", "modboat", "quantity", "reconfiguration", "rov"];
 /// What they may use beside each other: none of it has a clock, a socket, a thread or a console.
 const PURE_MAY_USE: [&str; 5] = ["nalgebra", "rand", "reader", "serde", "thiserror"];
 /// Modules of the standard library, and macros, that they do without.

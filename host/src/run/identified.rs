@@ -1,0 +1,66 @@
+//! Identified constants as tables of a scenario.
+//!
+//! `[modboat]` has one drag for both axes, the mean of the two, and a drag of each module about its own axis, which is what is left of the
+//! structure's yaw drag C_R once the strip sum over the modules is taken off (see `modboat::structure`):
+//!
+//! ```text
+//! C_L = ½(C_sway + C_surge),   C_R,own = max(0, C_R/N − C_L·mean r³)
+//! ```
+//!
+//! Masses go into `[control]` and `[observer]`, as factors on the dry mass and inertia of `[modboat]`.
+
+use std::fmt::Write;
+
+use identify::data::Boat;
+use identify::outcome::Outcome;
+
+/// The tables, with what is to be said of them as comments.
+#[must_use]
+pub fn tables(boat: &Boat, outcome: &Outcome) -> String {
+    let of = |name: &str| outcome.constant(name).map_or(f64::NAN, |constant| constant.value);
+    let (structure, belief) = (&boat.structure, &boat.belief);
+    let modules = structure.len() as f64;
+    let drag = 0.5 * (of("drag_sway_n_s2_m2") + of("drag_surge_n_s2_m2"));
+    let cubes: f64 =
+        structure.positions_m(belief.pitch_m).iter().map(|[x, y]| x.hypot(*y).powi(3)).sum::<f64>();
+    let own = (of("structure_yaw_drag_n_m_s2") - drag * cubes) / modules;
+    let wet_kg = 0.5 * (of("mass_sway_kg") + of("mass_surge_kg"));
+    let wet_kg_m2 = of("structure_inertia_kg_m2");
+    let (mass, inertia) = (wet_kg / belief.module_mass_kg, wet_kg_m2 / structure.inertia_kg_m2(belief));
+    let mut text = String::new();
+    let mut line = |line: String| {
+        let _ = writeln!(text, "{line}");
+    };
+    line(format!("# {}", outcome.logs.join(", ")));
+    line("[modboat]".to_owned());
+    line(format!("force_slope_n_rad = {:.5}", of("force_slope_n_rad")));
+    // Law (2) gives no negative thrust at its least amplitude: a scenario that says so is refused.
+    let most_n = belief.amplitude_min_rad * of("force_slope_n_rad");
+    line(format!("force_offset_n = {:.5}", of("force_offset_n").min(0.999 * most_n)));
+    line(format!("module_mass_kg = {} # as it was believed: weigh it", belief.module_mass_kg));
+    line(format!(
+        "drag_n_s2_m2 = {drag:.4} # sway {:.4}, surge {:.4}",
+        of("drag_sway_n_s2_m2"),
+        of("drag_surge_n_s2_m2")
+    ));
+    let less = if own < 0.0 { " # the structure's is less than the sum over its modules" } else { "" };
+    line(format!("yaw_drag_n_m_s2 = {:.6}{less}", own.max(1e-6)));
+    line("\n[control]".to_owned());
+    line(factor("added_mass_factor", mass, 0.0));
+    line(factor("added_inertia_factor", inertia, 1.0));
+    line("\n[observer]".to_owned());
+    line(factor("added_mass", mass - 1.0, 0.0));
+    line(factor("added_inertia", inertia - 1.0, 0.0));
+    text
+}
+
+/// A factor that a scenario takes from `least` to 10.
+fn factor(key: &str, value: f64, least: f64) -> String {
+    let taken = value.clamp(least, 10.0);
+    let doubt = if (taken - value).abs() > 1e-9 {
+        format!(" # {value:.4} was found: the dry mass or inertia of [modboat] is too great, or too small")
+    } else {
+        String::new()
+    };
+    format!("{key} = {taken:.4}{doubt}")
+}
