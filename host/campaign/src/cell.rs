@@ -73,7 +73,7 @@ pub fn flatten(row: &mut Map<String, Value>, key: &str, value: Value) {
     let below = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
     match value {
         Value::Object(inner) => {
-            inner.into_iter().for_each(|(name, value)| flatten(row, &below(&name), value))
+            inner.into_iter().for_each(|(name, value)| flatten(row, &below(&name), value));
         }
         Value::Array(items) => {
             let numbers = !items.is_empty() && items.iter().all(Value::is_number);

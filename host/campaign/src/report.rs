@@ -3,6 +3,7 @@
 //! Runs are put together that agree in scenario, controller, planner and the keys on a grid. A figure is a column of the rows, or
 //! `passed`: the share of runs that did what was asked.
 
+use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -84,13 +85,13 @@ impl Report {
         };
         // What is the same in all runs tells nothing apart.
         let columns: Vec<(String, Vec<String>)> =
-            factors.into_iter().map(|name| (values(&name), name)).map(|(v, n)| (n, v)).collect();
+            factors.into_iter().map(|name| (name.clone(), values(&name))).collect();
         let columns: Vec<_> = columns
             .into_iter()
             .filter(|(_, values)| values.iter().any(|value| *value != values[0]))
             .collect();
         let mut groups: Vec<(Vec<String>, Vec<usize>)> = Vec::new();
-        let mut known: std::collections::HashMap<Vec<String>, usize> = std::collections::HashMap::new();
+        let mut known: HashMap<Vec<String>, usize> = HashMap::new();
         for row in 0..table.rows.len() {
             let of: Vec<String> = columns.iter().map(|(_, values)| values[row].clone()).collect();
             let index = *known.entry(of.clone()).or_insert_with(|| {
@@ -206,7 +207,11 @@ impl Report {
             match series.iter_mut().find(|known| known.name == name) {
                 Some(known) => known.points.extend(point),
                 None => {
-                    series.push(Series { name, points: point.into_iter().collect(), is_line: over.is_some() })
+                    series.push(Series {
+                        name,
+                        points: point.into_iter().collect(),
+                        is_line: over.is_some(),
+                    });
                 }
             }
         }
