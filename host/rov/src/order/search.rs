@@ -112,6 +112,8 @@ impl<C: MoveCosts> Finder<'_, C> {
         // For many robots the rule takes more prices than a beam.
         let is_ruled = layout.moves() == 1 && (layout.robots() <= RULED_MOST || self.best().is_none());
         stopped |= !stopped && is_ruled && self.by_paper() == Err(NoRule::Stopped);
+        // What was found is told before anything else is worked out.
+        stopped |= self.report().is_err();
         if stopped && self.best().is_none() { Err(NoOrder::Stopped) } else { Ok(()) }
     }
 

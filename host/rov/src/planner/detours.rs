@@ -7,7 +7,7 @@ use super::super::order::{DESKS, Hop, Layout, MOST, Workers};
 use super::pricer::Pricer;
 
 /// Fewest robots that it is worked out for: for fewer all orders are soon looked at.
-const LEAST: usize = 8;
+const LEAST: usize = 6;
 
 /// A share of the bound that is no detour.
 const ROUNDING: f64 = 1e-6;
