@@ -8,7 +8,7 @@
 //! |---|---|
 //! | states and hops between places | [`layout`] |
 //! | the paper's rule: least g + h next | [`paper`] |
-//! | what is still to be paid at least | [`remaining`], by [`assignment`] |
+//! | what is still to be paid at least | [`remaining`], by [`assignment`] and [`extra`] |
 //! | a first order at once, better ones later, and a bound that rises | [`search`] |
 //!
 //! The search is anytime: it tells after every few moves priced the best order known and a lower bound of all orders, and
@@ -21,6 +21,7 @@ use std::ops::ControlFlow;
 
 pub mod assignment;
 mod beam;
+pub mod extra;
 mod finder;
 pub mod layout;
 pub mod paper;
@@ -48,6 +49,11 @@ pub trait MoveCosts: Sync {
     fn share(&self) {}
     /// Whether [`bound_from`](Self::bound_from) knows more than [`bound`](Self::bound) does.
     fn depends_on_state(&self) -> bool;
+    /// What is paid above the bounds because of others, where that is worked out.
+    fn extra(&self, workers: &dyn Workers) -> Option<extra::Extra> {
+        let _ = workers;
+        None
+    }
     /// Whether filled slots (bit k: slot k) are part of a goal that may be reached.
     fn may_fill(&self, filled: u32) -> bool;
     /// Whether these slots can be filled first without a dead end to be feared. Beams keep to it where it can be kept.

@@ -6,7 +6,7 @@
 //! | one robot's route | [`route`](super::route); by the paper's rules over [`search_graph`](super::search_graph), Theta* of [`grid`] |
 //! | the order of moves, and robots to slots | [`super::order`] |
 //! | places, and what is docked in them | `places` |
-//! | costs and bounds of moves | `pricer`, with `routes` and `shut` |
+//! | costs and bounds of moves | `pricer`, with `routes`, `detours` and `shut` |
 //! | what keeps robots from moving, in words | `obstacle` |
 //!
 //! At first every robot moves once. If no order of such moves leads to the goal, robots may park on their way, as often
@@ -28,6 +28,7 @@ use super::propulsion::PropulsionError;
 use pricer::Pricer;
 pub(crate) use speeds::engines;
 
+mod detours;
 mod obstacle;
 mod parking;
 mod places;
@@ -251,18 +252,23 @@ fn ordered(
         finder.rule().or_else(|| (pricer.request.order == OrderRule::Paper).then_some(order.cost));
     let priced = finder.known().priced;
     let Some(mut plan) = pricer.write(&order) else { return Err(out_of_patience(&finder)) };
+    // Its routes are found for what others draw exactly, and may be cheaper than what they were chosen by.
+    let cost = match pricer.request.criterion {
+        Criterion::Energy => plan.energy_total_j,
+        Criterion::Euclidean => order.cost,
+    };
     let planned = Planned {
         plan: plan.clone(),
-        cost: order.cost,
+        cost,
         rule_cost,
-        bound,
+        bound: bound.min(cost),
         proved,
         moves: pricer.layout.moves(),
         priced,
     };
     if pricer.request.order == OrderRule::Exact {
         let in_joules = pricer.request.criterion == Criterion::Energy;
-        plan.lower_bound_j = in_joules.then_some(bound);
+        plan.lower_bound_j = in_joules.then_some(planned.bound);
         (plan.gap, plan.proved) = (planned.gap(), Some(proved));
     }
     Ok(Planned { plan, ..planned })

@@ -8,11 +8,14 @@ use host::run::reconfigure::execution::{Options, execute};
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use judge::{Condition, verify};
 use link::faults::FaultParameters;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::problem::Problem;
 use rov::order::{InTurn, Patience};
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan_with};
 use rov::power::PowerLaw;
+use tests::reconfigure::{Kind, problem as random};
 
 /// Robots and slots in lines of a file: pose, and what is brought or required.
 fn problem(robots: &[([f64; 4], &str)], slots: &[([f64; 4], &str)]) -> Problem {
@@ -124,6 +127,18 @@ fn a_choice_of_slots_is_one_cluster() {
         let planned = planned(&surplus, 20_000).expect("a plan");
         assert!(planned.proved);
         judged(&surplus, &planned.plan);
+    }
+}
+
+#[test]
+fn sixteen_random_robots_have_an_order_within_few_prices() {
+    for (seed, tool, spatial) in [(1, false, false), (2, false, true), (3, true, true)] {
+        let kind = Kind { robots: 16, tool, spatial };
+        let sixteen = random(kind, &mut ChaCha8Rng::seed_from_u64(seed));
+        let planned = planned(&sixteen, 600).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        println!("{kind:?}: {:.1} J, at least {:.1} J, {} priced", planned.cost, planned.bound, planned.priced);
+        judged(&sixteen, &planned.plan);
+        assert!(planned.gap().is_some_and(|gap| gap < 1.0), "seed {seed}: {:?}", planned.gap());
     }
 }
 

@@ -124,7 +124,7 @@ impl<C: MoveCosts> Finder<'_, C> {
             }
             // A batch of the best ones that are not priced.
             let mut batch = vec![top.1.0];
-            while batch.len() < DESKS && queue.peek().is_some_and(|next| !next.1.0.priced) {
+            while batch.len() < DESKS.min(2 * width) && queue.peek().is_some_and(|next| !next.1.0.priced) {
                 batch.extend(queue.pop().map(|next| next.1.0));
             }
             let most = queue.peek().map_or(f64::INFINITY, f_of).min(self.limit());

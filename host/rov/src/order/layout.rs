@@ -175,6 +175,14 @@ impl Layout {
         slots.fold(0, |mask, slot| mask | 1 << slot)
     }
 
+    /// Starts where robots rest, a bit each.
+    #[must_use]
+    pub fn unmoved(&self, state: &State) -> u32 {
+        (0..self.robots())
+            .filter(|&start| self.occupant(state, start).is_some())
+            .fold(0, |mask, k| mask | 1 << k)
+    }
+
     /// Places where a robot rests that is in no slot yet, and its kind.
     pub fn waiting(&self, state: &State) -> impl Iterator<Item = (usize, u8)> + use<'_> {
         let state = *state;

@@ -1,7 +1,7 @@
 //! What is still to be paid at least: the heuristic of the searches.
 //!
 //! [`Remaining::Assigned`]: the cheapest assignment of the robots that wait to the empty slots, each pair at its bound in
-//! whatever state. Enough where bounds do not depend on the state.
+//! whatever state, and what [`extra`](super::extra) adds. Enough where bounds do not depend on the state.
 //!
 //! [`Remaining::Relaxed`]: where they do, since what others draw to balance depends on where they rest, the least sum over
 //! all orders with every hop at its bound in its state, that is with nothing in the way. It is found by dynamic
@@ -11,7 +11,8 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::assignment::{Assignment, Costs};
-use super::{DESKS, Hop, MOST, MoveCosts, State, Workers};
+use super::extra::Extra;
+use super::{DESKS, Hop, Layout, MOST, MoveCosts, State, Workers};
 
 /// Most states of the relaxed problem: those of eight equal robots are 12 870.
 pub const STATES_MOST: usize = 20_000;
@@ -21,8 +22,8 @@ const CHUNK: usize = 16;
 /// See the module's documentation.
 #[derive(Debug)]
 pub enum Remaining {
-    /// By assignment.
-    Assigned,
+    /// By assignment, and above it by pairs where that is known.
+    Assigned(Option<Box<Extra>>),
     /// What is left to be paid in every state from which the relaxed goal can be reached.
     Relaxed(HashMap<State, f64>),
 }
@@ -52,14 +53,17 @@ impl Remaining {
     /// The best that is affordable; `relax` says whether the second kind may be made.
     pub fn new<C: MoveCosts>(costs: &C, workers: &dyn Workers, relax: bool) -> Self {
         let relaxed = (relax && costs.depends_on_state()).then(|| relaxed(costs, workers)).flatten();
-        relaxed.map_or(Self::Assigned, Self::Relaxed)
+        relaxed.map_or_else(|| Self::Assigned(costs.extra(workers).map(Box::new)), Self::Relaxed)
     }
 
     /// The least that is still to be paid in a state; infinite if its goal is out of reach.
     pub fn of(&self, costs: &impl MoveCosts, state: &State) -> f64 {
         match self {
             Self::Relaxed(known) => known.get(state).copied().unwrap_or(f64::INFINITY),
-            Self::Assigned => assigned(costs, state).map_or(f64::INFINITY, |(_, _, found)| found.cost),
+            Self::Assigned(extra) => {
+                let above = extra.as_ref().map_or(0.0, |extra| extra_of(extra, costs.layout(), state));
+                assigned(costs, state).map_or(f64::INFINITY, |(_, _, found)| found.cost + above)
+            }
         }
     }
 
@@ -77,7 +81,8 @@ impl Remaining {
                     }
                 }
             }
-            Self::Assigned => {
+            Self::Assigned(extra) => {
+                let (taken, filled) = (layout.unmoved(state), layout.filled(state));
                 let Some((rows, columns, best)) = assigned(costs, state) else { return };
                 let forced = best.forced();
                 for (row, &(from, kind)) in rows.iter().enumerate() {
@@ -88,7 +93,12 @@ impl Remaining {
                             && sum.is_finite()
                             && fits(hop)
                         {
-                            found.push(Ahead { hop, bound, rest: (sum - bound).max(0.0) });
+                            let (mut above, mut rest) = (0.0, (sum - bound).max(0.0));
+                            if let Some(extra) = extra {
+                                above = extra.of_hop((from, to - layout.robots()), taken, filled);
+                                rest += extra_of(extra, layout, &layout.after(state, hop));
+                            }
+                            found.push(Ahead { hop, bound: bound + above, rest });
                         }
                     }
                     let parks = layout.hops(state).filter(|(hop, _)| hop.ends().0 == from);
@@ -103,6 +113,10 @@ impl Remaining {
         }
         found.sort_by(|a, b| a.sum().total_cmp(&b.sum()).then(a.hop.cmp(&b.hop)));
     }
+}
+
+fn extra_of(extra: &Extra, layout: &Layout, state: &State) -> f64 {
+    extra.of(layout.unmoved(state), layout.filled(state))
 }
 
 /// The robots that wait (place and kind), the empty slots, and the cheapest assignment.

@@ -25,6 +25,8 @@ const STATES_MOST: usize = 1_000_000;
 const FIRST: [usize; 4] = [1, 4, 16, 64];
 /// Most robots that the paper's rule is applied to before the search.
 const RULED_MOST: usize = 8;
+/// More robots than these are many.
+const MANY: usize = 10;
 /// Widest beam.
 const WIDEST: usize = 4096;
 
@@ -105,11 +107,13 @@ impl<C: MoveCosts> Finder<'_, C> {
             if stopped || self.best().is_some() {
                 break;
             }
-            stopped = self.beam(&Remaining::Assigned, width).is_err();
+            stopped = self.beam(&Remaining::Assigned(None), width).is_err();
         }
         // For many robots the rule takes more prices than a beam.
         let is_ruled = layout.moves() == 1 && (layout.robots() <= RULED_MOST || self.best().is_none());
         stopped |= !stopped && is_ruled && self.by_paper() == Err(NoRule::Stopped);
+        // What was found is told before anything else is worked out.
+        stopped |= self.report().is_err();
         if stopped && self.best().is_none() { Err(NoOrder::Stopped) } else { Ok(()) }
     }
 
@@ -157,7 +161,9 @@ impl<C: MoveCosts> Finder<'_, C> {
                 self.beam(remaining, width)?;
                 width *= 4;
             }
-            let share = (self.known().priced - before).max(16 * DESKS);
+            // Of many robots A* sees little of all states: beams find the better orders.
+            let part = if self.costs().layout().robots() > MANY { 4 } else { 1 };
+            let share = ((self.known().priced - before) / part).max(16 * DESKS);
             if best_first.reached.len() > STATES_MOST {
                 // No memory is left for A*: what is known is all there will be.
                 if width > WIDEST {

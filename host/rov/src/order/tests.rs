@@ -34,6 +34,13 @@ impl Drawn {
         (hasher.finish() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    fn price(&self, state: &State, hop: Hop) -> Option<f64> {
+        match self.cost(0, state, hop, f64::INFINITY) {
+            Answer::Price(price) => Some(price).filter(|price| price.is_finite()),
+            Answer::AtLeast(bound) => panic!("at least {bound}, not a price"),
+        }
+    }
+
     /// What others make a hop cost more, known before it is priced.
     fn others(&self, state: &State, hop: Hop) -> f64 {
         if self.depends { self.draw((state, hop, 2)) } else { 0.0 }
@@ -88,7 +95,7 @@ fn oracle(costs: &Drawn, state: State, known: &mut HashMap<State, Option<f64>>) 
         if !costs.may_fill(costs.layout.filled(&after)) {
             continue;
         }
-        let Some(cost) = costs.cost(0, &state, hop) else { continue };
+        let Some(cost) = costs.price(&state, hop) else { continue };
         if let Some(rest) = oracle(costs, after, known) {
             least = Some(least.map_or(cost + rest, |least| least.min(cost + rest)));
         }
@@ -102,7 +109,7 @@ fn check(costs: &Drawn, order: &Order, what: &str) {
     let (mut state, mut sum) = (State::default(), 0.0);
     for &hop in &order.moves {
         assert!(costs.layout.hops(&state).any(|(other, _)| other == hop), "{what}: {hop:?}");
-        sum += costs.cost(0, &state, hop).expect("possible");
+        sum += costs.price(&state, hop).expect("possible");
         state = costs.layout.after(&state, hop);
     }
     assert!(costs.layout.is_done(&state), "{what}: not at the end");

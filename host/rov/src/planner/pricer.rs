@@ -16,6 +16,7 @@ use super::super::clearance::{Clearance, Resting};
 use super::super::conditions::{Conditions, admits};
 use super::super::docking::with_hand_over;
 use super::super::frame::Framed;
+use super::super::order::extra::Extra;
 use super::super::order::{Answer, DESKS, Hop, Layout, MoveCosts, State, Workers};
 use super::super::power;
 use super::super::propulsion::Steady;
@@ -69,7 +70,7 @@ pub(super) struct Pricer<'a> {
     admitted: Vec<Vec<u8>>,
     /// Whether what others draw depends on where they rest.
     balances: bool,
-    lambda_least_w: f64,
+    pub(super) lambda_least_w: f64,
     /// [place][kind][place]: at the powers; nothing where a robot may not rest.
     bounds: Vec<Option<[f64; POWERS_W.len()]>>,
     /// Sets of slots that are a goal; none where every one is.
@@ -292,10 +293,19 @@ impl<'a> Pricer<'a> {
 
     /// The vehicle that hops, and its ends.
     pub(super) fn way(&self, state: &State, hop: Hop) -> Option<Way> {
+        let kind = self.layout.occupant(state, hop.ends().0)?;
+        Some(self.way_of(hop, kind))
+    }
+
+    pub(super) fn way_of(&self, hop: Hop, kind: u8) -> Way {
         let (from, to) = hop.ends();
-        let kind = self.layout.occupant(state, from)?;
         let vehicle = self.vehicle_of_kind[usize::from(kind)];
-        Some(Way { vehicle, from: self.places.pose(from), to: self.places.pose(to) })
+        Way { vehicle, from: self.places.pose(from), to: self.places.pose(to) }
+    }
+
+    /// The bound of a hop while others draw the least that they may.
+    pub(super) fn bound_of(&self, from: usize, kind: u8, to: usize) -> Option<f64> {
+        self.bound_at(from, kind, to, self.lambda_least_w)
     }
 
     /// Whether a hop is none: the robot rests where it is to go.
@@ -343,7 +353,7 @@ impl MoveCosts for Pricer<'_> {
     }
 
     fn bound(&self, from: usize, kind: u8, to: usize) -> Option<f64> {
-        self.bound_at(from, kind, to, self.lambda_least_w)
+        self.bound_of(from, kind, to)
     }
 
     fn bound_from(&self, state: &State, hop: Hop) -> Option<f64> {
@@ -376,6 +386,10 @@ impl MoveCosts for Pricer<'_> {
 
     fn share(&self) {
         self.routes.share();
+    }
+
+    fn extra(&self, workers: &dyn Workers) -> Option<Extra> {
+        (self.request.manner == Manner::Best).then(|| self.detours(workers)).flatten()
     }
 
     fn stays_open(&self, filled: u32) -> bool {

@@ -240,6 +240,22 @@ impl Pricer<'_> {
         self.found(desk, (hop, way.vehicle, power_w.to_bits()), way, &self.places.tools()).cost
     }
 
+    /// What a hop costs at least around the tools and one more seat while others draw the least that they may.
+    pub(super) fn cost_beside(&self, desk: usize, hop: Hop, kind: u8, seat: usize) -> f64 {
+        let way = self.way_of(hop, kind);
+        let key = (hop, way.vehicle, self.lambda_least_w.to_bits());
+        let mut around = self.places.tools();
+        let direct = self.routes.look(key, &Seats::of(&around));
+        if let Some(kept) = direct.nearest
+            && !kept.meets.has(seat)
+        {
+            return kept.cost;
+        }
+        around.push(seat);
+        around.sort_unstable();
+        self.found(desk, key, &way, &around).cost
+    }
+
     /// Every seat that a route runs into.
     fn met(&self, way: &Way, route: &Route) -> Seats {
         let mut clearance = self.clearance(way, &[]);
