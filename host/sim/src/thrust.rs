@@ -37,8 +37,8 @@
 use modboat::parameters::Parameters;
 use quantity::ParameterError;
 use quantity::{Range, check_ranges};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::TailState;

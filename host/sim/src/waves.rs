@@ -18,8 +18,8 @@
 use std::f64::consts::TAU;
 
 use quantity::{ParameterError, Range, check_ranges};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 /// Acceleration of gravity g, m/s².

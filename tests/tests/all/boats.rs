@@ -7,8 +7,8 @@
 use host::run::experiment::simulate;
 use host::run::scenario::{BUILT_IN, Scenario};
 use host::run::summary::Summary;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use tests::seeds::{number, on_all_cores};
 
 const CONTROLLERS: [&str; 2] = ["forgiving", "paper"];

@@ -16,8 +16,8 @@ use host::run::log::Log;
 use host::run::orders::Unattended;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 struct Hidden {
     tables: String,

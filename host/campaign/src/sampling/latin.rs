@@ -7,8 +7,8 @@
 //! McKay, Beckman and Conover, *Technometrics* 21 (1979): π_j is a random permutation of 0 … n − 1 for each dimension j, u_ij uniform
 //! in [0, 1).
 
+use rand::rngs::ChaCha8Rng;
 use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// `count` points.
 pub(super) fn points(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {

@@ -8,8 +8,8 @@
 //! Comput.* 30 (2008). The shift is a random number for each dimension (L'Ecuyer and Lemieux, *Recent advances in randomized
 //! quasi-Monte Carlo methods*, 2002): which slices hold a point stays as it is, and points lie anywhere in them.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Dimensions that there are direction numbers for.
 pub(super) const DIMENSIONS: usize = 21;
