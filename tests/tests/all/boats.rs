@@ -127,7 +127,7 @@ fn table_one_thing_wrong_at_a_time() {
         (STATION, thrust(1.5), 1.0, 0.03, 0.015),
         (STATION, thrust(2.0), 1.0, 0.03, 0.015),
         (STATION, late, 1.0, 0.02, 0.015),
-        (STATION, "[tank]\ngust_m_s = 0.02\n".to_owned(), 1.0, 0.05, 0.018),
+        (STATION, "[tank]\ngust_m_s = 0.02\n".to_owned(), 1.0, 0.05, 0.022),
     ];
     let mut broken = Vec::new();
     for (name, tables, velocity, heading_rad, station_m) in &cases {

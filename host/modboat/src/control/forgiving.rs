@@ -90,7 +90,7 @@ impl Default for ForgivingConfig {
     fn default() -> Self {
         Self {
             position_time_s: 4.0,
-            station_time_s: 2.0,
+            station_time_s: 2.5,
             heading_time_s: 4.0,
             turn_1_s: 0.3,
             turn_max_rad_s: 0.2,
@@ -222,7 +222,9 @@ impl Forgiving {
         };
         if let Some(station_m) = goal.station_m {
             reference.point_m = station_m;
-        } else if goal.is_bounded || asked_m_s != reference.asked_m_s {
+        } else if goal.is_bounded
+            || [0, 1].iter().any(|&k| (asked_m_s[k] - reference.asked_m_s[k]).abs() > 0.0)
+        {
             reference.point_m = [reference.pose[0], reference.pose[1]];
         } else {
             // The point does not run away from a structure that cannot follow.

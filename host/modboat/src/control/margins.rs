@@ -166,7 +166,7 @@ impl Margins {
     /// Takes what lies between two neighbouring points of the open loop.
     fn look(&mut self, before: Option<[f64; 2]>, [re, im]: [f64; 2]) {
         let Some([re_0, im_0]) = before else { return };
-        if im_0 * im <= 0.0 && im_0 != im {
+        if im_0 * im <= 0.0 && (im_0 - im).abs() > 0.0 {
             let share = im_0 / (im_0 - im);
             let crossing = re_0 + share * (re - re_0);
             if crossing < 0.0 {
@@ -179,7 +179,7 @@ impl Margins {
             }
         }
         let (size_0, size) = (re_0.hypot(im_0), re.hypot(im));
-        if (size_0 - 1.0) * (size - 1.0) <= 0.0 && size_0 != size {
+        if (size_0 - 1.0) * (size - 1.0) <= 0.0 && (size_0 - size).abs() > 0.0 {
             let share = (size_0 - 1.0) / (size_0 - size);
             let (re, im) = (re_0 + share * (re - re_0), im_0 + share * (im - im_0));
             let phase = im.atan2(re).rem_euclid(TAU);
