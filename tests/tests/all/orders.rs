@@ -136,7 +136,10 @@ fn sixteen_random_robots_have_an_order_within_few_prices() {
         let kind = Kind { robots: 16, tool, spatial };
         let sixteen = random(kind, &mut ChaCha8Rng::seed_from_u64(seed));
         let planned = planned(&sixteen, 600).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
-        println!("{kind:?}: {:.1} J, at least {:.1} J, {} priced", planned.cost, planned.bound, planned.priced);
+        println!(
+            "{kind:?}: {:.1} J, at least {:.1} J, {} priced",
+            planned.cost, planned.bound, planned.priced
+        );
         judged(&sixteen, &planned.plan);
         assert!(planned.gap().is_some_and(|gap| gap < 1.0), "seed {seed}: {:?}", planned.gap());
     }
