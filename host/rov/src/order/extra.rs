@@ -86,7 +86,7 @@ mod tests {
         // Robot 1 leaves first; slot 2, then slot 1, then slot 0.
         assert!((extra.of(0b111, 0b000) - 3.0).abs() < 1e-12);
         assert!((extra.of(0b001, 0b000) - 2.0).abs() < 1e-12);
-        assert!((extra.of(0b000, 0b001) - 9.0).abs() < 1e-12);
+        assert!((extra.of(0b000, 0b001) - 13.0).abs() < 1e-12);
         assert!(extra.of(0b100, 0b111).abs() < 1e-12);
         assert!((extra.of_hop((0, 2), 0b011, 0b000) - 5.0).abs() < 1e-12);
         assert!((extra.of_hop((2, 2), 0b111, 0b001) - 9.0).abs() < 1e-12);

@@ -12,6 +12,9 @@ const LEAST: usize = 6;
 /// A share of the bound that is no detour.
 const ROUNDING: f64 = 1e-6;
 
+/// Its number, and what is paid for every other one.
+type Row = (usize, [f64; MOST]);
+
 impl Pricer<'_> {
     /// By pairs of starts and pairs of slots; `None` where robots may park, for few robots, and for several vehicles.
     pub(super) fn detours(&self, workers: &dyn Workers) -> Option<Extra> {
@@ -21,7 +24,7 @@ impl Pricer<'_> {
         if !is_asked || !self.places.has_one_vehicle() {
             return None;
         }
-        let found: Vec<Mutex<Vec<(usize, [f64; MOST])>>> = (0..DESKS).map(|_| Mutex::default()).collect();
+        let found: Vec<Mutex<Vec<Row>>> = (0..DESKS).map(|_| Mutex::default()).collect();
         workers.run(DESKS, &|desk| {
             let rows = (0..2 * count).skip(desk).step_by(DESKS);
             let rows = rows.map(|row| (row, self.row(desk, row, count, layout))).collect();
