@@ -233,22 +233,27 @@ mod tests {
         }
     }
 
-    /// 1 rad at 10 rad/s, a stop, 1.5 rad more, all the same way: one stroke without the plan, two with it.
+    /// A turn of 0.9 rad, and after it a swing of 1.2 rad the same way: between two reports the tail has slowed to 1.5 rad/s at least, and
+    /// whether it has stopped, only the plan says.
     #[test]
     fn a_start_by_plan_parts_a_stroke_in_two() {
-        let at = |t_s: f64| {
-            let (first, second) = (10.0 * (t_s - 0.1).clamp(0.0, 0.1), 10.0 * (t_s - 0.205).clamp(0.0, 0.15));
-            let moves = (0.1..0.2).contains(&t_s) || (0.205..0.355).contains(&t_s);
-            Tails { t_s, angle_rad: vec![first + second], rate_rad_s: vec![if moves { 10.0 } else { 0.0 }] }
-        };
-        let reports: Vec<Tails> = (0..30).map(|step| at(f64::from(step) * 0.02)).collect();
-        let opened = |starts_s: &[f64]| {
+        let reports: Vec<Tails> = (0..30)
+            .map(|step| {
+                let t_s = 0.01 + f64::from(step) * 0.02;
+                let moves = (0.04..0.42).contains(&t_s);
+                // 6 rad/s, less the half of a way of 20 ms about 0.2 s.
+                let way_rad = 6.0 * (t_s.clamp(0.04, 0.42) - 0.04) - if t_s > 0.2 { 0.06 } else { 0.0 };
+                Tails { t_s, angle_rad: vec![way_rad], rate_rad_s: vec![if moves { 6.0 } else { 0.0 }] }
+            })
+            .collect();
+        let longest = |starts_s: &[f64]| {
             let track = Track::new(&reports, 0, starts_s);
-            let now = track.instant(0.5);
+            let now = track.instant(0.41);
             let past = track.past().take(now.past).map(|stroke| stroke.sweep_rad);
             past.chain([now.sweep_rad]).fold(0.0, f64::max)
         };
-        assert!((opened(&[0.2]) - 1.5).abs() < 0.1, "{}", opened(&[0.2]));
+        assert!((longest(&[]) - 2.16).abs() < 0.1, "{}", longest(&[]));
+        assert!((longest(&[0.2]) - 1.23).abs() < 0.1, "{}", longest(&[0.2]));
     }
 
     #[test]
