@@ -268,6 +268,6 @@ mod tests {
         reports.drain(50..80);
         let held = Track::new(&reports, 0, &[]);
         assert!((held.at(11.2)[0] - reports[49].angle_rad[0]).abs() < 1e-12 && held.at(11.2)[1] == 0.0);
-        assert_eq!(Track::new(&[], 0, &[]).at(3.0), [0.0; 3]);
+        assert!(Track::new(&[], 0, &[]).at(3.0).iter().all(|&part| part == 0.0));
     }
 }
