@@ -47,8 +47,9 @@ pub(crate) const PER_BIN: usize = 2;
 
 impl Prepared {
     pub(crate) fn new(boat: &Boat, recording: &Recording) -> Self {
+        let starts_s: Vec<f64> = recording.cycles.iter().map(|cycle| cycle.start_s).collect();
         let tracks: Vec<Track> =
-            (0..boat.modules()).map(|place| Track::new(&recording.tails, place)).collect();
+            (0..boat.modules()).map(|place| Track::new(&recording.tails, place, &starts_s)).collect();
         let past = tracks.iter().map(|track| track.past().collect()).collect();
         // Only while tails were reported.
         let known = match (recording.tails.first(), recording.tails.last()) {

@@ -10,8 +10,9 @@
 //! which is (t1), (t2) of the simulated water (`sim::thrust`): a whole swing of waveform (1) gives the mean of law (2) in the direction
 //! of (7). Sweep and direction follow from the angle alone; κ and ρ are what is looked for.
 //!
-//! Between two reports a tail follows the cubic that has both angles and both speeds. Turning points are where φ̇ changes sign, and
-//! where the tail has slowed below [`REST_RAD_S`] and speeds up again.
+//! Between two reports a tail follows the cubic that has both angles and both speeds. Turning points are where φ̇ changes sign,
+//! where the tail has slowed below [`REST_RAD_S`] and speeds up again, and where a swim cycle starts by plan: a transition that goes on in the
+//! direction of the first stroke rests between the two for a few milliseconds, which reports 20 ms apart may not show.
 //!
 //! Limits: reports 50 Hz apart or less; a tail that is not reported for longer than [`REPORT_GAP_S`] rests meanwhile.
 
@@ -19,6 +20,8 @@ use super::data::Tails;
 
 /// Below this speed a tail counts as turning, rad/s. *Assumed*, as in the simulated water.
 const REST_RAD_S: f64 = 0.5;
+/// A tail that is slower than this where its cycle starts by plan has rested there, rad/s. *Assumed*: it speeds up for 20 ms at most.
+const START_RAD_S: f64 = 3.0;
 /// Step in which turning points are looked for, s.
 const STEP_S: f64 = 0.005;
 /// Longest pause between two reports that a tail is followed over, s. *Assumed*.
@@ -74,9 +77,10 @@ fn midpoint(anchor_rad: f64, angle_rad: f64) -> (f64, [f64; 2]) {
 }
 
 impl Track {
-    /// Of the module at `place` of every report; reports that are out of order or not finite are left out.
+    /// Of the module at `place` of every report; reports that are out of order or not finite are left out. Its swim cycles start at
+    /// `starts_s`, in order.
     #[must_use]
-    pub fn new(reports: &[Tails], place: usize) -> Self {
+    pub fn new(reports: &[Tails], place: usize, starts_s: &[f64]) -> Self {
         let (mut t_s, mut angle_rad, mut rate_rad_s) = (Vec::new(), Vec::new(), Vec::new());
         for report in reports {
             let (Some(&angle), Some(&rate)) = (report.angle_rad.get(place), report.rate_rad_s.get(place))
@@ -91,7 +95,7 @@ impl Track {
             }
         }
         let mut track = Self { t_s, angle_rad, rate_rad_s, strokes: Vec::new(), dragged: Vec::new() };
-        track.part();
+        track.part(starts_s);
         track
     }
 
@@ -120,7 +124,7 @@ impl Track {
     }
 
     /// Parts the motion into strokes.
-    fn part(&mut self) {
+    fn part(&mut self, starts_s: &[f64]) {
         let (Some(&first_s), Some(&last_s)) = (self.t_s.first(), self.t_s.last()) else { return };
         let mut strokes = vec![Stroke { start_s: first_s, anchor_rad: self.at(first_s)[0], end_rad: 0.0 }];
         let (mut direction, mut turning, mut sum) = (0.0, None, 0.0);
@@ -131,6 +135,10 @@ impl Track {
             let [angle_rad, rate_rad_s, acceleration_rad_s2] = self.at(t_s);
             dragged.push(sum);
             sum += rate_rad_s * rate_rad_s.abs() * STEP_S;
+            let next = starts_s.partition_point(|&start_s| start_s <= t_s - STEP_S);
+            if starts_s.get(next).is_some_and(|&start_s| start_s <= t_s) && rate_rad_s.abs() < START_RAD_S {
+                turning = Some((t_s, angle_rad));
+            }
             if rate_rad_s.abs() < REST_RAD_S && rate_rad_s * acceleration_rad_s2 <= 0.0 {
                 turning = Some((t_s, angle_rad));
                 continue;
@@ -198,7 +206,7 @@ mod tests {
     fn a_cycle_gives_the_mean_of_the_law_against_its_centerline() {
         let (slope, ratio) = (0.022, 0.019 / 0.022);
         for (centerline_rad, amplitude_rad) in [(0.3, 1.2), (-2.0, -1.9), (4.0, 2.6)] {
-            let track = Track::new(&waveform(centerline_rad, amplitude_rad, 4.0), 0);
+            let track = Track::new(&waveform(centerline_rad, amplitude_rad, 4.0), 0, &[]);
             let past: Vec<Past> = track.past().collect();
             let impulse = |t_s: f64| {
                 let now = track.instant(t_s);
@@ -225,18 +233,41 @@ mod tests {
         }
     }
 
+    /// A turn of 0.9 rad, and after it a swing of 1.2 rad the same way: between two reports the tail has slowed to 1.5 rad/s at least, and
+    /// whether it has stopped, only the plan says.
+    #[test]
+    fn a_start_by_plan_parts_a_stroke_in_two() {
+        let reports: Vec<Tails> = (0..30)
+            .map(|step| {
+                let t_s = 0.01 + f64::from(step) * 0.02;
+                let moves = (0.04..0.42).contains(&t_s);
+                // 6 rad/s, less the half of a way of 20 ms about 0.2 s.
+                let way_rad = 6.0 * (t_s.clamp(0.04, 0.42) - 0.04) - if t_s > 0.2 { 0.06 } else { 0.0 };
+                Tails { t_s, angle_rad: vec![way_rad], rate_rad_s: vec![if moves { 6.0 } else { 0.0 }] }
+            })
+            .collect();
+        let longest = |starts_s: &[f64]| {
+            let track = Track::new(&reports, 0, starts_s);
+            let now = track.instant(0.41);
+            let past = track.past().take(now.past).map(|stroke| stroke.sweep_rad);
+            past.chain([now.sweep_rad]).fold(0.0, f64::max)
+        };
+        assert!((longest(&[]) - 2.16).abs() < 0.1, "{}", longest(&[]));
+        assert!((longest(&[0.2]) - 1.23).abs() < 0.1, "{}", longest(&[0.2]));
+    }
+
     #[test]
     fn a_tail_between_reports_is_where_the_waveform_has_it_and_rests_over_a_gap() {
         let mut reports = waveform(0.5, 2.0, 2.0);
-        let track = Track::new(&reports, 0);
+        let track = Track::new(&reports, 0, &[]);
         for step in 0..300 {
             let t_s = 10.0 + f64::from(step) * 0.01;
             let expected = 0.5 + 2.0 * (TAU / 1.5 * (t_s - 10.0)).cos();
             assert!((track.at(t_s)[0] - expected).abs() < 1e-4, "{t_s}");
         }
         reports.drain(50..80);
-        let held = Track::new(&reports, 0);
+        let held = Track::new(&reports, 0, &[]);
         assert!((held.at(11.2)[0] - reports[49].angle_rad[0]).abs() < 1e-12 && held.at(11.2)[1] == 0.0);
-        assert_eq!(Track::new(&[], 0).at(3.0), [0.0; 3]);
+        assert!(Track::new(&[], 0, &[]).at(3.0).iter().all(|&part| part == 0.0));
     }
 }

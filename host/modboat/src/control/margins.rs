@@ -172,9 +172,9 @@ impl Margins {
             if crossing < 0.0 {
                 let factor = -1.0 / crossing;
                 if factor >= 1.0 {
-                    self.gain = self.gain.min(factor)
+                    self.gain = self.gain.min(factor);
                 } else {
-                    self.least_gain = self.least_gain.max(factor)
+                    self.least_gain = self.least_gain.max(factor);
                 }
             }
         }

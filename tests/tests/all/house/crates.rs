@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crates of the product, each with those that it depends on.
-const CRATES: [(&str, &[&str]); 20] = [
+const CRATES: [(&str, &[&str]); 22] = [
     ("protocol", &[]),
     ("firmware", &["protocol"]),
     ("plant", &[]),
