@@ -1,6 +1,6 @@
 //! Rows in columns, and files of them: Parquet or CSV.
 //!
-//! Columns stand in an order that does not depend on which rows there are: those of [`HEAD`](crate::row::HEAD) first, then the keys that
+//! Columns stand in an order that does not depend on which rows there are: those of [`HEAD`] first, then the keys that
 //! are varied, then all others by name, numbers in names counted as numbers. Rows stand by the number of their run. So a campaign
 //! that is run in one piece and one that is merged from shards are one file, byte by byte.
 

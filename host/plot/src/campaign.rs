@@ -48,7 +48,12 @@ pub struct Panel {
 
 /// Draws `figure` of `campaign`, a panel for each parameter.
 pub fn svg(campaign: &str, figure: &str, panels: &[Panel]) -> Result<String, DrawError> {
-    let line = "95 % intervals of means and shares, where runs differ in their seed alone".to_owned();
+    let is_mean = panels
+        .iter()
+        .flat_map(|panel| &panel.series)
+        .flat_map(|series| &series.points)
+        .any(|p| p.low < p.high);
+    let line = if is_mean { "means and shares with 95 % intervals" } else { "every run" }.to_owned();
     let heading = Heading { name: campaign, subject: figure, line };
     let columns = if panels.len() > 1 { 2 } else { 1 };
     let rows = panels.len().div_ceil(columns).max(1);
