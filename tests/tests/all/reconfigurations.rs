@@ -378,7 +378,7 @@ fn a_goal_out_of_reach_is_proved_to_be() {
                 other => panic!("{}, {criterion:?}, {manner:?}: {other:?}", problem.name),
             }
             match planned(problem, criterion, manner, OrderRule::Paper) {
-                Err(PlanError::DeadEnd { moves }) => assert!(moves < problem.robots.len()),
+                Err(PlanError::DeadEnd { moves, .. }) => assert!(moves < problem.robots.len()),
                 other => panic!("{}, {criterion:?}, {manner:?}: {other:?}", problem.name),
             }
         }
