@@ -171,13 +171,13 @@ mod tests {
         let mut drive = Drive::default();
         let mut asked = Vec::new();
         for step in 0..100 {
-            let now_s = 0.1 * f64::from(step);
+            let now_s = 0.125 * f64::from(step);
             drive.take(now_s, FORWARD, 0.04 * now_s.sin());
             asked.push(velocity(drive.due(now_s, 0.04 * now_s.sin())).0);
         }
         assert!(asked.iter().all(|[x, y]| (x - 0.04).abs() < 1e-15 && y.abs() < 1e-15), "{asked:?}");
-        drive.take(10.0, FORWARD, FRAC_PI_2);
-        let turned = velocity(drive.due(10.0, FRAC_PI_2)).0;
+        drive.take(12.5, FORWARD, FRAC_PI_2);
+        let turned = velocity(drive.due(12.5, FRAC_PI_2)).0;
         assert!(turned[0].abs() < 1e-15 && (turned[1] - 0.04).abs() < 1e-15, "{turned:?}");
     }
 
@@ -220,15 +220,15 @@ mod tests {
         let turning = Wanted { turn_rad_s: 0.5, ..Wanted::default() };
         // A body that follows at once.
         let mut heading_rad = 3.0;
-        for step in 0..=100 {
-            let now_s = 0.1 * f64::from(step);
+        for step in 0..=80 {
+            let now_s = 0.125 * f64::from(step);
             drive.take(now_s, turning, heading_rad);
             heading_rad = velocity(drive.due(now_s, heading_rad)).1;
         }
         assert!((heading_rad - 8.0).abs() < 1e-9, "{heading_rad}");
         // One that does not, as it is measured: wrapped.
-        for step in 101..=200 {
-            let now_s = 0.1 * f64::from(step);
+        for step in 81..=160 {
+            let now_s = 0.125 * f64::from(step);
             drive.take(now_s, turning, wrapped(heading_rad));
             let asked_rad = velocity(drive.due(now_s, wrapped(heading_rad))).1;
             assert!(wrapped(asked_rad - heading_rad) <= LEAD_RAD + 1e-9);
