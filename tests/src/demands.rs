@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 
 use modboat::envelope::Envelope;
 use modboat::motion::Wrench;
+use rand::rngs::ChaCha8Rng;
 use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Independent demands.
 pub struct Uniform {

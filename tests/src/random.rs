@@ -44,7 +44,7 @@ pub fn border(modboat: &Modboat, cells: &[[i32; 2]], rng: &mut impl Rng) -> [f64
 #[cfg(test)]
 mod tests {
     use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
+    use rand::rngs::ChaCha8Rng;
 
     use super::*;
 

@@ -4,8 +4,8 @@
 //! durations and energies, with nothing wrong but where the robot swims.
 
 use judge::Condition;
+use rand::rngs::ChaCha8Rng;
 use rand::{Rng, RngExt};
-use rand_chacha::ChaCha8Rng;
 use reconfiguration::plan::{Action, ActionKind, Manner, Move, Plan};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;

@@ -113,7 +113,7 @@ pub fn problem(rng: &mut impl Rng) -> Problem {
 #[cfg(test)]
 mod tests {
     use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
+    use rand::rngs::ChaCha8Rng;
     use rov::conditions::Conditions;
 
     use super::*;

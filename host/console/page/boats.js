@@ -5,6 +5,10 @@ import { arrow, cross, label, polyline, staysInside } from "./draw.js";
 /** Half the diagonal of everything that is docked, m: no part of a hull is farther from the centre. */
 const radius = (boats) => Math.max(0, ...boats.centres_m.map((place) => Math.hypot(...place))) + boats.pitch_m * Math.SQRT1_2;
 
+/** From the centre to the end of the farthest hull or tail, however the tails stand, m: the module's footprint is a disc, as the governor's. */
+const footprint = (boats) =>
+  Math.max(0, ...boats.centres_m.map((place) => Math.hypot(...place))) + Math.max(boats.pitch_m * Math.SQRT1_2, boats.tail_m + boats.tail_width_m / 2);
+
 /** From the structure's frame (sway, surge) to the world. */
 const toWorld = ({ position_m: [x, y], heading_rad: heading }, [sway, surge]) => [
   x + sway * Math.sin(heading) + surge * Math.cos(heading),
@@ -154,7 +158,7 @@ function current(context, camera, snapshot, colours) {
   label(context, `unexplained ${(Math.hypot(...force) * 1000).toFixed(2)} mm/s²`, [at[0] - 14, at[1] - 50 + 8], colours.quiet);
 }
 
-/** A path that is not sent yet: red where the hull would come too near to the water's edge. */
+/** A path that is not sent yet: red where hull or tails would come too near to the water's edge. */
 function route(context, camera, state, places, colours) {
   const { boats } = state.scene;
   const pose = state.pose();
@@ -170,4 +174,4 @@ function route(context, camera, state, places, colours) {
   });
 }
 
-export const isInside = (boats, a, b) => !boats.bounds || staysInside(boats.bounds.corners_m, a, b, radius(boats) + boats.bounds.margin_m);
+export const isInside = (boats, a, b) => !boats.bounds || staysInside(boats.bounds.corners_m, a, b, footprint(boats) + boats.bounds.margin_m);

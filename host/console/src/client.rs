@@ -197,26 +197,48 @@ impl Client {
         if let State::Reply(..) = self.state {
             self.write_reply(now, came);
         }
-        let State::Socket(socket, _) = &mut self.state else { return };
-        loop {
-            match socket.flush() {
-                Ok(()) => self.stalled = None,
-                Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => {
-                    self.stalled.get_or_insert(now);
-                    return;
-                }
-                Err(_) => return self.close(),
-            }
-            // What came first goes first, but for snapshots: they are about now.
-            let next = self.queue.pop_front();
-            self.queued_bytes -= next.as_ref().map_or(0, Message::len);
-            let Some(message) = next.or_else(|| self.snapshot.take().map(Message::Text)) else { return };
-            match socket.write(message) {
-                Ok(()) => {}
-                Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => {}
-                Err(_) => return self.close(),
+        // One that did not take the last of it gets no more to buffer before it has.
+        if self.stalled.is_some() && !self.flush(now) {
+            return;
+        }
+        while let Some(message) = self.next_message() {
+            let State::Socket(socket, _) = &mut self.state else { return };
+            let result = socket.write(message);
+            if !self.took(result, now) {
+                return;
             }
         }
+        self.flush(now);
+    }
+
+    /// What came first goes first, but for snapshots: they are about now.
+    fn next_message(&mut self) -> Option<Message> {
+        let next = self.queue.pop_front();
+        self.queued_bytes -= next.as_ref().map_or(0, Message::len);
+        next.or_else(|| self.snapshot.take().map(Message::Text))
+    }
+
+    /// Sends what the socket has buffered; false if something of it is left.
+    fn flush(&mut self, now: Instant) -> bool {
+        let State::Socket(socket, _) = &mut self.state else { return false };
+        let result = socket.flush();
+        let took = self.took(result, now);
+        if took {
+            self.stalled = None;
+        }
+        took
+    }
+
+    /// Whether a socket took all of it; if not, it waits from `now` on, or is over.
+    fn took(&mut self, result: Result<(), Error>, now: Instant) -> bool {
+        match result {
+            Ok(()) => return true,
+            Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => {
+                self.stalled.get_or_insert(now);
+            }
+            Err(_) => self.close(),
+        }
+        false
     }
 
     fn write_reply(&mut self, now: Instant, came: &mut Vec<Came>) {
@@ -259,5 +281,109 @@ impl Client {
         if over {
             self.close();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+
+    use super::super::access::Token;
+    use super::*;
+
+    /// A client of the stream at `now`, and its end of the connection. The system keeps little of what is between them.
+    fn connected(now: Instant) -> (Client, WebSocket<TcpStream>) {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("an address");
+        let mut end = TcpStream::connect(address).expect("a connection");
+        let (stream, peer) = listener.accept().expect("a connection");
+        for stream in [&end, &stream] {
+            let socket = socket2::SockRef::from(stream);
+            socket
+                .set_send_buffer_size(8192)
+                .and_then(|()| socket.set_recv_buffer_size(8192))
+                .expect("a size");
+        }
+        stream.set_nonblocking(true).expect("a socket");
+        let request = format!(
+            "GET /socket HTTP/1.1\r\nHost: {address}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+             Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
+             Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n"
+        );
+        end.write_all(request.as_bytes()).expect("room");
+        let access = Access { address, token: Token::random().expect("a token") };
+        let (mut client, mut came) = (Client::new(1, peer, stream, now), Vec::new());
+        while client.speaks().is_none() && !client.is_over() {
+            client.read(&access, now, &mut came);
+            client.write(now, &mut came);
+        }
+        assert_eq!(came, [Came::Opened(Speaks::Stream)]);
+        let mut head = Vec::new();
+        while !head.ends_with(b"\r\n\r\n") {
+            let mut byte = [0];
+            end.read_exact(&mut byte).expect("a reply");
+            head.extend(byte);
+        }
+        (client, WebSocket::from_raw_socket(end, Role::Client, None))
+    }
+
+    /// Of `count` messages the numbers of those for which there was room.
+    fn push(client: &mut Client, count: u32, now: Instant) -> Vec<u32> {
+        let mut taken = Vec::new();
+        for number in 0..count {
+            let content = [&number.to_le_bytes()[..], &[7; 996]].concat();
+            if client.push(Message::binary(content)) {
+                taken.push(number);
+            }
+            client.write(now, &mut Vec::new());
+        }
+        taken
+    }
+
+    #[test]
+    fn one_that_takes_nothing_keeps_so_much_and_is_closed_in_time() {
+        let now = Instant::now();
+        let (mut client, _end) = connected(now);
+        let taken = push(&mut client, 5000, now);
+        assert_eq!(taken.len() as u64 + client.dropped, 5000);
+        assert!(client.dropped > 2000, "{} dropped", client.dropped);
+        assert!(client.queued_bytes <= QUEUE_BYTES, "{} bytes", client.queued_bytes);
+        let dropped = client.dropped;
+        for _ in 0..3 {
+            client.push_snapshot(|_| Utf8Bytes::from_static("{}"));
+            client.write(now, &mut Vec::new());
+        }
+        assert_eq!(client.dropped, dropped + 2, "all but the newest snapshot");
+        client.expire(now + DEAD_AFTER);
+        assert!(!client.is_over());
+        client.expire(now + DEAD_AFTER + Duration::from_millis(1));
+        assert!(client.is_over() && client.queued_bytes == 0);
+    }
+
+    #[test]
+    fn one_that_was_slow_gets_what_there_was_room_for_and_stays() {
+        let now = Instant::now();
+        let (mut client, mut end) = connected(now);
+        let mut taken = push(&mut client, 3000, now);
+        let reader = std::thread::spawn(move || {
+            let numbers = std::iter::from_fn(|| match end.read() {
+                Ok(Message::Binary(bytes)) => {
+                    Some(u32::from_le_bytes(*bytes.first_chunk().expect("a number")))
+                }
+                _ => None,
+            });
+            numbers.collect::<Vec<u32>>()
+        });
+        while client.wants_to_write() {
+            client.write(now, &mut Vec::new());
+        }
+        client.expire(now + 2 * DEAD_AFTER);
+        assert!(!client.is_over(), "nothing waits for it");
+        taken.extend(push(&mut client, 10, now));
+        while client.wants_to_write() {
+            client.write(now, &mut Vec::new());
+        }
+        client.close();
+        assert_eq!(reader.join().expect("it reads"), taken);
     }
 }

@@ -1,5 +1,7 @@
 //! The request that begins a connection, and the reply to it. Each connection takes one request; what follows a reply is not read.
 
+use sha1::{Digest as _, Sha1};
+
 use super::access::Access;
 use super::page::{Asset, asset};
 
@@ -135,12 +137,32 @@ fn upgrade(fields: &Fields<'_>, host: &str, query: &str, access: &Access, length
     if !trusted && !access.is_own(fields.origin, host) {
         return refuse(403, "a page from elsewhere");
     }
-    let accept = tungstenite::handshake::derive_accept_key(key.as_bytes());
+    let accept = accept(key);
     let reply = format!(
         "HTTP/1.1 101 Switching Protocols\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
          Sec-WebSocket-Accept: {accept}\r\nSec-WebSocket-Protocol: {protocol}\r\n\r\n"
     );
     Verdict::Upgrade { reply: reply.into_bytes(), speaks, trusted, length }
+}
+
+/// The answer to a key, that shows that this is a server of WebSockets: RFC 6455, 4.2.2.
+fn accept(key: &str) -> String {
+    base64(&Sha1::digest(format!("{key}258EAFA5-E914-47DA-95CA-C5AB0DC85B11")))
+}
+
+/// RFC 4648, 4.
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for three in bytes.chunks(3) {
+        let word =
+            three.iter().zip([16, 8, 0]).fold(0, |word, (byte, shift)| word | u32::from(*byte) << shift);
+        for (place, shift) in [18, 12, 6, 0].into_iter().enumerate() {
+            let digit = DIGITS.get((word >> shift & 63) as usize).filter(|_| place <= three.len());
+            text.push(char::from(*digit.unwrap_or(&b'=')));
+        }
+    }
+    text
 }
 
 fn head(code: u16, reason: &str, kind: &str, length: usize) -> String {
@@ -179,8 +201,8 @@ pub fn full() -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use rand::rngs::ChaCha8Rng;
     use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
 
     use super::super::access::Token;
     use super::*;
@@ -278,6 +300,16 @@ mod tests {
             head.truncate(random.random_range(0..=head.len()));
             // Whatever it is, it is one of the three.
             let _ = judge(&head, &access);
+        }
+    }
+
+    /// The examples of RFC 4648, 10.
+    #[test]
+    fn base64_is_as_the_standard_has_it() {
+        for (bytes, text) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
+            assert_eq!(base64(bytes.as_bytes()), text);
         }
     }
 }

@@ -25,6 +25,8 @@ pub const ADDRESS: &str = "127.0.0.1:4880";
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// And no more often than this, whatever clients send.
 const LOOK_AT_MOST: Duration = Duration::from_millis(1);
+/// What the system may keep of what is on its way to a client: by itself Linux goes up to 4 MiB, twenty seconds of snapshots. *Assumed.*
+const SENT_BYTES: usize = 128 << 10;
 /// When the run is over, clients have this time to take what is left, and as much to take that it was the last.
 const LEFT_WITHIN: Duration = Duration::from_millis(300);
 
@@ -62,6 +64,8 @@ pub fn bind(address: &str, allow_remote: bool) -> Result<Bound, String> {
     }
     let listener = TcpListener::bind(first).map_err(|error| failed(&error))?;
     listener.set_nonblocking(true).map_err(|error| failed(&error))?;
+    // Connections inherit it. Where it cannot be set, what a slow client is sent is only older.
+    let _ = socket2::SockRef::from(&listener).set_send_buffer_size(SENT_BYTES);
     let address = listener.local_addr().map_err(|error| failed(&error))?;
     Ok(Bound { listener, access: Access { address, token: Token::random()? } })
 }

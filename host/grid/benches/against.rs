@@ -14,8 +14,8 @@ use grid::any_angle::{AnyAngle, Shortest};
 use grid::plane::Plane;
 use grid::read;
 use grid::theta::Search;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Queries on each map.
 const QUERIES: usize = 60;

@@ -8,8 +8,8 @@ use grid::Map;
 use grid::plane::Plane;
 use grid::theta::{FoundPath, Search};
 use grid::volume::Volume;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Queries on each map.
 const QUERIES: usize = 10;

@@ -27,8 +27,8 @@ mod tests;
 
 use protocol::Radio;
 use protocol::time::FleetInstant;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 pub use count::{FaultCount, ForgeryCount};
 pub use parameters::FaultParameters;

@@ -1,8 +1,8 @@
 //! Identity of a host: the fleet's key, and random bytes that tell this start of it from its other ones.
 
 use protocol::FleetKey;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::entropy::{self, EntropyError};
 

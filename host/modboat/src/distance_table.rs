@@ -268,8 +268,8 @@ fn header(parameters: &Parameters, count: usize, checksum: u64) -> Vec<u8> {
 mod tests {
     use std::f64::consts::PI;
 
+    use rand::rngs::ChaCha8Rng;
     use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
 
     use super::*;
 

@@ -27,8 +27,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::attraction::{gradient, step, step_amplitude};
 use super::motion::{Swing, Wrench};

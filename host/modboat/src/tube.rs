@@ -129,8 +129,8 @@ mod tests {
     use super::*;
     use crate::region::CollisionRegion;
     use crate::tail::Tail;
+    use rand::rngs::ChaCha8Rng;
     use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn a_diamond_and_a_dent_are_hand_worked() {

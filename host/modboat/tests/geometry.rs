@@ -8,8 +8,8 @@ use modboat::parameters::Parameters;
 use modboat::region::{CollisionRegion, DEPTH_RAD};
 use modboat::tail::{CLEARANCE_TOLERANCE_M, Tail};
 use modboat::tube::Tube;
+use rand::rngs::ChaCha8Rng;
 use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Geometries of tails: the default, long enough for diagonals, slim, and barely long enough to touch.
 fn tails() -> Vec<Tail> {

@@ -221,8 +221,8 @@ fn has_interior(a: Interval, b: Interval) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use rand::rngs::ChaCha8Rng;
     use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
 
     use super::super::vector::length;
     use super::*;

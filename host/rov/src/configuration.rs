@@ -188,8 +188,8 @@ impl LevelBox {
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 
+    use rand::rngs::ChaCha8Rng;
     use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
     use reconfiguration::vehicle::Connector;
 
     use super::*;

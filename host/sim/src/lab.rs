@@ -15,8 +15,8 @@ use pose::axes::{Axes, Pose};
 use pose::frame::{Body, Frame, Label};
 use pose::time::ServerInstant;
 use quantity::{ParameterError, Range, check_ranges};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 pub use fault::{Fault, FaultError, Mishap};

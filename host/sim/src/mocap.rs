@@ -7,8 +7,8 @@
 
 use modboat::observer::Fix;
 use quantity::{ParameterError, Range, check_ranges, wrap_rad};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use record::PoseSample;
 use serde::{Deserialize, Serialize};
@@ -46,7 +46,7 @@ impl MocapParameters {
 }
 
 /// The cameras. Frame n is due at n/rate; the first at time zero.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Mocap {
     parameters: MocapParameters,
     next_frame: u64,

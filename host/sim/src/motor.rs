@@ -16,8 +16,8 @@ use embedded_hal::pwm::{self, SetDutyCycle};
 use plant::{Constants, Motor};
 use quantity::ParameterError;
 use quantity::{Range, check_ranges};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::TailState;

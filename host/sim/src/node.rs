@@ -10,8 +10,8 @@ use firmware::link::session::{Identity, Link};
 use firmware::module::{Module, Status, Supply};
 use protocol::time::{Duration, FleetInstant, LocalInstant};
 use protocol::{FleetId, MAX_DATAGRAM, ModuleId, ModuleKey, ModuleState, Radio};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::clock::ClockParameters;
 

@@ -17,8 +17,8 @@ use modboat::parameters::Parameters;
 use modboat::structure::Structure;
 use quantity::ParameterError;
 use quantity::{Range, check_ranges};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use record::PoseSample;
 use serde::{Deserialize, Serialize};
@@ -83,7 +83,7 @@ impl TankParameters {
 }
 
 /// The floating structure with its tails in the water.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Tank {
     parameters: TankParameters,
     body: Body,

@@ -131,6 +131,9 @@ enum Protocol {
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(seconds) = arguments.duration.filter(|seconds| !(*seconds > 0.0 && *seconds <= 1e7)) {
+        return Err(Failure::Bad(format!("--duration = {seconds} s: must lie between 0 and 10000000")));
+    }
     if rovs::is_meant(&arguments.scenario) {
         return rovs::main(arguments);
     }
@@ -140,9 +143,6 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         ));
     }
     let scenario = Scenario::open(&arguments.scenario).map_err(bad)?;
-    if let Some(seconds) = arguments.duration.filter(|seconds| !(*seconds > 0.0 && *seconds <= 1e7)) {
-        return Err(Failure::Bad(format!("--duration = {seconds} s: must lie between 0 and 10000000")));
-    }
     let mut boats = boats(arguments, &scenario)?;
     let labels: Vec<Label> =
         boats.ids.iter().map(|id| Label::new(i32::from(*id), &format!("module-{id}"))).collect();

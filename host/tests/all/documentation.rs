@@ -4,7 +4,6 @@
 //! the pictures. `tests/all` refuses to run with that variable. The README's own block is held by `run.rs`, the pictures of the
 //! failsafe and of both planners' times by tests of `firmware` and `tests`.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::common::{Finished, Process};
@@ -18,9 +17,7 @@ fn docs() -> PathBuf {
 
 fn flotilla(folder: &Path, arguments: &[&str], input: &str) -> Finished {
     let _cores = all_cores();
-    let mut process = Process::start(folder, arguments);
-    process.input.as_mut().expect("its input").write_all(input.as_bytes()).expect("it reads");
-    let finished = process.finish();
+    let finished = Process::given(folder, arguments, input);
     assert_eq!((finished.code, finished.err.len()), (Some(0), 0), "{arguments:?}: {finished:?}");
     finished
 }

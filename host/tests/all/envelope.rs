@@ -1,6 +1,5 @@
 //! The contract of `flotilla plan --envelope`, through the binary.
 
-use std::io::Write;
 use std::path::Path;
 
 use crate::common::{Finished, Process};
@@ -19,9 +18,7 @@ fn request(cells: &str, [fx_n, fy_n, tau_nm]: [f64; 3]) -> String {
 }
 
 fn finished(folder: &Path, more: &[&str], input: &str) -> Finished {
-    let mut process = Process::start(folder, &[&["plan", "--envelope"], more].concat());
-    process.input.as_mut().expect("open").write_all(input.as_bytes()).expect("it reads");
-    process.finish()
+    Process::given(folder, &[&["plan", "--envelope"], more].concat(), input)
 }
 
 fn answers(folder: &Path, more: &[&str], input: &str) -> Vec<Value> {

@@ -15,8 +15,8 @@ use host::run::orders::Unattended;
 use host::run::progress::Quiet;
 use host::run::scenario::{BUILT_IN, Scenario};
 use protocol::time::FleetInstant;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use runlog::flotilla;
 use runlog::writer::FileWriter;
 use serde_json::Value;
@@ -31,13 +31,6 @@ const SHORT: &str = "name = \"t\"\n[structure]\nsize = \"3x1\"\n[[leg]]\nduratio
 fn flotilla(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_flotilla"));
     command.args(arguments).current_dir(folder).output().expect("it runs")
-}
-
-/// A process with a place for sockets of its own in `folder`.
-fn spoken_to(folder: &Path, arguments: &[&str]) -> Process {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_flotilla"));
-    command.args(arguments).current_dir(folder).env("XDG_RUNTIME_DIR", folder.join("sockets"));
-    Process::spawn(command)
 }
 
 /// The time that a run of that process tells an operator, s; nothing before it can be asked.
@@ -177,7 +170,7 @@ fn runs_that_are_killed_leave_their_logs() {
             let folder = tempdir().expect("a folder");
             fs::write(folder.path().join("t.toml"), &scenario).expect("a file");
             fs::create_dir(folder.path().join("sockets")).expect("a folder");
-            let run = spoken_to(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
+            let run = Process::reachable(folder.path(), &["run", "t.toml", "--realtime", "--out", "o"]);
             (folder, run)
         })
         .collect();

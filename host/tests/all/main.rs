@@ -31,6 +31,7 @@ mod said;
 mod scenario_readme;
 mod shortfalls;
 mod simulate;
+mod starts;
 mod tank;
 mod tank_rovs;
 mod terminal;

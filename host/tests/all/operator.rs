@@ -6,6 +6,7 @@ use std::path::Path;
 use crate::common::{Finished, PATIENCE, Process};
 use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
+use crate::ports::port;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -13,25 +14,18 @@ use tempfile::{TempDir, tempdir};
 const SCENARIO: &str = "name = \"t\"\n[structure]\nsize = \"3x1\"\n[[leg]]\nduration_s = 3000\nvelocity_m_s = [0.04, 0]\n\
      heading_rad = 1.5\n[timing]\nlead_s = 1.0\njoin_s = 60\n";
 
-/// A folder with a key, a scenario, and a place for sockets of its own.
+/// A folder with a key and a scenario.
 fn tank() -> TempDir {
     let folder = tempdir().expect("a folder");
     keygen(folder.path());
     std::fs::write(folder.path().join("t.toml"), SCENARIO).expect("a file");
-    std::fs::create_dir(folder.path().join("sockets")).expect("a folder");
     folder
-}
-
-fn flotilla(folder: &Path, arguments: &[&str]) -> Process {
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_flotilla"));
-    command.args(arguments).current_dir(folder).env("XDG_RUNTIME_DIR", folder.join("sockets"));
-    Process::spawn(command)
 }
 
 fn run(folder: &Path) -> (Process, String) {
     let arguments =
         ["run", "t.toml", "--radio", "udp", "--listen", "127.0.0.1:0", "--key", KEY, "--out", "results"];
-    let run = flotilla(folder, &arguments);
+    let run = Process::reachable(folder, &arguments);
     let line = run.err.recv_timeout(PATIENCE).expect("a line about the port");
     let address =
         line.strip_prefix("listening on ").and_then(|rest| rest.split_once(' ')).expect("an address");
@@ -40,13 +34,13 @@ fn run(folder: &Path) -> (Process, String) {
 }
 
 fn module(folder: &Path, id: &str, host: &str) -> Process {
-    flotilla(folder, &["module", "--id", id, "--host", host, "--duration", "3600", "--key", KEY])
+    Process::reachable(folder, &["module", "--id", id, "--host", host, "--duration", "3600", "--key", KEY])
 }
 
 /// What an operator's command says, as JSON, and its exit code.
 fn operator(folder: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
     let Finished { code, out, err } =
-        flotilla(folder, &[arguments, &["--json", "--wait", "120"]].concat()).finish();
+        Process::reachable(folder, &[arguments, &["--json", "--wait", "120"]].concat()).finish();
     let line = out.first().unwrap_or_else(|| panic!("{arguments:?}: {err:?}"));
     (serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}")), code)
 }
@@ -120,10 +114,8 @@ fn a_second_interrupt_is_an_emergency_stop() {
 #[test]
 fn modules_without_a_run_are_stopped_and_released_one_by_one() {
     let folder = tank();
-    // A port that is free now; the operator listens there.
-    let port =
-        std::net::UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port");
-    let address = port.to_string();
+    // The operator listens there.
+    let address = format!("127.0.0.1:{}", port());
     let modules = ["1", "2"].map(|id| module(folder.path(), id, &address));
     let direct = |arguments: &[&str]| {
         operator(folder.path(), &[arguments, &["--listen", &address, "--key", KEY]].concat())
@@ -152,13 +144,13 @@ fn modules_without_a_run_are_stopped_and_released_one_by_one() {
 fn what_cannot_be_reached_is_said() {
     let folder = tank();
     let arguments = ["status", "--listen", "127.0.0.1:0", "--key", KEY, "--wait", "0.3"];
-    let finished = flotilla(folder.path(), &arguments).finish();
+    let finished = Process::reachable(folder.path(), &arguments).finish();
     assert_eq!(finished.code, Some(1), "{finished:?}");
     assert!(
         finished.err.iter().any(|line| line.contains("no module was heard within 0.3 s")),
         "{finished:?}"
     );
-    let finished = flotilla(folder.path(), &["stop", "--run", "1"]).finish();
+    let finished = Process::reachable(folder.path(), &["stop", "--run", "1"]).finish();
     assert_eq!(finished.code, Some(2), "{finished:?}");
     // A folder that others could write to is not used.
     let open = folder.path().join("sockets/flotilla");
@@ -166,7 +158,7 @@ fn what_cannot_be_reached_is_said() {
     std::fs::create_dir(&open).expect("a folder");
     let mode = std::os::unix::fs::PermissionsExt::from_mode(0o777);
     std::fs::set_permissions(&open, mode).expect("a folder");
-    let finished = flotilla(folder.path(), &["stop"]).finish();
+    let finished = Process::reachable(folder.path(), &["stop"]).finish();
     assert_eq!(finished.code, Some(1), "{finished:?}");
     assert!(finished.err.iter().any(|line| line.contains("closed to others")), "{finished:?}");
 }

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::io::Write;
 
 use crate::common::{PATIENCE, Process};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
@@ -296,11 +296,7 @@ fn two_hundred_requests_are_answered_in_order_and_alike_each_time() {
         requests.iter().map(|(cells, demand, tails)| request(cells, *demand, tails) + "\n").collect();
     let folder = tempdir().expect("a folder");
     let answers = [(); 2].map(|()| {
-        let mut plan = Process::start(folder.path(), &["plan"]);
-        let (mut input, text) = (plan.input.take().expect("a pipe"), text.clone());
-        let writer = std::thread::spawn(move || input.write_all(text.as_bytes()).expect("it reads"));
-        let finished = plan.finish();
-        writer.join().expect("written");
+        let finished = Process::given(folder.path(), &["plan"], &text);
         assert_eq!((finished.code, finished.err.len()), (Some(0), 0), "{:?}", finished.err);
         let mut plans: Vec<Value> =
             finished.out.iter().map(|line| serde_json::from_str(line).expect("JSON")).collect();
@@ -339,10 +335,8 @@ fn a_scenario_describes_the_modules() {
     let text = "name = \"t\"\n[structure]\nsize = \"1x1\"\n[[leg]]\nduration_s = 1\nvelocity_m_s = [0, 0]\n\
                 heading_rad = 0\n[modboat]\namplitude_min_rad = 1.0\namplitude_max_rad = 1.2\n";
     std::fs::write(folder.path().join("t.toml"), text).expect("a file");
-    let mut plan = Process::start(folder.path(), &["plan", "--scenario", "t.toml"]);
-    writeln!(plan.input.as_mut().expect("open"), "{}", request(LINE, [0.1, 0.0, 0.0], "null"))
-        .expect("it reads");
-    let finished = plan.finish();
+    let arguments = ["plan", "--scenario", "t.toml"];
+    let finished = Process::given(folder.path(), &arguments, &request(LINE, [0.1, 0.0, 0.0], "null"));
     assert_eq!(finished.code, Some(0), "{finished:?}");
     let answer: Value = serde_json::from_str(&finished.out[0]).expect("JSON");
     for amplitude in numbers(&answer["cycle"], "amplitude_rad") {

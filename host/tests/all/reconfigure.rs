@@ -1,6 +1,5 @@
 //! `flotilla reconfigure` through the binary: the contract of its JSON, its judge, and what it refuses.
 
-use std::io::Write;
 use std::path::Path;
 
 use crate::common::{Finished, PATIENCE, Process};
@@ -19,9 +18,7 @@ const GOOD: &str = "name = \"t\"\n\n[[robot]]\nid = 1\nvehicle = \"bluerov1\"\ns
 
 fn flotilla(folder: &Path, arguments: &[&str], input: &str) -> Finished {
     let _cores = all_cores();
-    let mut process = Process::start(folder, arguments);
-    process.input.as_mut().expect("its input").write_all(input.as_bytes()).expect("it reads");
-    process.finish()
+    Process::given(folder, arguments, input)
 }
 
 fn folder_with(text: &str) -> TempDir {

@@ -1,6 +1,5 @@
 //! `flotilla reconfigure` with robots that move at once, and with a goal that is to be found.
 
-use std::io::Write;
 use std::path::Path;
 
 use serde_json::Value;
@@ -19,9 +18,7 @@ const ROW: &str = "name = \"row\"\n\n[[robot]]\nid = 1\nvehicle = \"bluerov1\"\n
 fn reconfigure(folder: &Path, arguments: &[&str], input: &str) -> Finished {
     let all: Vec<&str> = ["reconfigure", "row.toml"].iter().chain(arguments).copied().collect();
     let _cores = all_cores();
-    let mut process = Process::start(folder, &all);
-    process.input.as_mut().expect("its input").write_all(input.as_bytes()).expect("it reads");
-    process.finish()
+    Process::given(folder, &all, input)
 }
 
 fn plan(finished: &Finished) -> Value {

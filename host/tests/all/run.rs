@@ -349,9 +349,7 @@ fn the_example_of_plan_works() {
     let help = Process::start(folder.path(), &["plan", "--help"]).finish().out.join("\n");
     let request =
         help.split('\'').find(|part| part.starts_with('{')).expect("a request in quotes").to_owned();
-    let mut plan = Process::start(folder.path(), &["plan"]);
-    std::io::Write::write_all(plan.input.as_mut().expect("open"), request.as_bytes()).expect("it reads");
-    let finished = plan.finish();
+    let finished = Process::given(folder.path(), &["plan"], &request);
     assert_eq!(finished.code, Some(0), "{request}: {finished:?}");
     assert!(finished.out[0].contains("\"outcome\":\"planned\""), "{finished:?}");
 }

@@ -2,11 +2,10 @@
 //! Newton and Euler for the rigid body, textbook terms for the water, Euler angles, an adaptive integrator.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
-use std::io::Write;
 
 use crate::common::{Finished, Process};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
@@ -156,9 +155,7 @@ impl Rov {
 
 fn ask(arguments: &[&str], input: &str) -> Finished {
     let folder = tempdir().expect("a folder");
-    let mut process = Process::start(folder.path(), &[&["simulate"], arguments].concat());
-    process.input.as_mut().expect("open").write_all(input.as_bytes()).expect("it reads");
-    process.finish()
+    Process::given(folder.path(), &[&["simulate"], arguments].concat(), input)
 }
 
 fn numbers(list: &Value) -> Vec<f64> {

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use rand::Rng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 
 use crate::emulator::PATIENCE;
 

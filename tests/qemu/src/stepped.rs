@@ -9,7 +9,7 @@ use std::net::SocketAddr;
 
 use protocol::time::Duration;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 
 use crate::debugger::Debugger;
 use crate::emulator::{Emulator, Setup, free_port};

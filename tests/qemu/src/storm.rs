@@ -2,8 +2,8 @@
 
 use link::identity::HostIdentity;
 use protocol::{FleetKey, MAX_DATAGRAM, Message, ModuleId, Nonce, Session, Side};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Datagrams of a storm, without end.
 ///

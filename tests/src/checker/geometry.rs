@@ -34,8 +34,8 @@ pub fn between_tails_m(length_m: f64, apart_m: [f64; 2], phi_i: f64, phi_j: f64)
 mod tests {
     use std::f64::consts::{FRAC_PI_2, PI};
 
+    use rand::rngs::ChaCha8Rng;
     use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
 
     use super::*;
 

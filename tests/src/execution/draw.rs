@@ -10,8 +10,8 @@ use std::fmt::Write;
 use host::run::scenario::Scenario;
 use modboat::parameters::Parameters;
 use protocol::time::Duration;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sim::motor::SPREAD_MAX;
 
 use super::Reboot;

@@ -5,8 +5,8 @@ use link::faults::FaultParameters;
 use modboat::planner_config::LossTolerance;
 use modboat::structure::Structure;
 use protocol::time::Duration;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::{CALM_S, Outcome, STEP_S, STORM_S, TICK_US, World};
 

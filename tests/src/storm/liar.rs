@@ -8,8 +8,8 @@ use std::collections::HashMap;
 use protocol::time::Duration;
 use protocol::units::{Radians, RadiansPerSecond, Volts};
 use protocol::{FleetId, Frame, Kind, MAX_DATAGRAM, Message, ModuleId, ModuleKey, Nonce, Session, Side};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// The session of a module, from both ends.
 struct Shadow {

@@ -5,8 +5,8 @@ use protocol::time::FleetInstant;
 use protocol::{
     Announcer, FleetKey, Hello, MAX_DATAGRAM, Message, ModuleId, ModuleKind, Nonce, Radio, WIRE_VERSION,
 };
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::count::crc32;
 use super::tap::HOST;

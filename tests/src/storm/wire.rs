@@ -9,8 +9,8 @@ use link::loopback::{Ether, LoopbackRadio, Node};
 use link::udp::Socket;
 use protocol::Radio;
 use protocol::time::FleetInstant;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Port of the first node.
 const PORT: u16 = 4870;

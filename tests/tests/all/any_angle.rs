@@ -5,8 +5,8 @@ use grid::Map;
 use grid::plane::Plane;
 use grid::read;
 use grid::theta::{Search, Space, cost, smooth};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use tests::figures::{Quantiles, mean};
 
 /// The octile path is at most 1/cos(π/8) ≈ 1.0824 times as long as the shortest one at any angle: Nash, *Any-Angle Path

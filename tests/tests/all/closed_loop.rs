@@ -1,4 +1,5 @@
-//! Both planners in the closed loop: the paper's four experiments and every other scenario that comes with the program.
+//! Both planners in the closed loop: the paper's four experiments and every other scenario that comes with the program. Three seeds of the
+//! experiments; `FLOTILLA_COMPARED=10` runs a night's worth.
 
 use std::sync::atomic::AtomicBool;
 
@@ -8,6 +9,7 @@ use host::run::scenario::{BUILT_IN, Scenario};
 use modboat::planner_kind::PlannerKind;
 use tests::checker::{Modboat, check};
 use tests::convert::of_cycle;
+use tests::seeds::number;
 
 const EXPERIMENTS: [&str; 4] = ["holonomic-1", "holonomic-2", "holonomic-3", "holonomic-4"];
 
@@ -42,7 +44,7 @@ fn broken(scenario: &str, contender: &Contender) -> Vec<String> {
 
 #[test]
 fn table_heading_error_of_both_planners_in_the_four_experiments() {
-    let seeds: Vec<u64> = (1..=10).collect();
+    let seeds: Vec<u64> = (1..=number("FLOTILLA_COMPARED").unwrap_or(3)).collect();
     println!("heading error RMS after 20 s, mrad, over {} seeds: mean, worst", seeds.len());
     let mut wrong = Vec::new();
     for name in EXPERIMENTS {

@@ -5,7 +5,7 @@ use host::run::reconfigure::execution::{Options, execute};
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use link::faults::FaultParameters;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::problem::Problem;
 use rov::planner::{OrderRule, Request, plan};

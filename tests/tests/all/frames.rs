@@ -2,9 +2,9 @@
 
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use judge::verify;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;

@@ -3,7 +3,7 @@
 
 use judge::{Condition, verify};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::problem::Problem;
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan};

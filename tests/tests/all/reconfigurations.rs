@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use host::run::reconfigure::scenario::ReconfigureScenario;
 use judge::verify;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot, Rules, Slot, Tool};
@@ -21,7 +21,7 @@ use rov::route::{Mover, RouteQuery, Scratch};
 use rov::search_graph::Lattice;
 use tests::figures::mean;
 use tests::reconfigure::{Kind, problem};
-use tests::seeds::on_all_cores;
+use tests::seeds::{number, on_all_cores};
 use tests::spoil::SPOILERS;
 
 /// Cells of the box in random problems: docked poses lie on this grid, and it is quickly searched.
@@ -161,11 +161,11 @@ fn the_exact_order_is_never_above_the_rule_over_fifty_random_reconfigurations() 
 }
 
 #[test]
-fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
-    const SEEDS: usize = 200;
+fn random_plans_pass_the_judge_and_none_of_their_mutants_does() {
+    let seeds = number("FLOTILLA_JUDGED").unwrap_or(60) as usize;
     /// Where the rule leads nowhere, all orders of so many robots are searched.
     const SEARCHED: usize = 5;
-    let results = on_all_cores(0..SEEDS as u64, |seed| {
+    let results = on_all_cores(0..seeds as u64, |seed| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let kind = Kind::random(&mut rng);
         let mut problem = problem(kind, &mut rng);
@@ -201,7 +201,7 @@ fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
         }
         (what, result.map(|planned| planned.plan.moves.len()), mutants)
     });
-    assert_eq!(results.len(), SEEDS);
+    assert_eq!(results.len(), seeds);
     let (mut plans, mut moves, mut dead_ends, mut unreachable) = (0, 0, 0, Vec::new());
     let mut mutants: BTreeMap<&str, usize> = BTreeMap::new();
     for (what, result, names) in results {
@@ -221,9 +221,10 @@ fn two_hundred_random_plans_pass_the_judge_and_none_of_their_mutants_does() {
     );
     unreachable.iter().for_each(|line| println!("  {line}"));
     println!("{} mutants rejected: {mutants:?}", mutants.values().sum::<usize>());
-    assert!(plans >= 198, "{plans} plans of {SEEDS}, where 199 were seen");
+    // 199 of 200 were seen.
+    assert!(plans + seeds.div_ceil(100) >= seeds, "{plans} plans of {seeds}");
     assert!(
-        SPOILERS.iter().all(|spoiler| mutants.get(spoiler.name).is_some_and(|&count| count >= 100)),
+        SPOILERS.iter().all(|spoiler| mutants.get(spoiler.name).is_some_and(|&count| count >= seeds / 2)),
         "{mutants:?}"
     );
 }

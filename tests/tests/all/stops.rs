@@ -13,8 +13,8 @@ use host::run::scenario::Scenario;
 use link::faults::FaultParameters;
 use protocol::ModuleState;
 use protocol::time::FleetInstant;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use std::cell::Cell;
 use tests::seeds::{number, on_all_cores};
 

@@ -17,8 +17,8 @@ use modboat::potential_field::PotentialField;
 use modboat::structure::Structure;
 use modboat::transition::solver::Solver;
 use modboat::transition::{self, Transition};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use tests::checker::Modboat;
 use tests::random;
 

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use judge::verify;
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::problem::{Problem, Robot, Rules, Slot};
 use reconfiguration::vehicle::Vehicle;
@@ -14,7 +14,7 @@ use rov::power::PowerLaw;
 use tests::seeds::{number, on_all_cores};
 use tests::turned::problem;
 
-const SEEDS: u64 = 12;
+const SEEDS: u64 = 8;
 /// Where the paper's rule leads nowhere, all orders of so many robots are searched.
 const SEARCHED: usize = 4;
 const WAYS: [(Manner, Criterion); 4] = [

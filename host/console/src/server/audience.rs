@@ -38,8 +38,9 @@ impl Audience {
         *retained_ns = at_ns;
         retained.clear();
         retained.extend_from_slice(data);
+        let mut encoded = Encoded::default();
         for session in self.of(Speaks::Stream) {
-            pass_on(session, channel.id, at_ns, data);
+            pass_on(session, channel.id, at_ns, data, &mut encoded);
         }
         if channel.topic == "/goal" {
             let values = stream::parameters(self.view.goal(), None);
@@ -94,15 +95,23 @@ impl Audience {
         let Some(session) = self.sessions.get_mut(index) else { return };
         for channel in channels {
             if let Some((at_ns, data)) = self.retained.get(channel) {
-                pass_on(session, *channel, *at_ns, data);
+                pass_on(session, *channel, *at_ns, data, &mut Encoded::default());
             }
         }
     }
 }
 
-fn pass_on(session: &mut Session, channel: u16, at_ns: u64, data: &[u8]) {
+/// A message as it was sent last, with the number of the subscription: clients number alike, and the bytes are shared.
+type Encoded = Option<(u32, Message)>;
+
+fn pass_on(session: &mut Session, channel: u16, at_ns: u64, data: &[u8], encoded: &mut Encoded) {
     let Session { client, subscriber, .. } = session;
     for subscription in subscriber.to(channel) {
-        client.push(stream::data(subscription, at_ns, data));
+        if encoded.as_ref().is_none_or(|(known, _)| *known != subscription) {
+            *encoded = Some((subscription, stream::data(subscription, at_ns, data)));
+        }
+        encoded.iter().for_each(|(_, message)| {
+            client.push(message.clone());
+        });
     }
 }

@@ -1,7 +1,7 @@
 use std::collections::VecDeque;
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::theta::Search;

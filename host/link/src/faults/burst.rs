@@ -17,7 +17,7 @@
 
 use protocol::time::FleetInstant;
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 
 use super::FaultParameters;
 

@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use protocol::MAX_DATAGRAM;
 use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 
 use super::FaultCount;
 

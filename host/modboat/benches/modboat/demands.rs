@@ -11,8 +11,8 @@ use modboat::planner::Planner;
 use modboat::planner_config::PlannerConfig;
 use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// The structures that are measured: 3, 9 and 25 modules.
 pub const SHAPES: [&str; 3] = ["3x1", "3x3", "5x5"];

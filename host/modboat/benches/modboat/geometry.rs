@@ -9,8 +9,8 @@ use modboat::motion::Swing;
 use modboat::parameters::Parameters;
 use modboat::region::CollisionRegion;
 use modboat::tail::Tail;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Random swim cycles of two modules (φ₀ᵢ, Aᵢ, φ₀ⱼ, Aⱼ), rad.
 fn swims(parameters: &Parameters) -> Vec<[f64; 4]> {

@@ -10,8 +10,8 @@ use modboat::pairs::{Pair, Pairs};
 use modboat::parameters::Parameters;
 use modboat::structure::Structure;
 use modboat::transition::solver::{Clearance, Problem, Signs, Solver};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Cycles that a bench goes through in turn.
 const CYCLES: usize = 33;

@@ -9,8 +9,8 @@
 //! Everything is deterministic: randomness comes from the seed in the settings alone.
 
 use rand::SeedableRng;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 
 use super::allocation::{Aim, Allocation, GOAL, Met, Poses};
 use super::choice::{Choice, FEW, SMALL};

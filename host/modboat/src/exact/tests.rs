@@ -1,8 +1,8 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::allocation::Met;
 use super::approach;

@@ -9,8 +9,8 @@
 //!
 //! What cannot be met from free rest poses is looked for among the cycles of Algorithm 1, polished.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::allocation::{Aim, Met, Poses};
 use super::approach;

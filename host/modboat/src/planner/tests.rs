@@ -5,8 +5,8 @@
 
 use std::f64::consts::PI;
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::motion::Turn;

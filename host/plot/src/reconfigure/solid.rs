@@ -260,8 +260,8 @@ fn unit(v: Vec3) -> Option<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::{Rng, SeedableRng};
+    use rand::rngs::ChaCha8Rng;
+    use rand::{Rng, SeedableRng};
 
     fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
         low + (high - low) * (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64

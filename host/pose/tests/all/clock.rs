@@ -5,8 +5,8 @@ use std::time::Duration;
 use pose::clock::{Clock, Reading};
 use pose::source::Exchange;
 use pose::time::{HostInstant, ServerInstant};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Seconds between frames.
 const PERIOD_S: f64 = 0.01;

@@ -17,8 +17,8 @@ use pose::source::Link;
 use pose::time::{HostInstant, ServerInstant};
 use pose::velocity::Tracker;
 use pose::vrpn::server::VrpnServer;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use crate::rig::ANY_PORT;
 

@@ -7,9 +7,9 @@ use pose::axes::Pose;
 use pose::frame::Label;
 use pose::roster::{Entry, Name, Roster};
 use pose::structure::{Found, Outcome, PlanarPose, Structure, Tolerances};
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
 const PITCH_M: f64 = 0.15;

@@ -6,8 +6,8 @@ use pose::frame::Label;
 use pose::gate::Fix;
 use pose::roster::{Entry, Name, Roster};
 use pose::vehicles::{Limits, Sighting, Vehicles};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
 const COUNT: u16 = 4;

@@ -3,8 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use pose::axes::Pose;
 use pose::velocity::{Motion, Tracker};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
 const BANDWIDTH: f64 = 10.0;

@@ -36,8 +36,8 @@ fn place(robot: usize, fits: &[Vec<usize>], taken: &mut [Option<usize>], seen: &
 
 #[cfg(test)]
 mod tests {
+    use rand::rngs::ChaCha8Rng;
     use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
 
     use super::*;
 

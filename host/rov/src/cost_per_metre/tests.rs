@@ -1,7 +1,7 @@
 //! The bound against paths: it may not exceed any of them, and should not be far below.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use reconfiguration::vehicle::Vehicle;
 
 use reconfiguration::problem::Rules;

@@ -1,7 +1,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use reconfiguration::body::{Body, GRAVITY_M_S2};
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;

@@ -1,7 +1,7 @@
 //! Orders of whole problems: many robots, places exchanged, more slots than robots. What is right is counted in moves priced.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use reconfiguration::problem::{Robot, Rules, Slot, Tool};
 use reconfiguration::vehicle::Vehicle;
 

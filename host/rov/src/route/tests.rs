@@ -1,7 +1,7 @@
 //! Routes against a grid ten times finer, legs against a search of all speeds, bounds against what moves cost, open water.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use reconfiguration::plan::ActionKind;
 use reconfiguration::pose::Pose;
 use reconfiguration::vehicle::Vehicle;

@@ -1,12 +1,11 @@
 //! Every kind of file that a person writes, with every kind of mistake that a reader of files finds: the exact line.
 
 use std::fs;
-use std::path::Path;
 
 use tempfile::tempdir;
 
 use super::{GOOD, refusal};
-use crate::common::{Finished, Process};
+use crate::common::Process;
 use crate::keys::{KEY, keygen};
 
 /// A byte order mark.
@@ -26,16 +25,6 @@ const ROSTER: &str = "name = \"r\"\n[[module]]\nid = 1\ncell = [0, 0]\n[[module]
 /// One mistake: what is replaced by what, and what is said after the name of the file.
 type Mistake<'a> = (&'a str, &'a str, &'a str);
 
-fn done(folder: &Path, arguments: &[&str], input: &str) -> Finished {
-    use std::io::Write;
-    let mut process = Process::start(folder, arguments);
-    let mut pipe = process.input.take().expect("a pipe");
-    // It may have refused its file before it reads.
-    let _ = pipe.write_all(input.as_bytes());
-    drop(pipe);
-    process.finish()
-}
-
 /// Each mistake in `good` is refused in exactly one line; and so it is behind a byte order mark.
 fn refuses(file: &str, good: &str, others: &[(&str, &str)], arguments: &[&str], mistakes: &[Mistake<'_>]) {
     let folder = tempdir().expect("a folder");
@@ -48,7 +37,7 @@ fn refuses(file: &str, good: &str, others: &[(&str, &str)], arguments: &[&str], 
         let text = good.replacen(from, to, 1);
         for text in [text.clone(), format!("{MARK}{text}")] {
             fs::write(folder.path().join(file), &text).expect("a file");
-            let finished = done(folder.path(), arguments, "");
+            let finished = Process::given(folder.path(), arguments, "");
             assert_eq!(refusal(&finished), format!("{file}:{expected}"), "{text}");
         }
     }
@@ -75,7 +64,7 @@ fn takes(
     });
     for text in [good.to_owned(), format!("{MARK}{with_points}")] {
         fs::write(folder.path().join(file), &text).expect("a file");
-        let finished = done(folder.path(), arguments, input);
+        let finished = Process::given(folder.path(), arguments, input);
         assert_eq!(finished.code, Some(0), "{text}\n{finished:?}");
         said.push(finished.out);
     }
@@ -283,7 +272,7 @@ fn a_roster() {
     fs::write(folder.path().join("t.toml"), &scenario).expect("a file");
     fs::write(folder.path().join("r.toml"), format!("{MARK}{}", ROSTER.replace("id = 2", "id = 2.0")))
         .expect("a file");
-    let finished = done(folder.path(), &arguments, "");
+    let finished = Process::given(folder.path(), &arguments, "");
     assert_eq!(finished.code, Some(2), "{finished:?}");
     let said = finished.err.last().expect("a line");
     assert!(said.starts_with("flotilla: modules 1, 2 did not answer within 0.2 s"), "{said}");
@@ -293,7 +282,8 @@ fn a_roster() {
 fn a_plan() {
     let folder = tempdir().expect("a folder");
     fs::write(folder.path().join("t.toml"), RECONFIGURATION).expect("a file");
-    let planned = done(folder.path(), &["reconfigure", "t.toml", "--criterion", "energy", "--json"], "");
+    let planned =
+        Process::given(folder.path(), &["reconfigure", "t.toml", "--criterion", "energy", "--json"], "");
     // One key a line, so that lines tell something.
     let plan = planned.out[0].replace(",\"", ",\n\"");
     let line = |key: &str| plan.lines().position(|line| line.contains(key)).expect(key) + 1;
@@ -345,7 +335,7 @@ fn a_plan() {
 fn requests() {
     let folder = tempdir().expect("a folder");
     let good = "{\"cells\":[[0,0],[1.0,0]],\"demand\":{\"fx_n\":0,\"fy_n\":0.01,\"tau_nm\":0}}";
-    let answer = done(folder.path(), &["plan"], &format!("{MARK}{good}\n"));
+    let answer = Process::given(folder.path(), &["plan"], &format!("{MARK}{good}\n"));
     assert_eq!((answer.code, answer.out.len()), (Some(0), 1), "{answer:?}");
     let body = "{\"eta\":[0,0,0,0,0,0],\"nu\":[0,0,0,0,0,0],\"tau\":[0,0,0,0,0,0],\"at_s\":[],\"vehicle\":";
     for (command, request, expected) in [
@@ -376,7 +366,7 @@ fn requests() {
             "column 92: vehicle.mass_kg = \"4 kg\": must be a number",
         ),
     ] {
-        let finished = done(folder.path(), &[command], &format!("{request}\n"));
+        let finished = Process::given(folder.path(), &[command], &format!("{request}\n"));
         assert_eq!(finished.err, [format!("flotilla: line 1: {expected}")], "{request}");
         assert_eq!(finished.code, Some(2));
     }
@@ -387,6 +377,7 @@ fn maps_may_have_a_mark() {
     let folder = tempdir().expect("a folder");
     let map = format!("{MARK}type octile\nheight 3\nwidth 3\nmap\n...\n...\n...\n");
     fs::write(folder.path().join("m.map"), map).expect("a file");
-    let finished = done(folder.path(), &["path", "m.map", "--from", "0,0", "--to", "2,2", "--json"], "");
+    let finished =
+        Process::given(folder.path(), &["path", "m.map", "--from", "0,0", "--to", "2,2", "--json"], "");
     assert_eq!((finished.code, finished.out.len()), (Some(0), 1), "{finished:?}");
 }

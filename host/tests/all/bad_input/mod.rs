@@ -8,6 +8,7 @@ use std::path::Path;
 
 use crate::common::{Finished, PATIENCE, Process};
 use crate::keys::{KEY, keygen};
+use crate::ports::port;
 use tempfile::{TempDir, tempdir};
 
 /// A scenario without a mistake; line 3 is the structure's size, 5 to 7 are the leg.
@@ -326,6 +327,22 @@ fn a_folder_that_cannot_be_written_is_named() {
     assert!(said.starts_with("cannot write to runs/t: "), "{said}");
 }
 
+/// Of Modboats and of ROVs.
+#[test]
+fn a_tank_cannot_end_before_it_begins() {
+    let folder = tempdir().expect("a folder");
+    for scenario in ["holonomic-1", "i-to-l"] {
+        for seconds in ["0", "-1", "NaN", "100000000"] {
+            let said = refused(folder.path(), &["tank", scenario, &format!("--duration={seconds}")]);
+            assert_eq!(
+                said,
+                format!("--duration = {seconds} s: must lie between 0 and 10000000"),
+                "{scenario}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_busy_port_is_named() {
     let folder = with_key(GOOD);
@@ -341,8 +358,7 @@ fn a_busy_port_is_named() {
 #[test]
 fn no_module_answers() {
     let folder = with_key(format!("{GOOD}[timing]\njoin_s = 1\n"));
-    let free =
-        UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").to_string();
+    let free = format!("127.0.0.1:{}", port());
     let said = refused(folder.path(), &keyed(&["run", "t.toml", "--radio", "udp", "--listen", &free]));
     let expected = format!(
         "modules 1, 2, 3 did not answer within 1 s \

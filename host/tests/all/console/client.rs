@@ -5,8 +5,8 @@ use std::net::TcpStream;
 use std::time::Instant;
 
 use serde_json::Value;
-use tungstenite::http::Uri;
-use tungstenite::{ClientRequestBuilder, Error, HandshakeError, Message, WebSocket};
+use tungstenite::protocol::Role;
+use tungstenite::{Message, WebSocket};
 
 use crate::common::PATIENCE;
 
@@ -37,7 +37,8 @@ pub fn fetch(url: &str, path: &str, fields: &[&str]) -> String {
     reply
 }
 
-/// A socket that speaks `protocol`, opened by a page of `origin`, with `query` in its address.
+/// A socket that speaks `protocol`, opened by a page of `origin`, with `query` in its address; or the code of the refusal, 0 where there is
+/// no server.
 pub fn open_as(
     url: &str,
     protocol: &str,
@@ -45,22 +46,43 @@ pub fn open_as(
     query: &str,
 ) -> Result<WebSocket<TcpStream>, u16> {
     let host = host_of(url);
-    let uri: Uri = format!("ws://{host}/socket{query}").parse().expect("an address");
-    let mut request = ClientRequestBuilder::new(uri).with_sub_protocol(protocol);
-    if let Some(origin) = origin {
-        request = request.with_header("Origin", origin);
-    }
+    let origin = origin.map_or_else(String::new, |origin| format!("Origin: {origin}\r\n"));
+    let request = format!(
+        "GET /socket{query} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
+         Sec-WebSocket-Protocol: {protocol}\r\n{origin}\r\n"
+    );
     for _ in 0..RETRIES {
-        let stream = TcpStream::connect(&host).expect("a server");
+        let Ok(mut stream) = TcpStream::connect(&host) else { return Err(0) };
         stream.set_read_timeout(Some(PATIENCE)).expect("a timeout");
-        match tungstenite::client(request.clone(), stream) {
-            Ok((socket, _)) => return Ok(socket),
-            Err(HandshakeError::Failure(Error::Http(reply))) => return Err(reply.status().as_u16()),
-            Err(HandshakeError::Failure(Error::Io(error))) if error.kind() == ErrorKind::ConnectionReset => {}
+        let head = match stream.write_all(request.as_bytes()).and_then(|()| head(&mut stream)) {
+            Ok(head) => head,
+            Err(error) if error.kind() == ErrorKind::ConnectionReset => continue,
             Err(error) => panic!("{error}"),
+        };
+        let code = head.split(' ').nth(1).and_then(|code| code.parse().ok()).expect("a code");
+        if code != 101 {
+            return Err(code);
         }
+        // RFC 6455, 1.3, has this key and its answer as an example.
+        let fields = [
+            "Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=",
+            &format!("Sec-WebSocket-Protocol: {protocol}"),
+        ];
+        assert!(fields.iter().all(|field| head.lines().any(|line| line == *field)), "{head}");
+        return Ok(WebSocket::from_raw_socket(stream, Role::Client, None));
     }
     panic!("the server resets every connection");
+}
+
+/// The head of a reply, up to its empty line and no further.
+fn head(stream: &mut TcpStream) -> std::io::Result<String> {
+    let (mut head, mut byte) = (Vec::new(), [0]);
+    while !head.ends_with(b"\r\n\r\n") {
+        stream.read_exact(&mut byte)?;
+        head.extend(byte);
+    }
+    Ok(String::from_utf8_lossy(&head).into_owned())
 }
 
 /// The code of a refusal.

@@ -16,10 +16,7 @@ use client::{Page, fetch, host_of, open_as, refusal};
 
 /// Starts `flotilla` with a page at a port of the system's choice; the process, and the page's address.
 fn served(folder: &Path, arguments: &[&str]) -> (Process, String) {
-    let _ = std::fs::create_dir(folder.join("sockets"));
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_flotilla"));
-    command.args(arguments).current_dir(folder).env("XDG_RUNTIME_DIR", folder.join("sockets"));
-    let process = Process::spawn(command);
+    let process = Process::reachable(folder, arguments);
     loop {
         let line = process.err.recv_timeout(PATIENCE).expect("a line about the page");
         if let Some(url) = line.strip_prefix("the page: ") {

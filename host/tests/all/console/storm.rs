@@ -1,12 +1,16 @@
-//! Random and oversized requests and frames at the server while three modules swim over UDP: it goes on, no bigger than it was, and no
-//! cycle comes late. `FLOTILLA_CONSOLE_FRAMES=100000 cargo test -p host --test all console::storm` sends all of them.
+//! Random and oversized requests and frames at the server while three modules swim over UDP: it goes on, it grows no more than without
+//! them, and no more cycles come late. `FLOTILLA_CONSOLE_FRAMES=100000 cargo test -p host --test all console::storm` sends all of them.
 
+use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::time::Duration;
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use runlog::flotilla::{Link, Links};
+use runlog::reader::{LogError, read};
 use serde_json::Value;
 use tempfile::tempdir;
 use tungstenite::WebSocket;
@@ -113,30 +117,70 @@ fn resident_kb(process: &Process) -> u64 {
     line.trim().trim_end_matches(" kB").trim().parse().expect("a number")
 }
 
-/// Sends `frames` of them, over as many connections as that takes.
-fn storm(url: &str, frames: u64, seed: u64) {
+/// Sends `frames` of them, over as many connections as that takes; false if the server is gone.
+#[must_use]
+fn storm(url: &str, frames: u64, seed: u64) -> bool {
     let (host, mut random) = (host_of(url), ChaCha8Rng::seed_from_u64(seed));
     let brief = Some(Duration::from_micros(200));
     let mut socket: Option<WebSocket<TcpStream>> = None;
     for number in 0..frames {
         if number % 4 == 0 {
-            let mut stream = TcpStream::connect(&host).expect("a server");
+            let Ok(mut stream) = TcpStream::connect(&host) else { return false };
             stream.set_read_timeout(brief).expect("a timeout");
             let bytes = request(&mut random, &host);
             send(&mut stream, &bytes);
             continue;
         }
-        let open = socket.get_or_insert_with(|| {
-            let protocol = ["flotilla.console.v1", "foxglove.sdk.v1"][random.random_range(0..2)];
-            let socket = open_as(url, protocol, None, "").expect("a socket");
-            socket.get_ref().set_read_timeout(brief).expect("a timeout");
-            socket
-        });
+        let mut open = match socket.take() {
+            Some(open) => open,
+            None => {
+                let protocol = ["flotilla.console.v1", "foxglove.sdk.v1"][random.random_range(0..2)];
+                match open_as(url, protocol, None, "") {
+                    Ok(open) => open,
+                    Err(0) => return false,
+                    Err(code) => panic!("refused with {code}"),
+                }
+            }
+        };
+        open.get_ref().set_read_timeout(brief).expect("a timeout");
         let bytes = frame(&mut random);
-        if !send(open.get_mut(), &bytes) {
-            socket = None;
+        socket = send(open.get_mut(), &bytes).then_some(open);
+    }
+    true
+}
+
+/// Cycles of all modules.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    cycles: u64,
+    late: u64,
+    refused: u64,
+}
+
+impl Counts {
+    fn since(self, before: Self) -> Self {
+        Self {
+            cycles: self.cycles - before.cycles,
+            late: self.late - before.late,
+            refused: self.refused - before.refused,
         }
     }
+}
+
+/// What the log of a run that wrote to `results` has counted by `fleet_s`.
+fn counts(folder: &Path, fleet_s: f64) -> Counts {
+    let mut counts = Counts::default();
+    let log = File::open(folder.join("results/log.mcap")).expect("a log");
+    let extent = read(log, |entry, _| {
+        if entry.topic == "/links" && entry.at_s() <= fleet_s {
+            let links = entry.read::<Links>()?.links;
+            let sum = |of: fn(&Link) -> u64| links.iter().map(of).sum();
+            counts = Counts { cycles: sum(|l| l.cycles), late: sum(|l| l.late), refused: sum(|l| l.refused) };
+        }
+        Ok::<(), LogError>(())
+    });
+    assert!(extent.expect("a log").whole);
+    counts
 }
 
 #[test]
@@ -160,10 +204,7 @@ fn random_requests_and_frames_do_nothing_to_a_run() {
         "--serve",
         "127.0.0.1:0",
     ];
-    let _ = std::fs::create_dir(folder.path().join("sockets"));
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_flotilla"));
-    command.args(arguments).current_dir(folder.path()).env("XDG_RUNTIME_DIR", folder.path().join("sockets"));
-    let run = Process::spawn(command);
+    let run = Process::reachable(folder.path(), &arguments);
     let (mut url, mut address) = (None, None);
     while url.is_none() || address.is_none() {
         let line = run.err.recv_timeout(PATIENCE).expect("a line");
@@ -179,28 +220,41 @@ fn random_requests_and_frames_do_nothing_to_a_run() {
         let arguments = ["module", "--id", id, "--host", &address, "--duration", "3600", "--key", KEY];
         Process::start(folder.path(), &arguments)
     });
-    let mut page = Page::open(&url);
-    page.until(executing);
-    storm(&url, frames / 10, 1);
-    let before_kb = resident_kb(&run);
-    storm(&url, frames - frames / 10, 2);
-    let after_kb = resident_kb(&run);
-    println!("{frames} requests and frames: {before_kb} kB, then {after_kb} kB");
-    // The log and the figures of the run grow meanwhile; a leak of a kilobyte a frame would be 100 MB.
-    assert!(after_kb < before_kb + 20_000 + frames / 20, "{before_kb} kB, then {after_kb} kB");
-
-    let mut again = Page::open(&url);
-    let snapshot = again.until(executing);
+    // As long without as with them: what a busy machine does to a run it does to both.
+    let fleet_s = || Page::open(&url).until(executing)["fleet_s"].as_f64().expect("a time");
+    fleet_s();
+    if !storm(&url, frames / 10, 1) {
+        panic!("it is gone: {:?}", run.finish());
+    }
+    let (storm_s, before_kb) = (fleet_s(), resident_kb(&run));
+    if !storm(&url, frames - frames / 10, 2) {
+        panic!("it is gone: {:?}", run.finish());
+    }
+    let (quiet_s, between_kb) = (fleet_s(), resident_kb(&run));
+    let spans_s = quiet_s - storm_s;
+    std::thread::sleep(Duration::from_secs_f64(spans_s));
+    let (over_s, after_kb) = (fleet_s(), resident_kb(&run));
+    let snapshot = Page::open(&url).until(executing);
     assert_eq!((&snapshot["order"], &snapshot["lost"]), (&Value::Null, &Value::from(0)), "{snapshot}");
     end(&run, "INT");
     let finished = run.finish();
     assert!(finished.err.iter().all(|line| !line.contains("panicked")), "{finished:?}");
-    let summary = std::fs::read_to_string(folder.path().join("results/summary.json")).expect("a summary");
-    let summary: Value = serde_json::from_str(&summary).expect("JSON");
-    for link in summary["link"].as_array().expect("links") {
-        assert_eq!((&link["late"], &link["refused"]), (&Value::from(0), &Value::from(0)), "{link}");
-    }
-    drop((page, modules));
+
+    let at = |t_s| counts(folder.path(), t_s);
+    let [first, second, third] = [at(storm_s), at(quiet_s), at(over_s)];
+    let (stormy, quiet) = (second.since(first), third.since(second));
+    println!(
+        "{frames} requests and frames, the last nine tenths in {spans_s:.0} s: {before_kb} kB, then {between_kb} kB; after as long \
+         without {after_kb} kB. With: {stormy:?}. Without: {quiet:?}"
+    );
+    assert!(stormy.late <= quiet.late && stormy.refused <= quiet.refused, "{stormy:?}, without {quiet:?}");
+    // A leak of a hundred bytes a frame would be 10 MB; buffers of 64 clients come and go.
+    let grown_kb = |from: u64, to: u64| to.saturating_sub(from);
+    assert!(
+        grown_kb(before_kb, between_kb) <= grown_kb(between_kb, after_kb) + 8_000,
+        "{before_kb} kB, then {between_kb} kB, then {after_kb} kB"
+    );
+    drop(modules);
 }
 
 /// A request that comes in pieces is one; one that never ends is closed.

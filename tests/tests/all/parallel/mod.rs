@@ -2,7 +2,7 @@
 
 use judge::{Condition, verify};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::problem::Problem;
 use rov::parallel::overlapped;

@@ -3,8 +3,8 @@
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
 use modboat::planner_kind::PlannerKind;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use tests::checker::Modboat;
 use tests::figures::{Quantiles, mean};
 use tests::random;

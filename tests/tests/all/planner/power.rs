@@ -12,9 +12,9 @@ use modboat::planner_config::{LossTolerance, PlannerConfig};
 use modboat::planner_kind::PlannerKind;
 use modboat::setting::Participation;
 use modboat::structure::Structure;
+use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use tests::checker::geometry::between_tails_m;
 use tests::stream::{Kind, follow, on_both_cores, settings};
 

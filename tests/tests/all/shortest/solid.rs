@@ -5,8 +5,8 @@ use grid::any_angle::{AnyAngle, Shortest};
 use grid::read;
 use grid::theta::Search;
 use grid::volume::Volume;
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use tests::figures::{Quantiles, mean};
 use tests::public_maps::{self, Benchmark};
 

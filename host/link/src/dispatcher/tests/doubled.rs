@@ -1,8 +1,8 @@
 //! Two modules with one number, and one that boots.
 
 use protocol::{Kind, MAX_DATAGRAM};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::super::super::rival::ALIVE_FOR;
 use super::super::*;

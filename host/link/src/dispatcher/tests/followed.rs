@@ -11,8 +11,8 @@ use protocol::configuration::LeaseLimits;
 use protocol::time::{Duration, LocalInstant};
 use protocol::units::{Amperes, PulseMicros, Volts};
 use protocol::{Kind, MAX_DATAGRAM, ModuleState, Radio};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::super::super::faults::{FaultParameters, Faulty};
 use super::super::super::loopback::{Ether, LoopbackRadio, Node};

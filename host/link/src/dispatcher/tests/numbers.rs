@@ -2,8 +2,8 @@
 
 use protocol::units::{Amperes, PulseMicros, Radians, RadiansPerSecond, Volts};
 use protocol::{Faults, Health, RovTelemetry, Telemetry};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::super::*;
 use super::played::*;

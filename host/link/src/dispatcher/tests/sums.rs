@@ -1,8 +1,8 @@
 //! The ledgers in a storm: exact at every instant, and in the end in line with what the medium did.
 
 use protocol::{Kind, MAX_DATAGRAM, Radio};
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 use super::super::super::faults::{FaultCount, FaultParameters, Faulty};
 use super::super::super::loopback::{Ether, LoopbackRadio, Node};

@@ -1,7 +1,7 @@
 //! Against a body of the equations of motion alone: noise from a seed, fixes that come late.
 
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use reconfiguration::vehicle::Vehicle;
 

@@ -1,7 +1,7 @@
 //! Exact answers against samples of the same motions.
 
+use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use reconfiguration::plan::{Action, ActionKind, Move};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Rules;
