@@ -248,6 +248,8 @@ fn main() {
     pooled_ms.iter_mut().for_each(|late_ms| late_ms.sort_by(f64::total_cmp));
     for (name, share) in [("median", 0.5), ("99 %", 0.99), ("99.9 %", 0.999), ("greatest", 1.0)] {
         let [without, with] = pooled_ms.each_ref().map(|late_ms| at(late_ms, share));
-        println!("{name}: {without:.3} ms without, {with:.3} ms with: {:.2} times", with / without);
+        // A median of nothing has no ratio.
+        let ratio = with / without.max(1e-3);
+        println!("{name}: {without:.3} ms without, {with:.3} ms with: {ratio:.2} times");
     }
 }
