@@ -56,7 +56,7 @@ fn judged(problem: &Problem, planned: &Planned, what: &str) {
 
 /// What became of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum End {
+enum Fate {
     /// The least g + h next.
     ByRule,
     /// That leads nowhere, another order does.
@@ -69,9 +69,9 @@ enum End {
     Open,
 }
 
-fn end(problem: &Problem, way: (Manner, Criterion), what: &str) -> End {
+fn end(problem: &Problem, way: (Manner, Criterion), what: &str) -> Fate {
     let found = match planned(problem, way, OrderRule::Paper) {
-        Ok(planned) => Ok((planned, End::ByRule)),
+        Ok(planned) => Ok((planned, Fate::ByRule)),
         Err(PlanError::DeadEnd { why, moves }) => {
             assert!(moves < problem.robots.len() && why.contains("robot"), "{what}: {why}");
             // A robot that chooses where it turns is told from the paper's by no more than that: what is closed by the grid is a fault.
@@ -79,10 +79,10 @@ fn end(problem: &Problem, way: (Manner, Criterion), what: &str) -> End {
                 println!("{what}: {why}");
             }
             if way.0 == Manner::Paper && problem.robots.len() > SEARCHED {
-                return End::DeadEnd;
+                return Fate::DeadEnd;
             }
             let searched = request(problem, way, OrderRule::Exact);
-            plan_with(problem, &searched, &InTurn, &mut First).map(|planned| (planned, End::ByOtherOrder))
+            plan_with(problem, &searched, &InTurn, &mut First).map(|planned| (planned, Fate::ByOtherOrder))
         }
         Err(error) => Err(error),
     };
@@ -91,8 +91,8 @@ fn end(problem: &Problem, way: (Manner, Criterion), what: &str) -> End {
             judged(problem, &planned, what);
             end
         }
-        Err(PlanError::Unreachable { .. } | PlanError::Blocked { .. }) => End::NoOrder,
-        Err(PlanError::OutOfPatience { .. }) => End::Open,
+        Err(PlanError::Unreachable { .. } | PlanError::Blocked { .. }) => Fate::NoOrder,
+        Err(PlanError::OutOfPatience { .. }) => Fate::Open,
         Err(error) => panic!("{what}: {error}"),
     }
 }
@@ -105,12 +105,12 @@ fn plans_at_any_heading_pass_the_judge() {
         WAYS.map(|way| end(&problem, way, &format!("seed {seed}, {}, {way:?}", problem.description)))
     });
     for (index, way) in WAYS.into_iter().enumerate() {
-        let mut ends: BTreeMap<End, usize> = BTreeMap::new();
+        let mut ends: BTreeMap<Fate, usize> = BTreeMap::new();
         results.iter().for_each(|result| *ends.entry(result[index]).or_default() += 1);
-        let count = |end: End| ends.get(&end).copied().unwrap_or_default();
+        let count = |end: Fate| ends.get(&end).copied().unwrap_or_default();
         println!("{way:?}: {ends:?} of {seeds}; every plan passes the judge");
-        let plans = (count(End::ByRule) + count(End::ByOtherOrder)) as f64;
-        assert_eq!(count(End::Open), 0, "{way:?}: {ends:?}");
+        let plans = (count(Fate::ByRule) + count(Fate::ByOtherOrder)) as f64;
+        assert_eq!(count(Fate::Open), 0, "{way:?}: {ends:?}");
         let least = if way.0 == Manner::Best { 0.9 } else { 0.7 };
         assert!(plans >= least * seeds as f64, "{way:?}: {ends:?}");
     }

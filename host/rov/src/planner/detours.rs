@@ -15,9 +15,6 @@ const ROUNDING: f64 = 1e-6;
 /// Its number, and what is paid for every other one.
 type Row = (usize, [f64; MOST]);
 
-/// Which row of a table, and what stands in it.
-type Row = (usize, [f64; MOST]);
-
 impl Pricer<'_> {
     /// By pairs of starts and pairs of slots; `None` where robots may park, for few robots, and for several vehicles.
     pub(super) fn detours(&self, workers: &dyn Workers) -> Option<Extra> {

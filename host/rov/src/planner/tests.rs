@@ -2,6 +2,7 @@
 
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
+use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Robot, Rules, Slot, Tool};
 use reconfiguration::vehicle::Vehicle;
 
