@@ -194,20 +194,6 @@ impl Problem<'_> {
         (gradient, information, scores)
     }
 
-    /// F of (i10) at `theta`, with nothing fixed.
-    pub(crate) fn information(&self, theta: Vec<f64>) -> DMatrix<f64> {
-        let free = Problem {
-            logs: self.logs,
-            bins: self.bins.clone(),
-            layout: self.layout,
-            prior: self.prior.clone(),
-            deviation: self.deviation.clone(),
-            fixed: Vec::new(),
-            mean_slope: None,
-        };
-        free.linearized(&free.point(theta)).1
-    }
-
     /// Searches from `start`.
     pub(crate) fn search(&self, start: Vec<f64>) -> Fit {
         let size = self.layout.len();

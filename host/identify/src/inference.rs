@@ -105,15 +105,3 @@ fn words(terms: &[(String, f64)], deviation: f64) -> String {
         (_, false) => format!("more {up} and less {down} look alike, by ±{percent:.0} %"),
     }
 }
-
-/// How well data tell the common factor of all forces, masses, inertias and drags: its standard deviation, in a logarithm, by F of a θ
-/// that nothing is fixed in.
-pub(crate) fn scale_deviation(information: &DMatrix<f64>, theta: &[f64], layout: Layout) -> f64 {
-    use super::constants::{DRAG, INERTIA, MASS, ROTOR, TAIL_DRAG, YAW_DRAG};
-    let mut direction = DVector::zeros(layout.len());
-    let slopes = (0..layout.modules).map(|module| layout.slope(module));
-    let scaled = [MASS[0], MASS[1], INERTIA, DRAG[0], DRAG[1], YAW_DRAG, ROTOR];
-    scaled.into_iter().chain(slopes).for_each(|index| direction[index] = 1.0);
-    direction[TAIL_DRAG] = theta[TAIL_DRAG];
-    1.0 / direction.dot(&(information * &direction)).max(0.0).sqrt().max(1e-9)
-}

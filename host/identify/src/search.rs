@@ -8,7 +8,7 @@ use super::constants::{
 };
 use super::data::{Boat, Recording};
 use super::fit::{Fit, Problem};
-use super::inference::{Covariance, WIDTH, scale_deviation};
+use super::inference::{Covariance, WIDTH};
 use super::lag::lag;
 use super::log::Prepared;
 use super::outcome::{Constant, Module, Outcome, Residuals, Scale};
@@ -144,7 +144,6 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
     let modules = modules(boat, layout, recordings, theta, &covariance);
     let elements: Vec<usize> =
         (0..layout.len()).filter(|&index| !Layout::is_noise(index) && !all.fixed.contains(&index)).collect();
-    let free = scale_deviation(&all.information(fit.theta.clone()), theta, layout);
     let mut notes = Vec::new();
     if !fit.converged {
         notes.push(format!("the search did not end by itself within {} steps", fit.steps));
@@ -165,7 +164,7 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
         fixes: logs.iter().flat_map(|log| &log.bins).map(|bin| bin.count).sum::<f64>() as usize,
         battery_v: (!voltages.is_empty()).then(|| voltages.iter().sum::<f64>() / voltages.len() as f64),
         scale,
-        scale_text: scale_text(boat, scale, free),
+        scale_text: scale_text(boat, scale),
         constants,
         ratios,
         modules,
@@ -182,14 +181,13 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
     })
 }
 
-fn scale_text(boat: &Boat, scale: Scale, free: f64) -> String {
-    let told = if free > 1.0 { "not at all".to_owned() } else { format!("within ±{:.0} %", 100.0 * free) };
+fn scale_text(boat: &Boat, scale: Scale) -> String {
     let rests = match scale {
         Scale::Rotor => format!("the rotor's moment of inertia, {} kg m2", boat.rotor_inertia_kg_m2),
         Scale::Thrust => format!("the mean slope of law (2), {} N/rad", boat.belief.force_slope_n_rad),
     };
     format!(
-        "the common factor of thrust, mass, inertia and drag is told by poses {told}; it rests on {rests}, taken as known: were that \
+        "the common factor of thrust, mass, inertia and drag is not told by poses; it rests on {rests}, taken as known: were that \
          twice as great, so were all of them. Dry mass and added mass are told only as their sum"
     )
 }
