@@ -6,7 +6,7 @@
 //! | one robot's route | [`route`](super::route); by the paper's rules over [`search_graph`](super::search_graph), Theta* of [`grid`] |
 //! | the order of moves, and robots to slots | [`super::order`] |
 //! | places, and what is docked in them | `places` |
-//! | costs and bounds of moves | `pricer`, with `routes`, `detours` and `shut` |
+//! | costs and bounds of moves | `pricer`, with `routes`, `finding`, `detours` and `shut` |
 //! | what keeps robots from moving, in words | `obstacle` |
 //!
 //! At first every robot moves once. If no order of such moves leads to the goal, robots may park on their way, as often
@@ -29,6 +29,7 @@ use pricer::Pricer;
 pub(crate) use speeds::engines;
 
 mod detours;
+mod finding;
 mod obstacle;
 mod parking;
 mod places;

@@ -15,7 +15,8 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
     writeln!(out, "  leg   demanded m/s      mean of last 60 s    error   heading   RMS after 20 s")?;
     for (index, leg) in summary.legs.iter().enumerate() {
         let [dx, dy] = leg.demand_m_s;
-        let [mx, my] = leg.mean_m_s;
+        // What rounds to zero has no sign.
+        let [mx, my] = leg.mean_m_s.map(|mean_m_s| (1e4 * mean_m_s).round() / 1e4 + 0.0);
         // Of nothing there is no share.
         let (error, unit) = match leg.demand_m_s {
             [0.0, 0.0] => (1e3 * leg.velocity_error, "mm/s"),

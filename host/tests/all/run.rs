@@ -139,7 +139,7 @@ fn json_is_the_summary() {
 /// A motor too weak for its waveform, planned without any margin, in modules that take half a radian for no fault: the tails lag and meet.
 #[test]
 fn tails_that_touch_fail_the_run() {
-    let weak = "[motor]\nacceleration_max_rad_s2 = 60\n[modboat]\ntracking_error_rad = 0.5\n\
+    let weak = "[control]\nkind = \"paper\"\n[motor]\nacceleration_max_rad_s2 = 60\n[modboat]\ntracking_error_rad = 0.5\n\
                 [planner]\nkind = \"potential-field\"\nmargin_rad = 0\ntransition_margin_rad = 0\n";
     let folder = scenario(40.0, weak);
     let path = folder.path().join("t.toml");

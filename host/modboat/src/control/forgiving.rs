@@ -42,13 +42,13 @@ mod tests;
 
 /// Share of what can be given that the reference may ask for; the rest is for the feedback. *Assumed.*
 const REFERENCE_SHARE: f64 = 0.97;
-/// How far ahead of the structure the point of a velocity may be: so long at that velocity, s, and so far besides, m. *Assumed.*
+/// How far ahead of the structure the point of a velocity may be: a time at that velocity, s, and a distance besides, m. *Assumed.*
 const LEAD: (f64, f64) = (3.0, 0.02);
 /// To make up for what was lost, the reference is faster than asked by this share at most. *Assumed.*
 const CATCH_UP: f64 = 0.25;
 /// Share of the way to v* that the reference goes in one interval. *Assumed*: all of it would ask for a kick and a brake.
 const EASE: f64 = 0.7;
-/// A decision after so long, s, beyond the end of the last interval begins from where the structure is. *Assumed.*
+/// A decision later than this, s, beyond the end of the last interval begins from where the structure is. *Assumed.*
 const BREAK_S: f64 = 1.0;
 
 /// Gains of the forgiving controller. *Assumed*: as fast as the margins in the module's text allow.

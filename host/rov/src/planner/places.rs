@@ -163,3 +163,8 @@ impl<'a> Places<'a> {
         seen.len() == nodes.len()
     }
 }
+
+/// Half its length, width and height, m.
+pub(super) fn half_m(vehicle: &Vehicle) -> [f64; 3] {
+    vehicle.box_m.map(|side| side / 2.0)
+}

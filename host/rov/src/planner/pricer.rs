@@ -24,7 +24,7 @@ use super::super::route::{Mover, Route, RouteQuery, Scratch};
 use super::super::search_graph::Lattice;
 use super::super::vector::{length, offset};
 use super::super::water::Water;
-use super::places::Places;
+use super::places::{Places, half_m};
 use super::routes::{self, Routes, nearest_power_w};
 use super::shut::Shut;
 use super::speeds::{Beyond, beyond_thrust, engines};
@@ -340,11 +340,6 @@ fn clearance(problem: &Problem, water: &Water, way: &Way, resting: &[(Pose, &Veh
         distance_m: problem.clearance_m(vehicle),
         water: water.clone(),
     }
-}
-
-/// Half its length, width and height, m.
-pub(super) fn half_m(vehicle: &Vehicle) -> [f64; 3] {
-    vehicle.box_m.map(|side| side / 2.0)
 }
 
 impl MoveCosts for Pricer<'_> {

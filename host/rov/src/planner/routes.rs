@@ -20,19 +20,15 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
-use reconfiguration::plan::{Action, ActionKind, Manner};
-
-use super::super::clearance::{Clearance, Resting};
-use super::super::order::{DESKS, Hop, State};
+use super::super::order::{DESKS, Hop};
 use super::super::route::Route;
-use super::pricer::{Pricer, Way, half_m};
 
 /// The least λ_k above zero, and the step from one to the next.
 const LEAST_W: f64 = 0.05;
 const STEP: f64 = 1.08;
 /// What a bound loses where its route was found for another power than it is priced at: the price is flat there, λT being a part
 /// of it that a mismatch of half a step changes by some 4 % times 2 %.
-const MISMATCH: f64 = 0.999;
+pub(super) const MISMATCH: f64 = 0.999;
 /// No more routes are kept, some 2 kB each.
 const ROUTES_MOST: usize = 60_000;
 
@@ -46,10 +42,10 @@ pub(super) fn nearest_power_w(lambda_w: f64) -> f64 {
 
 /// A set of seats.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct Seats(Vec<u64>);
+pub(super) struct Seats(Vec<u64>);
 
 impl Seats {
-    fn of(seats: &[usize]) -> Self {
+    pub(super) fn of(seats: &[usize]) -> Self {
         let mut set = Self::default();
         for &seat in seats {
             set.add(seat);
@@ -57,14 +53,14 @@ impl Seats {
         set
     }
 
-    fn add(&mut self, seat: usize) {
+    pub(super) fn add(&mut self, seat: usize) {
         if self.0.len() <= seat / 64 {
             self.0.resize(seat / 64 + 1, 0);
         }
         self.0[seat / 64] |= 1 << (seat % 64);
     }
 
-    fn has(&self, seat: usize) -> bool {
+    pub(super) fn has(&self, seat: usize) -> bool {
         self.0.get(seat / 64).is_some_and(|bits| bits >> (seat % 64) & 1 == 1)
     }
 
@@ -79,16 +75,16 @@ impl Seats {
 
 /// A route, or that there is none.
 #[derive(Clone, Debug)]
-struct Kept {
-    around: Seats,
-    meets: Seats,
+pub(super) struct Kept {
+    pub(super) around: Seats,
+    pub(super) meets: Seats,
     /// At the power that it was found for; infinite if there is none.
-    cost: f64,
-    route: Option<Arc<Route>>,
+    pub(super) cost: f64,
+    pub(super) route: Option<Arc<Route>>,
 }
 
 /// Hop, vehicle, and the power others draw, as bits.
-type Key = (Hop, usize, u64);
+pub(super) type Key = (Hop, usize, u64);
 
 /// See the module's documentation.
 #[derive(Debug)]
@@ -103,6 +99,11 @@ impl Routes {
     pub(super) fn new() -> Self {
         let fresh = (0..DESKS).map(|_| Mutex::default()).collect();
         Self { known: RwLock::default(), fresh, count: Mutex::default() }
+    }
+
+    /// Keeps what a desk has found.
+    pub(super) fn keep(&self, desk: usize, key: Key, kept: Kept) {
+        self.fresh[desk].lock().unwrap_or_else(PoisonError::into_inner).push((key, kept));
     }
 
     /// Lets all desks see what each has found.
@@ -121,7 +122,7 @@ impl Routes {
     }
 
     /// What is known of a hop while these seats are taken.
-    fn look(&self, key: Key, taken: &Seats) -> Known {
+    pub(super) fn look(&self, key: Key, taken: &Seats) -> Known {
         let known = self.known.read().unwrap_or_else(PoisonError::into_inner);
         let mut found = Known::default();
         for kept in known.get(&key).into_iter().flatten() {
@@ -142,14 +143,14 @@ impl Routes {
 }
 
 /// What is known of a hop while some seats are taken.
-struct Known {
+pub(super) struct Known {
     /// The dearest of the routes around some of the seats, and its cost: no route around all costs less.
-    nearest: Option<Kept>,
-    least: f64,
+    pub(super) nearest: Option<Kept>,
+    pub(super) least: f64,
     /// The cheapest route that runs into none, and whether one of them was found around a part of the seats.
-    free: Option<Arc<Route>>,
-    cost: f64,
-    is_best: bool,
+    pub(super) free: Option<Arc<Route>>,
+    pub(super) cost: f64,
+    pub(super) is_best: bool,
 }
 
 impl Default for Known {
@@ -166,118 +167,6 @@ pub(super) enum Answer {
     None,
     /// It costs at least this, which is more than was asked for.
     AtLeast(f64),
-}
-
-impl Pricer<'_> {
-    /// The route of a hop while others draw `lambda_w`, found for `power_w`; not looked for to the end where it costs more
-    /// than `most`.
-    pub(super) fn route_of(
-        &self,
-        desk: usize,
-        state: &State,
-        hop: Hop,
-        (lambda_w, power_w): (f64, f64),
-        most: f64,
-    ) -> Answer {
-        let Some(way) = self.way(state, hop) else { return Answer::None };
-        let taken = self.places.taken(&self.layout, state, hop.ends().0);
-        if self.request.manner == Manner::Paper {
-            let route = self.route(desk, &way, &self.bodies(&taken), power_w);
-            return route.map_or(Answer::None, |route| Answer::Route(Arc::new(route)));
-        }
-        let key = (hop, way.vehicle, power_w.to_bits());
-        let set = Seats::of(&taken);
-        let known = self.routes.look(key, &set);
-        if known.is_best
-            && let Some(route) = known.free
-        {
-            return Answer::Route(route);
-        }
-        let share = if lambda_w.to_bits() == power_w.to_bits() { 1.0 } else { MISMATCH };
-        let mut around = known.nearest.as_ref().map_or_else(
-            || self.places.tools(),
-            |kept| (taken.iter().copied()).filter(|&seat| kept.around.has(seat)).collect(),
-        );
-        let mut nearest = known.nearest;
-        loop {
-            let kept = nearest.take().unwrap_or_else(|| self.found(desk, key, &way, &around));
-            let Some(route) = kept.route else { return Answer::None };
-            let more: Vec<usize> = (taken.iter().copied())
-                .filter(|&seat| kept.meets.has(seat) && !kept.around.has(seat))
-                .collect();
-            if more.is_empty() {
-                // One that was found around other bodies may be a better one.
-                let other = known.free.filter(|_| known.cost < kept.cost);
-                return Answer::Route(other.unwrap_or(route));
-            }
-            let least = share * route.cost(self.request.criterion, lambda_w);
-            if least > most {
-                return Answer::AtLeast(least);
-            }
-            around.extend(more);
-            around.sort_unstable();
-        }
-    }
-
-    /// Looks for the route around some seats, and keeps it.
-    fn found(&self, desk: usize, key: Key, way: &Way, around: &[usize]) -> Kept {
-        let power_w = f64::from_bits(key.2);
-        let route = self.route(desk, way, &self.bodies(around), power_w).map(Arc::new);
-        let cost = |route: &Arc<Route>| route.cost(self.request.criterion, power_w);
-        let kept = Kept {
-            around: Seats::of(around),
-            meets: route.as_ref().map_or_else(Seats::default, |route| self.met(way, route)),
-            cost: route.as_ref().map_or(f64::INFINITY, cost),
-            route,
-        };
-        let mut fresh = self.routes.fresh[desk].lock().unwrap_or_else(PoisonError::into_inner);
-        fresh.push((key, kept.clone()));
-        kept
-    }
-
-    /// What a hop costs around the tools alone while others draw so much; infinite if there is no way.
-    pub(super) fn route_around_tools(&self, desk: usize, hop: Hop, way: &Way, power_w: f64) -> f64 {
-        self.found(desk, (hop, way.vehicle, power_w.to_bits()), way, &self.places.tools()).cost
-    }
-
-    /// What a hop costs at least around the tools and one more seat while others draw the least that they may.
-    pub(super) fn cost_beside(&self, desk: usize, hop: Hop, kind: u8, seat: usize) -> f64 {
-        let way = self.way_of(hop, kind);
-        let key = (hop, way.vehicle, self.lambda_least_w.to_bits());
-        let mut around = self.places.tools();
-        let direct = self.routes.look(key, &Seats::of(&around));
-        if let Some(kept) = direct.nearest
-            && !kept.meets.has(seat)
-        {
-            return kept.cost;
-        }
-        around.push(seat);
-        around.sort_unstable();
-        self.found(desk, key, &way, &around).cost
-    }
-
-    /// Every seat that a route runs into.
-    fn met(&self, way: &Way, route: &Route) -> Seats {
-        let mut clearance = self.clearance(way, &[]);
-        let mut met = Seats::default();
-        for seat in self.places.robots_and_tools() {
-            let (pose, vehicle) = self.places.body(seat);
-            clearance.resting = vec![Resting { pose, half_m: half_m(vehicle) }];
-            if !is_free(&clearance, route) {
-                met.add(seat);
-            }
-        }
-        met
-    }
-}
-
-/// Whether the hull runs into nothing on its route.
-fn is_free(clearance: &Clearance, route: &Route) -> bool {
-    route.actions.iter().all(|Action { kind, from, to, .. }| match kind {
-        ActionKind::Leg => clearance.leg_is_free(from.position_m, to.position_m, from.yaw_rad),
-        ActionKind::Turn => clearance.turn_is_free(from.position_m),
-        ActionKind::Undock | ActionKind::Dock => true,
-    })
 }
 
 #[cfg(test)]

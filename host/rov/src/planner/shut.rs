@@ -19,8 +19,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::super::clearance::{Clearance, Resting};
 use super::super::order::Layout;
-use super::places::Places;
-use super::pricer::half_m;
+use super::places::{Places, half_m};
 
 /// A little way, m: far more than hulls may overlap, far less than they are wide.
 const LITTLE_M: f64 = 1e-3;

@@ -21,7 +21,7 @@ pub(super) struct Reference {
     pub rate: [f64; 3],
     /// Accelerations until `until_s` from `t_s`.
     pub acceleration: [f64; 3],
-    /// For so long.
+    /// How long it lasts.
     pub for_s: f64,
     /// p, m.
     pub point_m: [f64; 2],
