@@ -258,6 +258,8 @@ fn ordered(
         Criterion::Energy => plan.energy_total_j,
         Criterion::Euclidean => order.cost,
     };
+    // The rule's order is priced as it was chosen; written, it would change as this one did.
+    let rule_cost = rule_cost.map(|rule| if order.cost > 0.0 { rule * (cost / order.cost) } else { rule });
     let planned = Planned {
         plan: plan.clone(),
         cost,
