@@ -11,7 +11,7 @@
 //! of (7). Sweep and direction follow from the angle alone; κ and ρ are what is looked for.
 //!
 //! Between two reports a tail follows the cubic that has both angles and both speeds. Turning points are where φ̇ changes sign,
-//! where the tail has slowed below [`REST_RAD_S`] and speeds up again, and where a swim cycle starts by plan: a transition that goes on in the
+//! where the tail has slowed below `REST_RAD_S` and speeds up again, and where a swim cycle starts by plan: a transition that goes on in the
 //! direction of the first stroke rests between the two for a few milliseconds, which reports 20 ms apart may not show.
 //!
 //! Limits: reports 50 Hz apart or less; a tail that is not reported for longer than [`REPORT_GAP_S`] rests meanwhile.

@@ -17,7 +17,7 @@
 //! Physically: the flippers are passive. After a turn the tail sweeps some 2·offset/slope = 1.73 rad until they
 //! have opened and push; a smaller wiggle stirs water and gives nothing. From then on a faster swing pushes
 //! harder for a shorter time, with the same impulse. Turns are found where φ̇ changes sign, and where the tail
-//! has slowed below [`ThrustParameters::rest_speed_rad_s`] and speeds up again.
+//! has slowed below `rest_speed_rad_s` and speeds up again.
 //!
 //! A neighbour in the way of the jet takes a share of it. The jet goes along u(m), m the running midpoint; with n_j to each docked
 //! neighbour and κ the interaction, the impulse is

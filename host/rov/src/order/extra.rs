@@ -13,7 +13,7 @@
 
 use super::MOST;
 
-/// [i][j], J or m.
+/// `[i][j]`, J or m.
 pub type Pairs = [[f64; MOST]; MOST];
 
 /// See the module's documentation.
