@@ -220,9 +220,9 @@ mod tests {
 
     use super::*;
 
-    const DT_S: f64 = 1e-3;
+    pub(super) const DT_S: f64 = 1e-3;
 
-    fn row() -> Structure {
+    pub(super) fn row() -> Structure {
         Structure::from_word("3x1").expect("three in a row")
     }
 
@@ -231,7 +231,7 @@ mod tests {
     }
 
     /// Waveform (1) of three tails as (φ₀, A) each.
-    fn waveforms(swings: [[f64; 2]; 3], t_s: f64) -> [TailState; 3] {
+    pub(super) fn waveforms(swings: [[f64; 2]; 3], t_s: f64) -> [TailState; 3] {
         let w = TAU / 1.5;
         let (sin, cos) = (w * t_s).sin_cos();
         swings.map(|[centerline_rad, amplitude_rad]| TailState {

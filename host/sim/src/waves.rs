@@ -31,6 +31,15 @@ pub const COMPONENTS: usize = 48;
 /// Where they lie, in peak frequencies: 99 % of the energy of (w2).
 const BAND: [f64; 2] = [0.5, 3.0];
 
+/// What both kinds of waves have: height, m, period, s, and direction, rad.
+fn check(height_m: f64, period_s: f64, direction_rad: f64) -> Result<(), ParameterError> {
+    check_ranges(&[
+        ("height_m", height_m, "m", Range::NonNegative),
+        ("period_s", period_s, "s", Range::Positive),
+        ("direction_rad", direction_rad, "rad", Range::Finite),
+    ])
+}
+
 /// One regular wave. *Assumed.*
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -51,11 +60,7 @@ impl Default for WaveParameters {
 
 impl WaveParameters {
     pub(crate) fn validate(&self) -> Result<(), ParameterError> {
-        check_ranges(&[
-            ("height_m", self.height_m, "m", Range::NonNegative),
-            ("period_s", self.period_s, "s", Range::Positive),
-            ("direction_rad", self.direction_rad, "rad", Range::Finite),
-        ])?;
+        check(self.height_m, self.period_s, self.direction_rad)?;
         does_not_break("height_m", self.height_m, self.period_s)
     }
 }
@@ -82,11 +87,7 @@ impl Default for JonswapParameters {
 
 impl JonswapParameters {
     pub(crate) fn validate(&self) -> Result<(), ParameterError> {
-        check_ranges(&[
-            ("height_m", self.height_m, "m", Range::NonNegative),
-            ("period_s", self.period_s, "s", Range::Positive),
-            ("direction_rad", self.direction_rad, "rad", Range::Finite),
-        ])?;
+        check(self.height_m, self.period_s, self.direction_rad)?;
         if !(1.0..=10.0).contains(&self.peakedness) {
             let reason = "must lie between 1 and 10";
             return Err(ParameterError { key: "peakedness", value: self.peakedness, unit: "", reason });

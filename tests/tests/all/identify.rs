@@ -18,6 +18,7 @@ use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
+use tests::seeds::{number, on_all_cores};
 
 struct Hidden {
     tables: String,
@@ -143,14 +144,13 @@ impl Tally {
 
 #[test]
 fn hidden_boats_are_found_within_their_intervals() {
-    let boats: u64 = std::env::var("FLOTILLA_BOATS").map_or(0, |text| text.parse().expect("a number"));
+    let boats = number("FLOTILLA_BOATS").unwrap_or(0);
     let runs: &[(&str, u64)] =
         if boats == 0 { &[("identify-3", 2)] } else { &[("identify-3", boats), ("identify-9", boats)] };
     for &(name, boats) in runs {
         let mut tallies: Vec<(&str, Tally)> = Vec::new();
         let mut foretold = Vec::new();
-        for seed in 1..=boats {
-            let (hidden, outcome) = found(name, seed);
+        for (seed, (hidden, outcome)) in (1..).zip(on_all_cores(1..boats + 1, |seed| found(name, seed))) {
             assert!(outcome.converged, "{name}, seed {seed}: {} steps", outcome.steps);
             let mut take = |name: &'static str, truth: f64, found: &::identify::outcome::Constant| {
                 let at = tallies.iter().position(|(known, _)| *known == name).unwrap_or_else(|| {

@@ -2,27 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use super::tests::{DT_S, row, waveforms};
 use super::*;
 use crate::thrust::ThrustParameters;
 use crate::waves::{JonswapParameters, WaveParameters};
-
-const DT_S: f64 = 1e-3;
-
-fn row() -> Structure {
-    Structure::from_word("3x1").expect("three in a row")
-}
-
-/// Waveform (1) of three tails as (φ₀, A) each.
-fn waveforms(swings: [[f64; 2]; 3], t_s: f64) -> [TailState; 3] {
-    let w = TAU / 1.5;
-    let (sin, cos) = (w * t_s).sin_cos();
-    swings.map(|[centerline_rad, amplitude_rad]| TailState {
-        angle_rad: centerline_rad + amplitude_rad * cos,
-        rate_rad_s: -amplitude_rad * w * sin,
-        acceleration_rad_s2: -amplitude_rad * w * w * cos,
-        inertia_kg_m2: 1.5e-4,
-    })
-}
 
 const SWINGS: [[f64; 2]; 3] = [[-1.2, 1.4], [0.4, -2.0], [2.9, 1.1]];
 

@@ -19,9 +19,9 @@ pub(super) struct Reference {
     pub pose: [f64; 3],
     /// Their rates.
     pub rate: [f64; 3],
-    /// Accelerations until `until_s` from `t_s`.
+    /// Accelerations for `for_s` from `t_s`.
     pub acceleration: [f64; 3],
-    /// How long it lasts.
+    /// How long these last, s.
     pub for_s: f64,
     /// p, m.
     pub point_m: [f64; 2],
