@@ -29,7 +29,7 @@ pub struct Compared<'a> {
     /// Scenario name.
     pub scenario: &'a str,
     /// Name of each planner and its runs by seed, the same seeds for all.
-    pub planners: &'a [(&'static str, &'a [RunRecord])],
+    pub planners: &'a [(String, &'a [RunRecord])],
 }
 
 fn heading<'h>(compared: &Compared<'h>, subject: &'h str) -> Heading<'h> {
@@ -107,10 +107,9 @@ pub fn headings(compared: &Compared<'_>) -> Result<String, DrawError> {
     })
 }
 
-fn lines_of(compared: &Compared<'_>) -> Vec<(Key, &'static str)> {
-    let line =
-        |(planner, &(name, _)): (usize, &(&'static str, _))| (Key::Line(colour(planner), 1.0, 2.0), name);
-    compared.planners.iter().enumerate().map(line).collect()
+fn lines_of<'a>(compared: &Compared<'a>) -> Vec<(Key, &'a str)> {
+    let names = compared.planners.iter().map(|(name, _)| name.as_str());
+    names.enumerate().map(|(planner, name)| (Key::Line(colour(planner), 1.0, 2.0), name)).collect()
 }
 
 /// Heading less that of the leg, wrapped, mrad over s.
@@ -139,7 +138,7 @@ mod tests {
     fn both_pictures_name_every_planner_and_survive_runs_without_poses() {
         let (mut one, another) = (runs(0.0), runs(0.3));
         for _ in 0..2 {
-            let planners = [("one", one.as_slice()), ("another", another.as_slice())];
+            let planners = [("one".to_owned(), one.as_slice()), ("another".to_owned(), another.as_slice())];
             let compared = Compared { scenario: "holonomic-4", planners: &planners };
             for svg in [trajectories(&compared), headings(&compared)].map(|svg| svg.expect("drawn")) {
                 assert!(svg.contains("one") && svg.contains("another"), "{svg}");

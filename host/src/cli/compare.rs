@@ -62,15 +62,8 @@ impl From<Controller> for ControllerKind {
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = Scenario::open(&arguments.scenario).map_err(bad)?;
-    let mut planners: Vec<PlannerKind> = arguments.planners.iter().map(|&kind| kind.into()).collect();
-    if let Some(twice) = (1..planners.len()).find(|&k| planners[..k].contains(&planners[k])) {
-        return Err(Failure::Bad(format!("--planners: {} is named twice", planners[twice].name())));
-    }
-    let mut controllers: Vec<ControllerKind> =
-        arguments.controllers.iter().map(|&kind| kind.into()).collect();
-    if let Some(twice) = (1..controllers.len()).find(|&k| controllers[..k].contains(&controllers[k])) {
-        return Err(Failure::Bad(format!("--controllers: {} is named twice", controllers[twice].name())));
-    }
+    let mut planners = each_once("--planners", &arguments.planners, PlannerKind::name)?;
+    let mut controllers = each_once("--controllers", &arguments.controllers, ControllerKind::name)?;
     if planners.is_empty() {
         planners =
             if controllers.is_empty() { PlannerKind::ALL.to_vec() } else { vec![scenario.planner.kind] };
@@ -99,6 +92,19 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let listed = told.and_then(|()| if arguments.json { Ok(()) } else { list(&mut out, &files) });
     let complaints = compared.failure().into_iter().chain(files.complaints).chain(untold(listed));
     all_said(complaints.collect())
+}
+
+/// What an option lists, none of it twice.
+fn each_once<T: Copy + Into<U>, U: PartialEq + Copy>(
+    option: &str,
+    listed: &[T],
+    name: fn(U) -> &'static str,
+) -> Result<Vec<U>, Failure> {
+    let kinds: Vec<U> = listed.iter().map(|&kind| kind.into()).collect();
+    match (1..kinds.len()).find(|&k| kinds[..k].contains(&kinds[k])) {
+        Some(twice) => Err(Failure::Bad(format!("{option}: {} is named twice", name(kinds[twice])))),
+        None => Ok(kinds),
+    }
 }
 
 fn write(compared: &Comparison, json: String, folder: &Folder) -> Files {

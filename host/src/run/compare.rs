@@ -199,24 +199,14 @@ impl Comparison {
 
     /// What tells a contender from the others.
     #[must_use]
-    pub fn name(&self, contender: &Contender) -> &'static str {
-        let alike = self.planners.iter().all(|other| other.planner == contender.planner);
-        let Contender { planner, controller, .. } = contender;
-        match (self.planners.iter().all(|other| other.controller == *controller), alike) {
-            (true, _) => planner,
-            (false, true) => controller,
-            (false, false) => both(planner, controller),
+    pub fn name(&self, &Contender { planner, controller, .. }: &Contender) -> String {
+        let one_planner = self.planners.iter().all(|other| other.planner == planner);
+        let one_controller = self.planners.iter().all(|other| other.controller == controller);
+        match (one_planner, one_controller) {
+            (_, true) => planner.to_owned(),
+            (true, false) => controller.to_owned(),
+            (false, false) => format!("{planner}, {controller}"),
         }
-    }
-}
-
-fn both(planner: &str, controller: &str) -> &'static str {
-    let exact = planner == PlannerKind::Exact.name();
-    match (exact, controller == ControllerKind::Paper.name()) {
-        (true, false) => "exact, forgiving",
-        (true, true) => "exact, paper",
-        (false, false) => "potential-field, forgiving",
-        (false, true) => "potential-field, paper",
     }
 }
 
