@@ -94,7 +94,12 @@ impl Followers {
     fn start(address: &str) -> Self {
         let program = std::env::current_exe().expect("this program");
         let mut command = Command::new("nice");
-        command.args(["-n", "19"]).arg(program).args(["clients", address]).stdin(Stdio::piped()).stdout(Stdio::piped());
+        command
+            .args(["-n", "19"])
+            .arg(program)
+            .args(["clients", address])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped());
         let mut child = command.spawn().expect("a process");
         let mut ready = [0; 6];
         child.stdout.as_mut().expect("a pipe").read_exact(&mut ready).expect("it connects");

@@ -32,6 +32,7 @@ mod said;
 mod scenario_readme;
 mod shortfalls;
 mod simulate;
+mod stalls;
 mod starts;
 mod tank;
 mod tank_rovs;

@@ -3,8 +3,7 @@
 //! All pairs run at once. A machine that stalls may make a fleet hold; a verdict on such a run is taken again, and that is printed.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, mpsc};
+use std::sync::mpsc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -13,46 +12,9 @@ use crate::cores::in_real_time;
 use crate::interrupt::send;
 use crate::keys::{KEY, keygen};
 use crate::ports::port;
+use crate::stalls::{Stalls, TRIES};
 use serde_json::Value;
 use tempfile::tempdir;
-
-/// A pause of this process longer than this is a stall of the machine.
-const STALL: Duration = Duration::from_millis(100);
-/// Runs that fall into stalls are taken again so often.
-const TRIES: u32 = 4;
-
-/// The longest pause of a thread that sleeps for a millisecond at a time.
-struct Stalls {
-    longest_us: Arc<AtomicU64>,
-    over: Arc<AtomicBool>,
-}
-
-impl Stalls {
-    fn watch() -> Self {
-        let (longest_us, over) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
-        let (kept, ends) = (Arc::clone(&longest_us), Arc::clone(&over));
-        std::thread::spawn(move || {
-            let mut last = Instant::now();
-            while !ends.load(Ordering::Relaxed) {
-                sleep(Duration::from_millis(1));
-                let now = Instant::now();
-                kept.fetch_max((now - last).as_micros() as u64, Ordering::Relaxed);
-                last = now;
-            }
-        });
-        Self { longest_us, over }
-    }
-
-    fn longest(&self) -> Duration {
-        Duration::from_micros(self.longest_us.load(Ordering::Relaxed))
-    }
-}
-
-impl Drop for Stalls {
-    fn drop(&mut self) {
-        self.over.store(true, Ordering::Relaxed);
-    }
-}
 
 /// A scenario in a tank, and what each is told.
 #[derive(Clone)]
@@ -111,12 +73,8 @@ fn all(pairs: &[Pair], judge: impl Fn(&Pair, &Value, &Finished, &Finished) -> Re
         for (pair, (summary, run, tank)) in results {
             match judge(&pair, &summary, &run, &tank) {
                 Ok(said) => println!("{:>24}  {said}", pair.name),
-                Err(said) if attempt < TRIES && stalls.longest() > STALL => {
-                    println!(
-                        "{:>24}  {said}: the machine stalled for {:?}, again",
-                        pair.name,
-                        stalls.longest()
-                    );
+                Err(said) if attempt < TRIES && stalls.excuse() => {
+                    println!("{:>24}  {said}: {stalls}, again", pair.name);
                     again.push(pair);
                 }
                 Err(said) => panic!("{}: {said}\n{summary:#}\n{run:?}\n{tank:?}", pair.name),

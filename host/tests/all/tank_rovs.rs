@@ -9,6 +9,7 @@ use crate::cores::in_real_time;
 use crate::interrupt::end;
 use crate::keys::{KEY, keygen};
 use crate::ports::port;
+use crate::stalls::{Stalls, TRIES};
 use host::run::reconfigure::scenario::BUILT_IN;
 use runlog::flotilla;
 use runlog::reader::{LogError, read};
@@ -42,9 +43,9 @@ fn roster(folder: &Path, robots: u16) {
 const MISSED_N: f64 = 0.2;
 
 /// Executes a scenario of so many robots, in which a thruster fails, and looks at what came of it: every robot docks within 2 cm and 3°, the
-/// thruster is named if it is missed, at most 1.2 of the planned energy is drawn in the moves before it fails, and the tank's log says what the host says.
-fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) {
-    let _cores = in_real_time();
+/// thruster is named if it is missed, and the tank's log says what the host says. What the moves before the fault draw, and what the plan
+/// has for them, J.
+fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) -> [f64; 2] {
     let folder = tempdir().expect("a folder");
     let at_home = folder.path();
     keygen(at_home);
@@ -144,20 +145,37 @@ fn executed(name: &str, robots: u16, dead: (u16, u16, f64)) {
         "{name}: {drawn_j:.2} J by the tank's own log; {sound_j:.2} J of {before_j:.2} J planned before the fault, {:.3}",
         sound_j / before_j
     );
-    assert!(before_j > 0.0 && sound_j <= 1.2 * before_j, "{name}: {sound_j} J of {before_j} J");
+    assert!(before_j > 0.0, "{name}: no move was over");
     assert!(
         (drawn_j / executed_j - 1.0).abs() < 0.15,
         "{name}: {drawn_j} J in the tank, {executed_j} J by the host"
     );
+    [sound_j, before_j]
+}
+
+/// Executes it, and draws at most 1.2 of the planned energy in the moves before the fault. Robots that a machine gives its thrusts late draw
+/// more: on one that stalls it is executed again, and that is printed.
+fn is_executed_at_the_planned_price(name: &str, robots: u16, dead: (u16, u16, f64)) {
+    let _cores = in_real_time();
+    for attempt in 1..=TRIES {
+        let stalls = Stalls::watch();
+        let [drawn_j, planned_j] = executed(name, robots, dead);
+        if drawn_j <= 1.2 * planned_j {
+            return;
+        }
+        let said = format!("{name}: {drawn_j} J of {planned_j} J");
+        assert!(attempt < TRIES && stalls.excuse(), "{said}, and {stalls}");
+        println!("{said}: {stalls}, again");
+    }
 }
 
 #[test]
 fn robots_dock_by_motion_capture_in_a_current_with_a_dead_thruster() {
-    executed("i-to-l", 3, (3, 1, 80.0));
+    is_executed_at_the_planned_price("i-to-l", 3, (3, 1, 80.0));
 }
 
 #[test]
 #[ignore = "two minutes of real time, beside the one above: tests/night tank"]
 fn robots_with_a_tool_dock_by_motion_capture_in_a_current_with_a_dead_thruster() {
-    executed("t-to-i-far", 4, (1, 4, 46.0));
+    is_executed_at_the_planned_price("t-to-i-far", 4, (1, 4, 46.0));
 }
