@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crates of the product, each with those that it depends on.
-const CRATES: [(&str, &[&str]); 23] = [
+const CRATES: [(&str, &[&str]); 24] = [
     ("protocol", &[]),
     ("firmware", &["protocol"]),
     ("plant", &[]),
@@ -58,6 +58,8 @@ const CRATES: [(&str, &[&str]); 23] = [
     ("campaign", &["host", "modboat", "plot", "reader"]),
     // Threads of its own, and nothing of Python.
     ("environment", &["firmware", "host", "link", "modboat", "protocol", "quantity", "record", "sim"]),
+    // And Python with this one.
+    ("flotilla-python", &["environment", "host", "modboat"]),
 ];
 
 /// Crates that only compute.
