@@ -1,6 +1,6 @@
 //! Steps a second of 256 environments by both fidelities, on one thread and on all cores.
 //!
-//! `cargo bench -p environment` prints the medians of nine rounds and their ratios.
+//! `cargo bench -p environment` prints the medians of nine rounds and their ratios; with `cycle` or `module` behind `--`, of that one.
 
 use std::time::Instant;
 
@@ -16,8 +16,8 @@ const ROUNDS: usize = 9;
 
 /// Median steps a second.
 fn rate(fidelity: Fidelity, threads: usize, steps: usize) -> f64 {
-    let scenario =
-        Scenario::parse("bench.toml", "name = \"bench\"\n[structure]\nsize = \"3x1\"\n").expect("a scenario");
+    let scenario = Scenario::parse("bench.toml", "name = \"bench\"\nleg = []\n[structure]\nsize = \"3x1\"\n")
+        .expect("a scenario");
     let settings = Settings { fidelity, autoreset: true, ..Settings::new(scenario) };
     let mut batch = Batch::new(&settings, ENVIRONMENTS, threads).expect("a batch");
     let seeds: Vec<Option<u64>> = (0..ENVIRONMENTS as u64).map(Some).collect();
@@ -55,10 +55,18 @@ fn rate(fidelity: Fidelity, threads: usize, steps: usize) -> f64 {
 }
 
 fn main() {
-    let quick = std::env::args().any(|argument| argument == "--test");
+    let asked: Vec<String> = std::env::args().skip(1).collect();
+    let quick = asked.iter().any(|argument| argument == "--test");
+    let names = asked.iter().filter(|argument| !argument.starts_with('-')).collect::<Vec<_>>();
     for (name, fidelity, steps) in [("cycle", Fidelity::Cycle, 400), ("module", Fidelity::Module, 2)] {
+        if !names.is_empty() && names.iter().all(|asked| *asked != name) {
+            continue;
+        }
         let steps = if quick { 1 } else { steps };
         let (one, all) = (rate(fidelity, 1, steps), rate(fidelity, 0, steps));
-        println!("{name:<7} {ENVIRONMENTS} environments of 3 modules: {one:.0} steps/s on one thread, {all:.0} on all cores, × {:.2}", all / one);
+        println!(
+            "{name:<7} {ENVIRONMENTS} environments of 3 modules: {one:.0} steps/s on one thread, {all:.0} on all cores, × {:.2}",
+            all / one
+        );
     }
 }

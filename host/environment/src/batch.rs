@@ -170,9 +170,13 @@ impl Batch {
     pub fn advise(&mut self, kind: PlannerKind, actions: &mut [f64]) -> Result<(), EnvironmentError> {
         let size = self.layout.action();
         is_of("actions", actions.len(), self.count * size)?;
-        self.all(Work::Advise(kind), |_, _, _| {}, |job, first| {
-            actions[first * size..][..job.actions.len()].copy_from_slice(&job.actions);
-        })
+        self.all(
+            Work::Advise(kind),
+            |_, _, _| {},
+            |job, first| {
+                actions[first * size..][..job.actions.len()].copy_from_slice(&job.actions);
+            },
+        )
     }
 
     /// Has every thread do `work` on what `fill` wrote, and hands each result to `take` with the place of its first environment.

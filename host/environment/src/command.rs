@@ -111,7 +111,8 @@ impl Command {
 
     /// The action of kind `swing` that says the same.
     pub fn write_swings(&self, action: &mut [f64]) {
-        for ((numbers, swing), turn) in action.chunks_exact_mut(PER_MODULE).zip(&self.cycle).zip(&self.turns) {
+        for ((numbers, swing), turn) in action.chunks_exact_mut(PER_MODULE).zip(&self.cycle).zip(&self.turns)
+        {
             let rotation_rad = turn.rotation_rad();
             let way = if rotation_rad.abs() < STILL_RAD { 0.0 } else { rotation_rad.signum() };
             numbers.copy_from_slice(&[wrap_rad(swing.centerline_rad), swing.amplitude_rad, way]);

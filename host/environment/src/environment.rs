@@ -108,8 +108,11 @@ impl Environment {
                     let mean = Mean::new(structure, modboat, tank, timing.lead_s)?;
                     *simulation = Some(Simulation::Mean(Box::new(mean)));
                 }
-                let start =
-                    PoseSample { position_m: scenario.start.position_m, heading_rad, ..PoseSample::default() };
+                let start = PoseSample {
+                    position_m: scenario.start.position_m,
+                    heading_rad,
+                    ..PoseSample::default()
+                };
                 if let Some(Simulation::Mean(mean)) = simulation {
                     mean.place(&start, tail_rad);
                 }
@@ -187,8 +190,7 @@ impl Environment {
         }
         let tails_rad = rests_rad(self.simulation.as_ref());
         let Some(baseline) = &mut self.baseline else { return };
-        let demand =
-            baseline.demand(&goal, (&self.before, &self.now), &self.command, &self.scenario);
+        let demand = baseline.demand(&goal, (&self.before, &self.now), &self.command, &self.scenario);
         match self.settings.action {
             ActionKind::Wrench => action.copy_from_slice(&demand.to_array()),
             ActionKind::Swing => {
@@ -264,7 +266,8 @@ impl Environment {
     }
 
     fn observe(&self, observation: &mut [f64]) {
-        let (Some(goal), Some((shared, tails))) = (self.asked, observation.split_at_mut_checked(SHARED)) else {
+        let (Some(goal), Some((shared, tails))) = (self.asked, observation.split_at_mut_checked(SHARED))
+        else {
             return;
         };
         let heading_rad = self.now.heading_rad;

@@ -40,8 +40,7 @@ pub const SHARED: usize = 12;
 pub const PER_MODULE: usize = 3;
 
 /// What [`Info`] is called by, in its order.
-pub const INFO: [&str; 7] =
-    ["time_s", "interval_s", "x_m", "y_m", "heading_rad", "contacts", "is_stuck"];
+pub const INFO: [&str; 7] = ["time_s", "interval_s", "x_m", "y_m", "heading_rad", "contacts", "is_stuck"];
 
 /// What is told of one environment beside observation and reward; names with units in [`INFO`]. Time counts from the start of the
 /// first cycle of the episode; the pose is the true one in the world, the heading unwrapped; contacts are those of the step; stuck is
@@ -107,4 +106,3 @@ pub(crate) fn in_structure(heading_rad: f64, [x, y]: [f64; 2]) -> [f64; 2] {
     let (sin, cos) = heading_rad.sin_cos();
     [sin * x - cos * y, cos * x + sin * y]
 }
-

@@ -195,9 +195,8 @@ impl Modules {
             self.ends = None;
             return false;
         }
-        let is_sure = |link: &ModuleLink<Node>| {
-            link.health().is_some_and(|health| health.uncertainty <= SURE_TO_BEGIN)
-        };
+        let is_sure =
+            |link: &ModuleLink<Node>| link.health().is_some_and(|health| health.uncertainty <= SURE_TO_BEGIN);
         if !links.iter().all(|link| is_sure(link) && rest_rad(link).is_some()) {
             return false;
         }

@@ -169,7 +169,9 @@ impl EnvironmentBatch {
 
 fn raised(error: EnvironmentError) -> PyErr {
     match error {
-        EnvironmentError::Run(_) | EnvironmentError::NotReady { .. } | EnvironmentError::Stopped => could(error),
+        EnvironmentError::Run(_) | EnvironmentError::NotReady { .. } | EnvironmentError::Stopped => {
+            could(error)
+        }
         _ => bad(error),
     }
 }

@@ -49,8 +49,8 @@ fn compare(settings: &Settings, seeds: std::ops::Range<u64>, kinds: &[PlannerKin
             kind.name()
         );
         let what = format!("{kind:?}, {seeds:?}: {reward} against {random}, {contacts} contacts");
-        // Less than half of what random actions lose.
-        assert!(reward > 0.5 * random, "{what}");
+        // Less than a quarter of what random actions lose.
+        assert!(reward > 0.25 * random, "{what}");
         assert!(contacts == 0.0, "{what}");
     }
 }
@@ -62,8 +62,7 @@ fn in_mean_cycles() {
     for task in [Task::Velocity, Task::Station] {
         for action in [ActionKind::Swing, ActionKind::Wrench] {
             let kinds = if action == ActionKind::Swing { &BOTH[..] } else { &BOTH[..1] };
-            let settings =
-                Settings { fidelity: Fidelity::Cycle, task, action, ..settings(&shape("3x1")) };
+            let settings = Settings { fidelity: Fidelity::Cycle, task, action, ..settings(&shape("3x1")) };
             compare(&settings, 0..16, kinds);
         }
     }

@@ -13,8 +13,7 @@ fn steps(settings: &Settings, seeds: &[u64], threads: usize, steps: usize) -> Ve
     let all: Vec<Option<u64>> = seeds.iter().copied().map(Some).collect();
     reset(&mut batch, &all, &mut told);
     let mut generators: Vec<ChaCha8Rng> = seeds.iter().map(|seed| generator(seed ^ 0xAC)).collect();
-    let mut each: Vec<Vec<Told>> =
-        (0..seeds.len()).map(|index| vec![told.one(index, seeds.len())]).collect();
+    let mut each: Vec<Vec<Told>> = (0..seeds.len()).map(|index| vec![told.one(index, seeds.len())]).collect();
     for _ in 0..steps {
         let layout = batch.layout();
         let actions: Vec<f64> = generators
@@ -30,8 +29,7 @@ fn steps(settings: &Settings, seeds: &[u64], threads: usize, steps: usize) -> Ve
 }
 
 fn are_the_same(settings: &Settings, seeds: &[u64], count: usize) {
-    let alone: Vec<Vec<Told>> =
-        seeds.iter().flat_map(|&seed| steps(settings, &[seed], 1, count)).collect();
+    let alone: Vec<Vec<Told>> = seeds.iter().flat_map(|&seed| steps(settings, &[seed], 1, count)).collect();
     for threads in [1, 2, 3] {
         assert_eq!(steps(settings, seeds, threads, count), alone, "seeds {seeds:?}, {threads} threads");
     }

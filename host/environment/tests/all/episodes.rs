@@ -1,5 +1,7 @@
 //! How episodes begin and end, and what is refused.
 
+use std::ops::Add;
+
 use environment::batch::Batch;
 use environment::settings::{ContactRule, EnvironmentError, Fidelity, Settings, Task};
 
@@ -14,10 +16,7 @@ fn an_episode_ends_when_its_time_is_over_and_no_step_goes_on_after_it() {
     let settings = Settings { duration_s: 15.0, ..cycles(&shape("3x1")) };
     let mut batch = Batch::new(&settings, 1, 1).expect("a batch");
     let mut told = Told::of(&batch);
-    assert!(matches!(
-        batch.step(&[0.0; 9], told.seen()),
-        Err(EnvironmentError::Over { environment: 0 })
-    ));
+    assert!(matches!(batch.step(&[0.0; 9], told.seen()), Err(EnvironmentError::Over { environment: 0 })));
     reset(&mut batch, &[Some(1)], &mut told);
     // All at rest: ten periods of 1.5 s.
     for step in 1..=10 {
@@ -71,8 +70,11 @@ fn tails_that_touch_cost_reward_or_end_the_episode() {
 fn legs_of_a_scenario_follow_each_other() {
     let legs = "[[leg]]\nduration_s = 6.0\nvelocity_m_s = [0.04, 0.0]\nheading_rad = 1.5\n\
                 [[leg]]\nduration_s = 6.0\nposition_m = [0.2, 0.1]\nheading_rad = 0.0\n";
-    let settings =
-        Settings { task: Task::Legs, duration_s: 12.0, ..cycles(&format!("{}{legs}", shape("3x1"))) };
+    let settings = Settings {
+        task: Task::Legs,
+        duration_s: 12.0,
+        ..cycles(&shape("3x1").replace("leg = []\n", "").add(legs))
+    };
     let mut batch = Batch::new(&settings, 1, 1).expect("a batch");
     let mut told = Told::of(&batch);
     reset(&mut batch, &[Some(1)], &mut told);
@@ -86,12 +88,20 @@ fn legs_of_a_scenario_follow_each_other() {
 }
 
 #[test]
+fn modules_that_do_not_join_are_told_of() {
+    let mut batch =
+        Batch::new(&settings(&format!("{}[radio]\nloss = 1.0\n", shape("2x1"))), 1, 1).expect("a batch");
+    let mut told = Told::of(&batch);
+    let error = batch.reset(&[Some(1)], &[true], &mut told.observations, &mut told.info).expect_err("deaf");
+    assert_eq!(error.to_string(), "the modules were not ready within 10 s");
+}
+
+#[test]
 fn what_cannot_be_is_refused_by_its_key() {
     let text = shape("3x1");
     for (settings, expected) in [
         (Settings { duration_s: f64::NAN, ..cycles(&text) }, "duration_s = NaN s"),
         (Settings { task: Task::Legs, ..cycles(&text) }, "leg = 0 legs"),
-        (cycles(&format!("{text}[timing]\nlead_s = 1.6\n")), "lead_s = 1.6 s"),
     ] {
         let error = Batch::new(&settings, 1, 1).err().expect(expected).to_string();
         assert!(error.starts_with(expected), "{error}");

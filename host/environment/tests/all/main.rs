@@ -15,16 +15,16 @@ use rand::{RngExt, SeedableRng};
 
 /// Everything that a batch has told so far, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Told {
-    pub observations: Vec<f64>,
-    pub rewards: Vec<f64>,
-    pub terminated: Vec<bool>,
-    pub truncated: Vec<bool>,
-    pub info: Vec<f64>,
+struct Told {
+    observations: Vec<f64>,
+    rewards: Vec<f64>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    info: Vec<f64>,
 }
 
 impl Told {
-    pub fn of(batch: &Batch) -> Self {
+    fn of(batch: &Batch) -> Self {
         let count = batch.len();
         Self {
             observations: vec![0.0; count * batch.layout().observation],
@@ -35,7 +35,7 @@ impl Told {
         }
     }
 
-    pub fn seen(&mut self) -> Seen<'_> {
+    fn seen(&mut self) -> Seen<'_> {
         Seen {
             observations: &mut self.observations,
             rewards: &mut self.rewards,
@@ -46,7 +46,7 @@ impl Told {
     }
 
     /// What is told of environment `index` of `count`.
-    pub fn one(&self, index: usize, count: usize) -> Self {
+    fn one(&self, index: usize, count: usize) -> Self {
         let part = |all: &[f64]| {
             let size = all.len() / count;
             all[index * size..(index + 1) * size].to_vec()
@@ -61,25 +61,25 @@ impl Told {
     }
 }
 
-pub fn reset(batch: &mut Batch, seeds: &[Option<u64>], told: &mut Told) {
+fn reset(batch: &mut Batch, seeds: &[Option<u64>], told: &mut Told) {
     let chosen = vec![true; seeds.len()];
     batch.reset(seeds, &chosen, &mut told.observations, &mut told.info).expect("resets");
 }
 
-pub fn settings(text: &str) -> Settings {
+fn settings(text: &str) -> Settings {
     Settings::new(Scenario::parse("test.toml", text).expect("a scenario"))
 }
 
-/// A scenario of this shape, and nothing else.
-pub fn shape(size: &str) -> String {
-    format!("name = \"t\"\n[structure]\nsize = \"{size}\"\n")
+/// A scenario of this shape without legs.
+fn shape(size: &str) -> String {
+    format!("name = \"t\"\nleg = []\n[structure]\nsize = \"{size}\"\n")
 }
 
 /// Actions within their bounds.
-pub fn random_action(batch_low: &[f64], batch_high: &[f64], rng: &mut ChaCha8Rng) -> Vec<f64> {
+fn random_action(batch_low: &[f64], batch_high: &[f64], rng: &mut ChaCha8Rng) -> Vec<f64> {
     batch_low.iter().zip(batch_high).map(|(low, high)| low + (high - low) * rng.random::<f64>()).collect()
 }
 
-pub fn generator(seed: u64) -> ChaCha8Rng {
+fn generator(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
 }

@@ -115,7 +115,10 @@ mod tests {
         let apart_m = [0, 1].map(|axis| tank.position_m[axis] - hull.position_m[axis]);
         let turned_rad = (tank.heading_rad - 0.4).abs();
         assert!(moved_m > 0.2 && apart_m[0].hypot(apart_m[1]) < 0.08 * moved_m, "{tank:?} {hull:?}");
-        assert!((tank.heading_rad - hull.heading_rad).abs() < 0.08 * turned_rad.max(1.0), "{tank:?} {hull:?}");
+        assert!(
+            (tank.heading_rad - hull.heading_rad).abs() < 0.08 * turned_rad.max(1.0),
+            "{tank:?} {hull:?}"
+        );
         assert!((hull.t_s - 15.0).abs() < 1e-9);
     }
 
