@@ -1,4 +1,5 @@
-from typing import Any, Literal, final
+from collections.abc import Sequence
+from typing import Any, ClassVar, Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -58,3 +59,49 @@ def plan(
     planner: PlannerName | None = None,
     loss_tolerant: LossTolerance | None = None,
 ) -> Plan: ...
+
+@final
+class EnvironmentBatch:
+    """Many learning environments; `flotilla.environments` makes the interfaces of Gymnasium and PettingZoo of it."""
+
+    INFO: ClassVar[list[str]]
+    def __new__(
+        cls,
+        num_envs: int,
+        *,
+        scenario: str,
+        fidelity: Literal["module", "cycle"],
+        task: Literal["velocity", "station", "legs"],
+        action: Literal["swing", "wrench"],
+        contact: Literal["penalty", "terminate"],
+        duration_s: float,
+        autoreset: bool,
+        threads: int = 0,
+    ) -> EnvironmentBatch: ...
+    @property
+    def num_envs(self) -> int: ...
+    @property
+    def modules(self) -> int: ...
+    @property
+    def observation_size(self) -> int: ...
+    @property
+    def action_low(self) -> NDArray[np.float64]: ...
+    @property
+    def action_high(self) -> NDArray[np.float64]: ...
+    @property
+    def positions_m(self) -> NDArray[np.float64]: ...
+    @property
+    def neighbours(self) -> list[list[tuple[int, int]]]: ...
+    def reset(
+        self, seeds: Sequence[int | None], chosen: Sequence[bool] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def step(
+        self, actions: ArrayLike
+    ) -> tuple[
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.bool_],
+        NDArray[np.bool_],
+        NDArray[np.float64],
+    ]: ...
+    def baseline(self, planner: PlannerName) -> NDArray[np.float64]: ...

@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Crates of the product, each with those that it depends on.
-const CRATES: [(&str, &[&str]); 23] = [
+const CRATES: [(&str, &[&str]); 24] = [
     ("protocol", &[]),
     ("firmware", &["protocol"]),
     ("plant", &[]),
@@ -56,8 +56,10 @@ const CRATES: [(&str, &[&str]); 23] = [
     ),
     // Parquet comes into the build with it, and into no other.
     ("campaign", &["host", "modboat", "plot", "reader"]),
+    // Threads of its own, and nothing of Python.
+    ("environment", &["firmware", "host", "link", "modboat", "protocol", "quantity", "record", "sim"]),
     // And Python with this one.
-    ("flotilla-python", &["host", "modboat"]),
+    ("flotilla-python", &["environment", "host", "modboat"]),
 ];
 
 /// Crates that only compute.

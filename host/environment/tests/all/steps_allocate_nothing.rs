@@ -1,0 +1,28 @@
+//! Steps of a warm environment allocate nothing in the fidelity `cycle`, over ends of episodes too.
+
+use std::sync::Arc;
+
+use allocation_counter::measure;
+use environment::environment::Environment;
+use environment::layout::Layout;
+use environment::settings::{Fidelity, Settings};
+
+use super::{generator, random_action, settings, shape};
+
+#[test]
+fn of_mean_cycles() {
+    let settings =
+        Settings { fidelity: Fidelity::Cycle, duration_s: 20.0, autoreset: true, ..settings(&shape("3x3")) };
+    let layout = Layout::new(&settings);
+    let mut environment = Environment::new(Arc::new(settings), Arc::new(layout.clone()));
+    let mut observation = vec![0.0; layout.observation];
+    environment.reset(Some(6), &mut observation).expect("resets");
+    let mut rng = generator(6);
+    for step in 0..200 {
+        let action = random_action(&layout.action_low, &layout.action_high, &mut rng);
+        let count = measure(|| {
+            environment.step(0, &action, &mut observation).expect("steps");
+        });
+        assert!(step < 3 || count.count_total == 0, "step {step}: {count:?}");
+    }
+}
