@@ -5,6 +5,11 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 
+/// What Python gets: one row of numbers, and rows of them.
+pub type Vector<'py, T = f64> = Bound<'py, PyArray1<T>>;
+/// See [`Vector`].
+pub type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
+
 /// A one-dimensional array.
 pub fn vector<'py, T: numpy::Element>(py: Python<'py>, values: Vec<T>) -> Bound<'py, PyArray1<T>> {
     PyArray1::from_vec(py, values)
@@ -124,7 +129,8 @@ pub fn whole<const N: usize>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<[
         return Err(shape(name, &found, &format!("({N},)")));
     }
     let narrow = |&number: &i64| {
-        u32::try_from(number).map_err(|_| PyValueError::new_err(format!("{name}: {number} is outside the map")))
+        u32::try_from(number)
+            .map_err(|_| PyValueError::new_err(format!("{name}: {number} is outside the map")))
     };
     let place: Vec<u32> = wide.iter().map(narrow).collect::<PyResult<_>>()?;
     <[u32; N]>::try_from(place).map_err(|_| shape(name, &found, &format!("({N},)")))

@@ -4,11 +4,10 @@ use host::answer::envelope::{self as answer, Reply};
 use host::answer::plan::check_demand;
 use modboat::envelope::Envelope as Shape;
 use modboat::motion::Wrench;
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::array;
+use crate::array::{self, Matrix, Vector};
 use crate::error::bad;
 use crate::json;
 use crate::planner::settings;
@@ -28,7 +27,8 @@ pub fn envelope(cells: &Bound<'_, PyAny>, scenario: Option<&str>) -> PyResult<En
 fn demands(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
     let demands = array::rows::<3>("demands", value)?;
     for (index, &demand) in demands.iter().enumerate() {
-        check_demand(Wrench::from_array(demand)).map_err(|error| bad(format!("demands[{index}]: {error}")))?;
+        check_demand(Wrench::from_array(demand))
+            .map_err(|error| bad(format!("demands[{index}]: {error}")))?;
     }
     Ok(demands)
 }
@@ -45,21 +45,21 @@ impl Envelope {
 #[pymethods]
 impl Envelope {
     #[getter]
-    fn extremes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn extremes<'py>(&self, py: Python<'py>) -> Vector<'py> {
         array::vector(py, answer::extremes(&self.0).to_array().to_vec())
     }
 
-    fn gauge<'py>(&self, demands: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn gauge<'py>(&self, demands: &Bound<'py, PyAny>) -> PyResult<Vector<'py>> {
         let gauges = self.each(demands, |reply| reply.gauge.unwrap_or(f64::INFINITY))?;
         Ok(array::vector(demands.py(), gauges))
     }
 
-    fn inside<'py>(&self, demands: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+    fn inside<'py>(&self, demands: &Bound<'py, PyAny>) -> PyResult<Vector<'py, bool>> {
         let inside = self.each(demands, |reply| reply.inside)?;
         Ok(array::vector(demands.py(), inside))
     }
 
-    fn boundary<'py>(&self, demands: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn boundary<'py>(&self, demands: &Bound<'py, PyAny>) -> PyResult<Matrix<'py>> {
         let farthest = self.each(demands, |reply| reply.boundary.map_or([f64::NAN; 3], Wrench::to_array))?;
         array::matrix(demands.py(), farthest.concat(), 3)
     }

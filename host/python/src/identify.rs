@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use ::identify::data::Boat;
+use ::identify::outcome::{Outcome, Scale};
 use host::run::identified::tables;
 use host::run::identify::logged_files;
 use host::run::progress::Quiet;
-use identify::data::Boat;
-use identify::outcome::{Outcome, Scale};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

@@ -86,9 +86,10 @@ impl Column {
             Self::Signed(values) => PyArray1::from_vec(py, values).into_any(),
             Self::Float32(values) => PyArray1::from_vec(py, values).into_any(),
             Self::Float64(values) => PyArray1::from_vec(py, values).into_any(),
-            Self::Text(values) => py
-                .import("numpy")?
-                .call_method1("asarray", (PyList::new(py, values)?, py.get_type::<pyo3::types::PyString>()))?,
+            Self::Text(values) => py.import("numpy")?.call_method1(
+                "asarray",
+                (PyList::new(py, values)?, py.get_type::<pyo3::types::PyString>()),
+            )?,
         })
     }
 }

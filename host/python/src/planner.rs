@@ -10,11 +10,10 @@ use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
 use modboat::planner::Planner as Engine;
 use modboat::planner_config::PlannerConfig;
-use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use crate::array;
+use crate::array::{self, Matrix};
 use crate::error::bad;
 use crate::named::named;
 use crate::plan::Plan;
@@ -53,12 +52,7 @@ fn tails(value: Option<&Bound<'_, PyAny>>) -> PyResult<Tails> {
     }
 }
 
-fn one(
-    stream: &mut Stream,
-    cells: &[[i32; 2]],
-    demand: [f64; 3],
-    tails: Tails,
-) -> Result<Plan, String> {
+fn one(stream: &mut Stream, cells: &[[i32; 2]], demand: [f64; 3], tails: Tails) -> Result<Plan, String> {
     let name = stream.planner();
     let (plan, took) = stream.plan(cells, Wrench::from_array(demand), tails)?;
     Ok(Plan::new(plan.clone(), name, took))
@@ -119,7 +113,7 @@ impl Planner {
     }
 
     #[getter]
-    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
+    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py, i32>> {
         array::matrix(py, self.cells.concat(), 2)
     }
 

@@ -1,17 +1,13 @@
 //! Many plans by column, as Python sees them. Each column is copied when it is asked for.
 
 use host::answer::batch::Plans as Columns;
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use crate::array::{matrix, vector};
+use crate::array::{Matrix, Vector, matrix, vector};
 
 /// Many plans: row i of every column is of demand i.
 #[pyclass(frozen, module = "flotilla")]
 pub struct Plans(pub Columns);
-
-type Vector<'py, T> = Bound<'py, PyArray1<T>>;
-type Matrix<'py> = PyResult<Bound<'py, PyArray2<f64>>>;
 
 #[pymethods]
 impl Plans {
@@ -25,57 +21,57 @@ impl Plans {
     }
 
     #[getter]
-    fn centerline_rad<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+    fn centerline_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.0.centerline_rad.clone(), self.0.modules)
     }
 
     #[getter]
-    fn amplitude_rad<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+    fn amplitude_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.0.amplitude_rad.clone(), self.0.modules)
     }
 
     #[getter(from_rad)]
-    fn turned_from_rad<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+    fn turned_from_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.0.from_rad.clone(), self.0.modules)
     }
 
     #[getter]
-    fn via_rad<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+    fn via_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.0.via_rad.clone(), self.0.modules)
     }
 
     #[getter(to_rad)]
-    fn turned_to_rad<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+    fn turned_to_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.0.to_rad.clone(), self.0.modules)
     }
 
     #[getter]
-    fn wrench<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+    fn wrench<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.0.wrench.clone(), 3)
     }
 
     #[getter]
-    fn error<'py>(&self, py: Python<'py>) -> Vector<'py, f64> {
+    fn error<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.0.error.clone())
     }
 
     #[getter]
-    fn travel_rad<'py>(&self, py: Python<'py>) -> Vector<'py, f64> {
+    fn travel_rad<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.0.travel_rad.clone())
     }
 
     #[getter]
-    fn transition_s<'py>(&self, py: Python<'py>) -> Vector<'py, f64> {
+    fn transition_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.0.transition_s.clone())
     }
 
     #[getter]
-    fn clearance_m<'py>(&self, py: Python<'py>) -> Vector<'py, f64> {
+    fn clearance_m<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.0.clearance_m.clone())
     }
 
     #[getter]
-    fn guarantee_m<'py>(&self, py: Python<'py>) -> Vector<'py, f64> {
+    fn guarantee_m<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.0.guarantee_m.clone())
     }
 

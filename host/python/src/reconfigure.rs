@@ -62,7 +62,9 @@ pub fn reconfigure(
         None => usual_order(manner),
         Some("exact") => OrderRule::Exact,
         Some("paper") => OrderRule::Paper,
-        Some(other) => return Err(bad(format!("order: unknown variant `{other}`, expected `exact` or `paper`"))),
+        Some(other) => {
+            return Err(bad(format!("order: unknown variant `{other}`, expected `exact` or `paper`")));
+        }
     };
     let power: PowerKind = named("power", power)?;
     let parallel: Option<ParallelKind> = parallel.map(|kind| named("parallel", kind)).transpose()?;

@@ -8,19 +8,18 @@ use grid::plane::Plane;
 use grid::read;
 use grid::volume::Volume;
 use host::answer::route::{Algorithm, Answer, Scratch, ask};
-use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use reader::file::{MADE_MAX, text_of};
 
-use crate::array;
+use crate::array::{self, Matrix};
 use crate::error::bad;
 use crate::json;
 use crate::named::named;
 
 enum Kind {
     Plane(Plane),
-    Volume(Volume),
+    Volume(Box<Volume>),
 }
 
 /// A map in 2D or 3D.
@@ -36,7 +35,7 @@ impl Map {
         let text = text_of(Path::new(name), MADE_MAX).map_err(|error| error.to_string())?;
         let text = text.ok_or_else(|| format!("{name}: no such file"))?;
         let kind = if text.split_whitespace().next() == Some("voxel") {
-            read::volume(&text).map(Kind::Volume)
+            read::volume(&text).map(|volume| Kind::Volume(Box::new(volume)))
         } else {
             read::plane(&text).map(Kind::Plane)
         };
@@ -58,7 +57,7 @@ impl Map {
                 for (cell, _) in cells.zip(&blocked).filter(|(_, blocked)| **blocked) {
                     volume.block(cell);
                 }
-                Kind::Volume(volume)
+                Kind::Volume(Box::new(volume))
             }),
             _ => return Err(bad(format!("blocked has the shape {shape:?}: must be (y, x) or (z, y, x)"))),
         };
@@ -75,16 +74,11 @@ impl Map {
         }
     }
 
-    fn find(
-        &self,
-        start: &Bound<'_, PyAny>,
-        goal: &Bound<'_, PyAny>,
-        algorithm: &str,
-    ) -> PyResult<Route> {
+    fn find(&self, start: &Bound<'_, PyAny>, goal: &Bound<'_, PyAny>, algorithm: &str) -> PyResult<Route> {
         let algorithm = named("algorithm", algorithm)?;
         match &self.0 {
             Kind::Plane(plane) => way(plane, start, goal, algorithm),
-            Kind::Volume(volume) => way(volume, start, goal, algorithm),
+            Kind::Volume(volume) => way(&**volume, start, goal, algorithm),
         }
     }
 }
@@ -101,11 +95,7 @@ fn way<const N: usize>(
 }
 
 /// A place on the map.
-fn place<const N: usize>(
-    name: &str,
-    value: &Bound<'_, PyAny>,
-    map: &impl Place<N>,
-) -> PyResult<[u32; N]> {
+fn place<const N: usize>(name: &str, value: &Bound<'_, PyAny>, map: &impl Place<N>) -> PyResult<[u32; N]> {
     let place = array::whole::<N>(name, value)?;
     match map.vertex(place) {
         Some(_) => Ok(place),
@@ -158,7 +148,7 @@ impl Route {
     }
 
     #[getter]
-    fn path<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<u32>>>> {
+    fn path<'py>(&self, py: Python<'py>) -> PyResult<Option<Matrix<'py, u32>>> {
         let width = self.0.start.len();
         self.0.path.as_ref().map(|path| array::matrix(py, path.concat(), width)).transpose()
     }

@@ -6,14 +6,13 @@ use std::thread;
 use host::answer::response::{self as answer, Described, Request};
 use host::run::vehicles;
 use nalgebra::Vector6;
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use reconfiguration::vehicle::Vehicle;
 use rov::dynamics::{Dynamics, State};
 use rov::response::response;
 
-use crate::array;
+use crate::array::{self, Matrix};
 use crate::error::{bad, could};
 use crate::json;
 use crate::threads::threads;
@@ -37,7 +36,7 @@ pub fn simulate<'py>(
     tau: Option<&Bound<'py, PyAny>>,
     pwm_us: Option<&Bound<'py, PyAny>>,
     voltage_v: Option<f64>,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
     let py = vehicle.py();
     let list = |name: &str, value: Option<&Bound<'py, PyAny>>| {
         value.map(|value| array::list(name, value)).transpose()
@@ -57,6 +56,9 @@ pub fn simulate<'py>(
     let nus: Vec<f64> = reply.states.iter().flat_map(|sample| sample.nu).collect();
     Ok((array::matrix(py, etas, 6)?, array::matrix(py, nus, 6)?))
 }
+
+/// From what pushes to a wrench.
+type Wrenched<'a> = &'a dyn Fn(&[f64]) -> Result<Vector6<f64>, String>;
 
 /// ROVs of one kind, each in a water of its own.
 #[pyclass(frozen, module = "flotilla")]
@@ -88,11 +90,12 @@ impl RovSimulation {
     ) -> PyResult<Vec<Vector6<f64>>> {
         let vehicle = self.vehicle.as_deref();
         let thrusters = vehicle.map_or(0, |vehicle| vehicle.thrusters.len());
-        let each = |name: &str, value: &Bound<'_, PyAny>, width: usize, of: &dyn Fn(&[f64]) -> Result<Vector6<f64>, String>| {
+        let each = |name: &str, value: &Bound<'_, PyAny>, width: usize, of: Wrenched<'_>| {
             if width == 0 {
                 return Err(bad(format!("{name}: this vehicle has no thrusters")));
             }
-            array::rows_or_row(name, value, count, width)?.chunks(width).map(of).collect::<Result<_, _>>().map_err(bad)
+            let rows = array::rows_or_row(name, value, count, width)?;
+            rows.chunks(width).map(of).collect::<Result<_, _>>().map_err(bad)
         };
         match (tau, thrust_n, pwm_us, voltage_v) {
             (Some(tau), None, None, None) => each("tau", tau, 6, &answer::wrench),
@@ -150,13 +153,13 @@ impl RovSimulation {
     }
 
     #[getter]
-    fn eta<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn eta<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         let etas = self.now().states.iter().flat_map(State::eta).collect();
         array::matrix(py, etas, 6)
     }
 
     #[getter]
-    fn nu<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn nu<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         let nus = self.now().states.iter().flat_map(|state| <[f64; 6]>::from(state.nu)).collect();
         array::matrix(py, nus, 6)
     }

@@ -9,12 +9,11 @@ use host::run::log::Log;
 use host::run::orders::Unattended;
 use host::run::progress::Quiet;
 use host::run::scenario::Scenario;
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use record::{CycleRecord, PoseSample};
 
-use crate::array::{matrix, vector};
+use crate::array::{Matrix, Vector, matrix, vector};
 use crate::error::{bad, could};
 use crate::json;
 use crate::named::named;
@@ -77,53 +76,53 @@ impl Run {
     }
 
     #[getter]
-    fn t_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn t_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.poses(|pose| pose.t_s))
     }
 
     #[getter]
-    fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.0.record.poses.iter().flat_map(|pose| pose.position_m).collect(), 2)
     }
 
     #[getter]
-    fn heading_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn heading_rad<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.poses(|pose| pose.heading_rad))
     }
 
     #[getter]
-    fn velocity_m_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn velocity_m_s<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.0.record.poses.iter().flat_map(|pose| pose.velocity_m_s).collect(), 2)
     }
 
     #[getter]
-    fn yaw_rate_rad_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn yaw_rate_rad_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.poses(|pose| pose.yaw_rate_rad_s))
     }
 
     #[getter]
-    fn tail_t_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn tail_t_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.0.record.tails.iter().map(|tails| tails.t_s).collect())
     }
 
     #[getter]
-    fn tail_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn tail_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         let angles = self.0.record.tails.iter().flat_map(|tails| tails.actual_rad.iter().copied());
         matrix(py, angles.collect(), self.0.record.cells.len())
     }
 
     #[getter]
-    fn cycle_start_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn cycle_start_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.cycles(|cycle| cycle.start_s))
     }
 
     #[getter]
-    fn demanded<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn demanded<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.cycles(|cycle| cycle.demand.to_array()).concat(), 3)
     }
 
     #[getter]
-    fn commanded<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn commanded<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.cycles(|cycle| cycle.commanded.to_array()).concat(), 3)
     }
 }

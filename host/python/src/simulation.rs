@@ -14,11 +14,10 @@ use host::answer::plan::check_demand;
 use host::run::scenario::Scenario;
 use modboat::motion::Wrench;
 use modboat::planner_kind::PlannerKind;
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use record::PoseSample;
 
-use crate::array::{self, matrix, vector};
+use crate::array::{self, Matrix, Vector, matrix, vector};
 use crate::error::{bad, could};
 use crate::named::named;
 use crate::threads::threads;
@@ -184,7 +183,9 @@ impl Simulation {
         for (index, (centerline, amplitude)) in centerlines.iter().zip(&amplitudes).enumerate() {
             let (tank, module) = (index / self.modules, index % self.modules);
             if !centerline.is_finite() {
-                return Err(bad(format!("centerline_rad[{tank}, {module}] = {centerline} rad: must be a number")));
+                return Err(bad(format!(
+                    "centerline_rad[{tank}, {module}] = {centerline} rad: must be a number"
+                )));
             }
             if *amplitude != 0.0 && !(least..=most).contains(&amplitude.abs()) {
                 return Err(bad(format!(
@@ -279,65 +280,65 @@ impl Simulation {
     }
 
     #[getter]
-    fn t_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn t_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.column(|seen| seen.pose.t_s))
     }
 
     #[getter]
-    fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.each(|seen| seen.pose.position_m), 2)
     }
 
     #[getter]
-    fn heading_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn heading_rad<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.column(|seen| seen.pose.heading_rad))
     }
 
     #[getter]
-    fn velocity_m_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn velocity_m_s<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.each(|seen| seen.pose.velocity_m_s), 2)
     }
 
     #[getter]
-    fn yaw_rate_rad_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn yaw_rate_rad_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.column(|seen| seen.pose.yaw_rate_rad_s))
     }
 
     #[getter]
-    fn tail_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn tail_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.column(|seen| seen.tail_rad.clone()).concat(), self.modules)
     }
 
     #[getter]
-    fn centerline_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn centerline_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         self.swung(py, 0)
     }
 
     #[getter]
-    fn amplitude_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn amplitude_rad<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         self.swung(py, 1)
     }
 
     /// The mean wrench of the last cycle by law (7).
     #[getter]
-    fn wrench<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn wrench<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         matrix(py, self.each(|seen| seen.wrench), 3)
     }
 
     #[getter]
-    fn contacts<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+    fn contacts<'py>(&self, py: Python<'py>) -> Vector<'py, u64> {
         vector(py, self.column(|seen| seen.contacts as u64))
     }
 
     #[getter]
-    fn stuck<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+    fn stuck<'py>(&self, py: Python<'py>) -> Vector<'py, bool> {
         vector(py, self.column(|seen| seen.stuck))
     }
 }
 
 impl Simulation {
     /// φ₀ or A of the last cycle; zero before the first.
-    fn swung<'py>(&self, py: Python<'py>, which: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn swung<'py>(&self, py: Python<'py>, which: usize) -> PyResult<Matrix<'py>> {
         let modules = self.modules;
         let of = |seen: &Seen| -> Vec<f64> {
             (0..modules).map(|module| seen.swings.get(module).map_or(0.0, |swing| swing[which])).collect()

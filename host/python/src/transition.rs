@@ -3,10 +3,9 @@
 use host::answer::transition::least;
 use modboat::motion::{StepTime, Swing, Turn};
 use modboat::transition::Transition as Found;
-use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::array;
+use crate::array::{self, Vector};
 use crate::error::bad;
 use crate::planner::settings;
 
@@ -45,7 +44,7 @@ pub fn transition(
 }
 
 impl Transition {
-    fn turns<'py>(&self, py: Python<'py>, of: fn(&Turn) -> f64) -> Bound<'py, PyArray1<f64>> {
+    fn turns<'py>(&self, py: Python<'py>, of: fn(&Turn) -> f64) -> Vector<'py> {
         array::vector(py, self.found.turns.iter().map(of).collect())
     }
 }
@@ -53,12 +52,12 @@ impl Transition {
 #[pymethods]
 impl Transition {
     #[getter(from_rad)]
-    fn turned_from_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn turned_from_rad<'py>(&self, py: Python<'py>) -> Vector<'py> {
         self.turns(py, |turn| turn.from_rad)
     }
 
     #[getter(to_rad)]
-    fn turned_to_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn turned_to_rad<'py>(&self, py: Python<'py>) -> Vector<'py> {
         self.turns(py, |turn| turn.to_rad)
     }
 

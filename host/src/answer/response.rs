@@ -114,7 +114,8 @@ pub fn reply(request: Request, usual: Option<&Vehicle>) -> Result<Reply, String>
         _ => return Err("takes either tau, or pwm_us and voltage_v".to_owned()),
     };
     check_times(&request.at_s)?;
-    let states = response(&dynamics(&body)?, &start, &tau, &request.at_s).map_err(|error| error.to_string())?;
+    let states =
+        response(&dynamics(&body)?, &start, &tau, &request.at_s).map_err(|error| error.to_string())?;
     let sample = |(&t_s, state): (&f64, &State)| Sample { t_s, eta: state.eta(), nu: state.nu.into() };
     Ok(Reply { states: request.at_s.iter().zip(&states).map(sample).collect() })
 }
@@ -154,9 +155,7 @@ pub fn check_times(at_s: &[f64]) -> Result<(), String> {
         return Err(format!("at_s has {} times: at most {TIMES_MAX}", at_s.len()));
     }
     match at_s.iter().position(|t_s| !(0.0..=TIME_MAX_S).contains(t_s)) {
-        Some(index) => {
-            Err(format!("at_s[{index}] = {} s: must lie between 0 and {TIME_MAX_S}", at_s[index]))
-        }
+        Some(index) => Err(format!("at_s[{index}] = {} s: must lie between 0 and {TIME_MAX_S}", at_s[index])),
         None => Ok(()),
     }
 }

@@ -91,4 +91,3 @@ pub fn ask<const N: usize>(
         time_us,
     }
 }
-

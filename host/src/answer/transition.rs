@@ -40,7 +40,6 @@ pub fn least(
         return Ok(None);
     }
     let longest_rad = found.turns.iter().map(|turn| turn.rotation_rad().abs()).fold(0.0, f64::max);
-    let times =
-        if longest_rad == 0.0 { StepTime::default() } else { setting.step_time(longest_rad, false) };
+    let times = if longest_rad == 0.0 { StepTime::default() } else { setting.step_time(longest_rad, false) };
     Ok(Some((found, times)))
 }
