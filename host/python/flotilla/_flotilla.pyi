@@ -5,41 +5,67 @@ from typing import Any, ClassVar, Literal, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-PlannerName = Literal["exact", "potential-field"]
-LossTolerance = Literal["prefer", "require", "power", "off"]
-Outcome = Literal["planned", "repeated", "held"]
-Algorithm = Literal["theta", "basic-theta", "a-star", "a-star-smoothed"]
+__all__ = [
+    "Envelope",
+    "EnvironmentBatch",
+    "Identified",
+    "Map",
+    "Plan",
+    "Planner",
+    "Plans",
+    "Reconfiguration",
+    "Route",
+    "RovSimulation",
+    "Run",
+    "Simulation",
+    "Transition",
+    "envelope",
+    "identify",
+    "plan",
+    "read_log",
+    "reconfigure",
+    "route",
+    "run",
+    "simulate",
+    "transition",
+    "vehicle",
+]
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+_PlannerName = Literal["exact", "potential-field"]
+_LossTolerance = Literal["prefer", "require", "power", "off"]
+_Outcome = Literal["planned", "repeated", "held"]
+_Algorithm = Literal["theta", "basic-theta", "a-star", "a-star-smoothed"]
+
+_Floats = NDArray[np.float64]
+_Bools = NDArray[np.bool_]
 
 @final
 class Plan:
     """One decision: a transition and a swim cycle for every module."""
 
     @property
-    def outcome(self) -> Outcome:
+    def outcome(self) -> _Outcome:
         """What kind of decision it is."""
     @property
-    def centerline_rad(self) -> Floats:
+    def centerline_rad(self) -> _Floats:
         """Centerline of each module's swing, shape (modules,), counter-clockwise from the sway axis."""
     @property
-    def amplitude_rad(self) -> Floats:
+    def amplitude_rad(self) -> _Floats:
         """Amplitude of each module's swing, shape (modules,); its sign chooses the end at which the cycle starts, 0 rests."""
     @property
-    def from_rad(self) -> Floats | None:
+    def from_rad(self) -> _Floats | None:
         """Where each tail turns from before the cycle, shape (modules,); None where no tail turns."""
     @property
-    def to_rad(self) -> Floats | None:
+    def to_rad(self) -> _Floats | None:
         """Where it turns to; unwrapped, so that the sign of `to_rad - from_rad` is the way round."""
     @property
-    def via_rad(self) -> Floats | None:
+    def via_rad(self) -> _Floats | None:
         """Where it is between the two steps of a transition that has two."""
     @property
     def transition_s(self) -> float:
         """How long the transition takes, s."""
     @property
-    def wrench(self) -> Floats:
+    def wrench(self) -> _Floats:
         """Mean wrench of the cycle in the structure frame, shape (3,): sway N, surge N, yaw N m."""
     @property
     def error(self) -> float:
@@ -66,7 +92,7 @@ class Plan:
     def reason(self) -> str | None:
         """Why nothing moves, where nothing does."""
     @property
-    def planner(self) -> PlannerName:
+    def planner(self) -> _PlannerName:
         """Which planner made it."""
     @property
     def solve_us(self) -> int:
@@ -83,38 +109,38 @@ class Plans:
     def outcome(self) -> NDArray[np.uint8]:
         """0 planned, 1 repeated, 2 held; shape (n,), as all that is said once a plan."""
     @property
-    def centerline_rad(self) -> Floats:
+    def centerline_rad(self) -> _Floats:
         """Shape (n, modules), as all that is said of each module."""
     @property
-    def amplitude_rad(self) -> Floats: ...
+    def amplitude_rad(self) -> _Floats: ...
     @property
-    def from_rad(self) -> Floats:
+    def from_rad(self) -> _Floats:
         """Not a number where no tail turns."""
     @property
-    def via_rad(self) -> Floats:
+    def via_rad(self) -> _Floats:
         """Not a number where the transition has no two steps."""
     @property
-    def to_rad(self) -> Floats:
+    def to_rad(self) -> _Floats:
         """Not a number where no tail turns."""
     @property
-    def wrench(self) -> Floats:
+    def wrench(self) -> _Floats:
         """Shape (n, 3)."""
     @property
-    def error(self) -> Floats: ...
+    def error(self) -> _Floats: ...
     @property
-    def travel_rad(self) -> Floats: ...
+    def travel_rad(self) -> _Floats: ...
     @property
-    def transition_s(self) -> Floats: ...
+    def transition_s(self) -> _Floats: ...
     @property
-    def clearance_m(self) -> Floats:
+    def clearance_m(self) -> _Floats:
         """Not a number where no two tails can meet."""
     @property
-    def guarantee_m(self) -> Floats:
+    def guarantee_m(self) -> _Floats:
         """Not a number where nothing is guaranteed."""
     @property
-    def loss_tolerant(self) -> Bools: ...
+    def loss_tolerant(self) -> _Bools: ...
     @property
-    def outside_envelope(self) -> Bools: ...
+    def outside_envelope(self) -> _Bools: ...
 
 @final
 class Planner:
@@ -125,13 +151,13 @@ class Planner:
         cells: ArrayLike,
         *,
         scenario: str | None = None,
-        planner: PlannerName | None = None,
-        loss_tolerant: LossTolerance | None = None,
+        planner: _PlannerName | None = None,
+        loss_tolerant: _LossTolerance | None = None,
     ) -> Planner: ...
     @property
     def cells(self) -> NDArray[np.int32]: ...
     @property
-    def planner(self) -> PlannerName: ...
+    def planner(self) -> _PlannerName: ...
     def plan(self, demand: ArrayLike, tail_rad: ArrayLike | Literal["previous"] | None = None) -> Plan:
         """The next plan of its stream: from angles, from where its last plan ends, or from tails that are not known."""
     def sequence(self, demands: ArrayLike, tail_rad: ArrayLike | Literal["previous"] | None = None) -> Plans:
@@ -144,13 +170,13 @@ class Envelope:
     """The wrenches that a structure could give if no tail were in another's way."""
 
     @property
-    def extremes(self) -> Floats:
+    def extremes(self) -> _Floats:
         """Greatest force and torque along each axis, alike both ways, shape (3,)."""
-    def gauge(self, demands: ArrayLike) -> Floats:
+    def gauge(self, demands: ArrayLike) -> _Floats:
         """Demands of shape (n, 3): 0 for none, 1 on the border, infinite where nothing in that direction can be given at all."""
-    def inside(self, demands: ArrayLike) -> Bools:
+    def inside(self, demands: ArrayLike) -> _Bools:
         """Whether each can be given."""
-    def boundary(self, demands: ArrayLike) -> Floats:
+    def boundary(self, demands: ArrayLike) -> _Floats:
         """The farthest wrench in the direction of each, shape (n, 3); not a number where there is none."""
     def locate(self, demand: ArrayLike) -> dict[str, Any]:
         """What `flotilla plan --envelope` prints for one demand."""
@@ -160,9 +186,9 @@ class Transition:
     """A transition of least travel, in one step."""
 
     @property
-    def from_rad(self) -> Floats: ...
+    def from_rad(self) -> _Floats: ...
     @property
-    def to_rad(self) -> Floats:
+    def to_rad(self) -> _Floats:
         """Unwrapped: the sign of `to_rad - from_rad` is the way round."""
     @property
     def negated(self) -> bool:
@@ -189,32 +215,32 @@ class Run:
     def complaints(self) -> list[str]:
         """What was asked and not done."""
     @property
-    def t_s(self) -> Floats:
+    def t_s(self) -> _Floats:
         """Times of the poses, about 20 a second, from the start of the first cycle; shape (n,)."""
     @property
-    def position_m(self) -> Floats:
+    def position_m(self) -> _Floats:
         """True positions, shape (n, 2)."""
     @property
-    def heading_rad(self) -> Floats: ...
+    def heading_rad(self) -> _Floats: ...
     @property
-    def velocity_m_s(self) -> Floats:
+    def velocity_m_s(self) -> _Floats:
         """Shape (n, 2)."""
     @property
-    def yaw_rate_rad_s(self) -> Floats: ...
+    def yaw_rate_rad_s(self) -> _Floats: ...
     @property
-    def tail_t_s(self) -> Floats:
+    def tail_t_s(self) -> _Floats:
         """Times of the tails' angles, about 50 a second."""
     @property
-    def tail_rad(self) -> Floats:
+    def tail_rad(self) -> _Floats:
         """Shape (n, modules)."""
     @property
-    def cycle_start_s(self) -> Floats:
+    def cycle_start_s(self) -> _Floats:
         """When each cycle begins, shape (cycles,)."""
     @property
-    def demanded(self) -> Floats:
+    def demanded(self) -> _Floats:
         """What the controller asked for, shape (cycles, 3)."""
     @property
-    def commanded(self) -> Floats:
+    def commanded(self) -> _Floats:
         """What the plan gives, shape (cycles, 3)."""
 
 @final
@@ -226,7 +252,7 @@ class Simulation:
         scenario: str = "holonomic-1",
         seeds: Sequence[int] | None = None,
         *,
-        planner: PlannerName = "exact",
+        planner: _PlannerName = "exact",
         threads: int = 1,
     ) -> Simulation: ...
     def __len__(self) -> int: ...
@@ -242,35 +268,35 @@ class Simulation:
         `direction` is the way round to where a swing starts: 0 the shorter, 1 counter-clockwise, -1 clockwise.
         """
     @property
-    def t_s(self) -> Floats:
+    def t_s(self) -> _Floats:
         """The tank's time, shape (n,): when the next cycle is decided, `lead_s` before the one that runs is over."""
     @property
-    def position_m(self) -> Floats:
+    def position_m(self) -> _Floats:
         """True position in the world (x east, y north), shape (n, 2)."""
     @property
-    def heading_rad(self) -> Floats:
+    def heading_rad(self) -> _Floats:
         """True heading of the surge axis, counter-clockwise from world x, unwrapped, shape (n,)."""
     @property
-    def velocity_m_s(self) -> Floats:
+    def velocity_m_s(self) -> _Floats:
         """Shape (n, 2)."""
     @property
-    def yaw_rate_rad_s(self) -> Floats: ...
+    def yaw_rate_rad_s(self) -> _Floats: ...
     @property
-    def tail_rad(self) -> Floats:
+    def tail_rad(self) -> _Floats:
         """Where each tail rests when the running cycle is over, shape (n, modules)."""
     @property
-    def centerline_rad(self) -> Floats:
+    def centerline_rad(self) -> _Floats:
         """The running cycle, shape (n, modules); 0 before the first."""
     @property
-    def amplitude_rad(self) -> Floats: ...
+    def amplitude_rad(self) -> _Floats: ...
     @property
-    def wrench(self) -> Floats:
+    def wrench(self) -> _Floats:
         """Its mean wrench as planned, shape (n, 3)."""
     @property
     def contacts(self) -> NDArray[np.uint64]:
         """How often two tails touched so far."""
     @property
-    def stuck(self) -> Bools:
+    def stuck(self) -> _Bools:
         """A module took no cycle any more, for longer than one is waited for."""
 
 @final
@@ -291,10 +317,10 @@ class RovSimulation:
     @property
     def thrusters(self) -> int: ...
     @property
-    def eta(self) -> Floats:
+    def eta(self) -> _Floats:
         """Poses, shape (n, 6): x, y, z (m, north-east-down) and ZYX Euler angles in (-pi, pi]."""
     @property
-    def nu(self) -> Floats:
+    def nu(self) -> _Floats:
         """Velocities at the body origin, shape (n, 6)."""
     def step(
         self,
@@ -340,7 +366,7 @@ class Map:
     @property
     def last(self) -> list[int]:
         """The last place: `[x, y]` or `[x, y, z]`."""
-    def route(self, start: ArrayLike, goal: ArrayLike, *, algorithm: Algorithm = "theta") -> Route: ...
+    def route(self, start: ArrayLike, goal: ArrayLike, *, algorithm: _Algorithm = "theta") -> Route: ...
 
 @final
 class Route:
@@ -376,8 +402,8 @@ def plan(
     tail_rad: ArrayLike | None = None,
     *,
     scenario: str | None = None,
-    planner: PlannerName | None = None,
-    loss_tolerant: LossTolerance | None = None,
+    planner: _PlannerName | None = None,
+    loss_tolerant: _LossTolerance | None = None,
 ) -> Plan:
     """One plan: `flotilla plan` with one request. Cells of shape (n, 2), demand of shape (3,), angles of shape (n,)."""
 
@@ -391,7 +417,7 @@ def transition(
     amplitude_rad: ArrayLike,
     *,
     scenario: str | None = None,
-    planner: PlannerName | None = None,
+    planner: _PlannerName | None = None,
 ) -> Transition | None:
     """The transition of least travel into a cycle, in one step; None where it is proved that there is none."""
 
@@ -399,7 +425,7 @@ def run(
     scenario: str = "holonomic-1",
     *,
     seed: int | None = None,
-    planner: PlannerName | None = None,
+    planner: _PlannerName | None = None,
     log: str | PathLike[str] | None = None,
 ) -> Run:
     """A run in simulation: `flotilla run`. The log is written where a path is given."""
@@ -413,7 +439,7 @@ def simulate(
     tau: ArrayLike | None = None,
     pwm_us: ArrayLike | None = None,
     voltage_v: float | None = None,
-) -> tuple[Floats, Floats]:
+) -> tuple[_Floats, _Floats]:
     """Poses and velocities at these times, each of shape (n, 6): `flotilla simulate` with one request."""
 
 def vehicle(name: str) -> dict[str, Any]:
@@ -440,7 +466,7 @@ def route(
     start: ArrayLike,
     goal: ArrayLike,
     *,
-    algorithm: Algorithm = "theta",
+    algorithm: _Algorithm = "theta",
 ) -> Route:
     """A shortest path: `flotilla path`. Places are `[x, y]` or `[x, y, z]`; in 2D the corners of cells."""
 
@@ -494,4 +520,4 @@ class EnvironmentBatch:
         NDArray[np.bool_],
         NDArray[np.float64],
     ]: ...
-    def baseline(self, planner: PlannerName) -> NDArray[np.float64]: ...
+    def baseline(self, planner: _PlannerName) -> NDArray[np.float64]: ...

@@ -19,7 +19,7 @@ __all__ = ["Log", "read_log"]
 class Log(Mapping[str, dict[str, NDArray[Any]]]):
     """Topics by name, each a dictionary of columns: the tables of `flotilla export`, with the same names.
 
-    Times are seconds, and a column's name ends with its unit. A whole number or truth value that may be missing is floating, and not a
+    Times are seconds, and a column's name ends with its unit. Where a name comes twice the second is `NAME.1`, as in pandas. A whole number or truth value that may be missing is floating, and not a
     number where it is missing.
     """
 

@@ -180,7 +180,13 @@ fn sheet(entry: &Entry<'_>) -> Result<Option<Sheet>, LogError> {
     let schema = Schema::parse(entry.schema, definition)
         .map_err(|reason| LogError::Schema { topic: topic.clone(), reason })?;
     let table = Table::new(schema);
-    let names: Vec<String> = table.header().map(str::to_owned).collect();
+    let mut names: Vec<String> = Vec::new();
+    for name in table.header() {
+        // As pandas tells apart columns of a table that have the same name.
+        let copies = (1..).map(|copy| format!("{name}.{copy}"));
+        let mut candidates = std::iter::once(name.to_owned()).chain(copies);
+        names.extend(candidates.find(|candidate| !names.contains(candidate)));
+    }
     let columns = names.iter().map(|_| Column::Unknown(0)).collect();
     Ok(Some(Sheet { topic, table, names, columns }))
 }
