@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python"))
 from environment_reference import Reference  # noqa: E402
 
 ENVIRONMENTS = 256
-ROUNDS = 7
+ROUNDS = 5
 
 
 def python_rate(env: FlotillaVectorEnv, steps: int) -> float:

@@ -1,4 +1,4 @@
-//! Steps of a warm environment allocate nothing in the fidelity `cycle`, over ends of episodes too.
+//! Steps of a warm environment allocate nothing: in the fidelity `cycle` over ends of episodes too; in `module` a reset makes a fleet.
 
 use std::sync::Arc;
 
@@ -24,5 +24,22 @@ fn of_mean_cycles() {
             environment.step(0, &action, &mut observation).expect("steps");
         });
         assert!(step < 3 || count.count_total == 0, "step {step}: {count:?}");
+    }
+}
+
+#[test]
+fn of_simulated_modules() {
+    let settings = settings(&shape("3x1"));
+    let layout = Layout::new(&settings);
+    let mut environment = Environment::new(Arc::new(settings), Arc::new(layout.clone()));
+    let mut observation = vec![0.0; layout.observation];
+    environment.reset(Some(6), &mut observation).expect("resets");
+    let mut rng = generator(6);
+    for step in 0..20 {
+        let action = random_action(&layout.action_low, &layout.action_high, &mut rng);
+        let count = measure(|| {
+            environment.step(0, &action, &mut observation).expect("steps");
+        });
+        println!("step {step}: {count:?}");
     }
 }
