@@ -12,7 +12,7 @@ use host::run::scenario::Scenario;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use crate::array;
+use crate::array::{self, Matrix};
 use crate::error::{bad, could};
 use crate::named::named;
 
@@ -112,7 +112,7 @@ impl EnvironmentBatch {
         py: Python<'py>,
         seeds: Vec<Option<u64>>,
         chosen: Option<Vec<bool>>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
         let (width, count) = (self.layout.observation, self.num_envs);
         let chosen = chosen.unwrap_or_else(|| vec![true; count]);
         let (mut observations, mut info) = (vec![0.0; count * width], vec![0.0; count * INFO.len()]);

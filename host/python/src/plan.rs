@@ -4,11 +4,10 @@ use std::time::Duration;
 
 use host::answer;
 use modboat::motion::{Swing, Turn};
-use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::array::vector;
+use crate::array::{Vector, vector};
 use crate::json;
 
 /// One decision: a transition and a swim cycle for every module.
@@ -42,27 +41,27 @@ impl Plan {
     }
 
     #[getter]
-    fn centerline_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn centerline_rad<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.swings(|swing| swing.centerline_rad))
     }
 
     #[getter]
-    fn amplitude_rad<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn amplitude_rad<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.swings(|swing| swing.amplitude_rad))
     }
 
     #[getter(from_rad)]
-    fn turned_from_rad<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+    fn turned_from_rad<'py>(&self, py: Python<'py>) -> Option<Vector<'py>> {
         self.turns(|turn| turn.from_rad).map(|angles| vector(py, angles))
     }
 
     #[getter(to_rad)]
-    fn turned_to_rad<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+    fn turned_to_rad<'py>(&self, py: Python<'py>) -> Option<Vector<'py>> {
         self.turns(|turn| turn.to_rad).map(|angles| vector(py, angles))
     }
 
     #[getter]
-    fn via_rad<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+    fn via_rad<'py>(&self, py: Python<'py>) -> Option<Vector<'py>> {
         self.plan.via_rad.clone().map(|angles| vector(py, angles))
     }
 
@@ -72,7 +71,7 @@ impl Plan {
     }
 
     #[getter]
-    fn wrench<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn wrench<'py>(&self, py: Python<'py>) -> Vector<'py> {
         vector(py, self.plan.wrench.to_array().to_vec())
     }
 
