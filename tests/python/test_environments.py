@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from environment_reference import Reference
@@ -112,6 +113,23 @@ def test_an_environment_of_a_batch_is_one_alone(fidelity: str) -> None:
             assert tuple(ends) == (terminated[index], truncated[index])
         over = terminated | truncated
     assert info["_contacts"].all()
+
+
+def test_gymnasium_makes_batches_by_name_and_wraps_them() -> None:
+    envs = gymnasium.make_vec("Flotilla/Station-v0", num_envs=4, fidelity="cycle", duration_s=12.0)
+    assert isinstance(envs.unwrapped, FlotillaVectorEnv)
+    counted = RecordEpisodeStatistics(envs)
+    seen, _ = counted.reset(seed=SEED)
+    assert np.all(np.hypot(seen[:, 0], seen[:, 1]) > 0.0), "a station is asked for"
+    rewards, episodes = np.zeros(4), 0
+    for _ in range(30):
+        _, reward, terminated, truncated, info = counted.step(envs.unwrapped.baseline())
+        rewards = rewards + reward
+        over = terminated | truncated
+        if over.any():
+            assert np.allclose(info["episode"]["r"][over], rewards[over])
+            rewards, episodes = np.where(over, 0.0, rewards), episodes + int(over.sum())
+    assert episodes >= 12
 
 
 def test_chosen_environments_are_reset() -> None:
