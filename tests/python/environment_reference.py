@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 PERIOD_S = 1.5
 LEAD_S = 0.3
-STEP_S = 0.25
+STEP_S = 0.5
 AMPLITUDE_MIN_RAD, AMPLITUDE_MAX_RAD = 0.9, 2.6
 TAIL_SPEED_RAD_S, TAIL_ACCELERATION_RAD_S2 = 0.8 * 13.0, 200.0
 PITCH_M, TAIL_LENGTH_M, TAIL_WIDTH_M = 0.15, 0.09, 0.015
@@ -55,6 +55,8 @@ class Reference:
         self.wrench = np.zeros(3)
         modules = len(self.positions_m)
         arms_m = np.hypot(*self.positions_m.T)
+        apart_m = np.hypot(*(self.positions_m[:, np.newaxis] - self.positions_m).T)
+        self.pairs = np.argwhere(np.triu(apart_m > 0) & (apart_m < 1.1 * PITCH_M))
         self.mass_kg = ADDED * modules * MASS_KG
         self.inertia_kg_m2 = ADDED * np.sum(INERTIA_KG_M2 + MASS_KG * arms_m**2)
         self.drag = modules * DRAG_N_S2_M2
@@ -82,8 +84,8 @@ class Reference:
             k4 = self.rates(self.state + h * k3, wrench)
             self.state = self.state + h * (k1 + 2 * (k2 + k3) + k4) / 6
 
-    def step(self, action: Floats) -> tuple[Floats, float, list[tuple[Floats, Floats]]]:
-        """One cycle: what is seen, reward without contacts, and the motions (from, to) of all tails."""
+    def step(self, action: Floats) -> tuple[Floats, float, Floats]:
+        """One cycle: what is seen, the reward, and the clearance of every motion of a pair, m."""
         centre, amplitude, way = action.reshape(-1, 3).T
         size = np.clip(np.abs(amplitude), AMPLITUDE_MIN_RAD, AMPLITUDE_MAX_RAD)
         amplitude = np.where(np.abs(amplitude) < AMPLITUDE_MIN_RAD / 2, 0.0, np.copysign(size, amplitude))
@@ -101,13 +103,18 @@ class Reference:
         self.push(turning_s, np.zeros(3))
         self.push(PERIOD_S - LEAD_S, wrench)
         interval_s = turning_s + PERIOD_S
-        motions = [
-            (self.tails_rad, self.tails_rad + turn),
-            (centre + amplitude, centre - amplitude),
-        ]
+        motions = [(centre + amplitude, centre - amplitude, PERIOD_S)]
+        if turning_s > 0:
+            motions.append((self.tails_rad, self.tails_rad + turn, turning_s))
+        clearance_m = np.array([
+            least_clearance_m(self.positions_m[j] - self.positions_m[i], start[[i, j]], end[[i, j]], span_s)
+            for start, end, span_s in motions
+            for i, j in self.pairs
+        ])
         self.tails_rad, self.wrench = self.tails_rad + turn, wrench
         moved = (self.state - before)[:3] / interval_s
-        return self.observe(moved), self.reward(moved, interval_s), motions
+        reward = self.reward(moved, interval_s) - float(np.sum(clearance_m < 0))
+        return self.observe(moved), reward, clearance_m
 
     @staticmethod
     def transition_s(longest_rad: float) -> float:
@@ -144,9 +151,9 @@ class Reference:
         return float(-interval_s / PERIOD_S * (missed + turned))
 
 
-def least_distance_m(offset_m: Floats, start: Floats, end: Floats, samples: int = 4000) -> float:
-    """Least distance between the surfaces of two tails along their motion, by looking at many instants."""
-    share = np.linspace(0.0, 1.0, samples)[:, np.newaxis]
+def least_clearance_m(offset_m: Floats, start: Floats, end: Floats, span_s: float) -> float:
+    """Least distance between the surfaces of two tails on a straight way in phase space, looked at each millisecond."""
+    share = np.linspace(0.0, 1.0, 1 + int(np.ceil(span_s * 1e3)))[:, np.newaxis]
     angles = start + share * (end - start)
     one = TAIL_LENGTH_M * np.stack([np.cos(angles[:, 0]), np.sin(angles[:, 0])], axis=1)
     other = TAIL_LENGTH_M * np.stack([np.cos(angles[:, 1]), np.sin(angles[:, 1])], axis=1)

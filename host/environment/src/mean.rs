@@ -21,7 +21,7 @@ use sim::tank::{Hull, TankParameters};
 use crate::command::{Command, seconds};
 
 /// Longest step of the integration, s; a longer one would cost accuracy (see [`Hull`]).
-pub const STEP_S: f64 = 0.25;
+pub const STEP_S: f64 = 0.5;
 
 /// Two neighbours: by offset index, and who they are.
 type Pair = (usize, [usize; 2]);

@@ -1,12 +1,11 @@
-"""Steps a second of learning environments: 256 from Python, the same from Rust, one in numpy.
+"""Steps a second of 256 environments from Python and in Rust, and of one in numpy.
 
-    cargo bench -p environment --no-run
-    python host/python/bench/environments.py target/release/deps/rate-…
+    host/python/bench/run environments
 
-Python and Rust take turns on the same machine; medians and their ratios are printed. Without the Rust program its part is left out.
+Python and Rust take turns on the same machine, each on all cores; numpy is the reference that the tests carry, one environment on one
+core, without and with its contacts. Medians and their ratios are printed.
 """
 
-import re
 import subprocess
 import sys
 import time
@@ -14,42 +13,35 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flotilla.environments import FlotillaVectorEnv
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python"))
-from environment_reference import Reference  # noqa: E402
+from environment_reference import Reference
 
 ENVIRONMENTS = 256
-ROUNDS = 7
+ROUNDS = 15
 
 
-def python_rate(env: FlotillaVectorEnv, steps: int) -> float:
-    """Steps a second of one round."""
-    actions = [env.action_space.sample() for _ in range(8)]
+def python_seconds(env: FlotillaVectorEnv, actions: list[NDArray[np.float64]], steps: int) -> float:
+    """How long so many steps of all take."""
     began = time.perf_counter()
     for step in range(steps):
         env.step(actions[step % len(actions)])
-    return steps * ENVIRONMENTS / (time.perf_counter() - began)
+    return time.perf_counter() - began
 
 
-def rust_rate(program: str, fidelity: str) -> float:
-    """Steps a second on all cores, by the program of `cargo bench`."""
-    said = subprocess.run([program, fidelity], check=True, capture_output=True, text=True).stdout
-    found = re.search(rf"^{fidelity} .*?(\d+) on all cores", said, re.MULTILINE)
-    if found is None:
-        raise RuntimeError(f"{program} said: {said}")
-    return float(found[1])
-
-
-def numpy_rate(steps: int) -> float:
-    """Steps a second of the reference that the tests carry."""
+def numpy_rate(steps: int, *, contacts: bool) -> float:
+    """Steps a second of the reference."""
     reference = Reference(
         positions_m=np.array([[-0.15, 0.0], [0.0, 0.0], [0.15, 0.0]]),
         position_m=np.zeros(2),
         heading_rad=0.3,
         velocity_m_s=np.array([0.02, 0.01]),
     )
+    if not contacts:
+        reference.pairs = reference.pairs[:0]
     actions = np.random.default_rng(1).uniform(-1, 1, (steps, 9)) * np.tile([np.pi, 2.6, 1.0], 3)
     began = time.perf_counter()
     for action in actions:
@@ -57,24 +49,39 @@ def numpy_rate(steps: int) -> float:
     return steps / (time.perf_counter() - began)
 
 
-def main() -> None:
-    """Prints the table."""
-    program = sys.argv[1] if len(sys.argv) > 1 else None
-    for fidelity, steps in [("cycle", 400), ("module", 2)]:
-        env = FlotillaVectorEnv(ENVIRONMENTS, fidelity=fidelity, scenario="holonomic-1")
-        env.reset(seed=1)
-        env.action_space.seed(1)
-        rates: dict[str, list[float]] = {"python": [], "rust": [], "numpy": []}
-        for _ in range(ROUNDS):
-            rates["python"].append(python_rate(env, steps))
-            if program is not None:
-                rates["rust"].append(rust_rate(program, fidelity))
+def compare(program: str, fidelity: str, steps: int) -> None:
+    """Prints the rates of one fidelity."""
+    env = FlotillaVectorEnv(ENVIRONMENTS, fidelity=fidelity, scenario="holonomic-1")
+    env.reset(seed=0)
+    env.action_space.seed(1)
+    actions = [env.action_space.sample() for _ in range(8)]
+    seconds: dict[str, list[float]] = {"python": [], "rust": []}
+    numpy: dict[bool, list[float]] = {False: [], True: []}
+    command = [program, "serve", fidelity]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as loop:
+        assert loop.stdin is not None and loop.stdout is not None
+        for _ in range(ROUNDS + 1):
+            seconds["python"].append(python_seconds(env, actions, steps))
+            loop.stdin.write(f"{steps}\n")
+            loop.stdin.flush()
+            seconds["rust"].append(float(loop.stdout.readline()))
             if fidelity == "cycle":
-                rates["numpy"].append(numpy_rate(200))
-        middle = {name: median(all_) for name, all_ in rates.items() if all_}
-        for name, rate in middle.items():
-            print(f"{fidelity:<7} {name:<7} {rate:>12.0f} steps/s   python × {middle['python'] / rate:.3g}")
+                for contacts, rates in numpy.items():
+                    rates.append(numpy_rate(100, contacts=contacts))
+    # The first warms both.
+    rate = {name: steps * ENVIRONMENTS / median(all_[1:]) for name, all_ in seconds.items()}
+    ratio = rate["python"] / rate["rust"]
+    print(
+        f"{fidelity}: {rate['python']:.0f} steps/s from Python, {rate['rust']:.0f} in Rust: {ratio:.3f} "
+        f"(medians of {ROUNDS})"
+    )
+    for contacts, rates in numpy.items():
+        if rates:
+            slow = median(rates[1:])
+            what = "with contacts" if contacts else "without contacts"
+            print(f"{fidelity}: {slow:.0f} steps/s in numpy {what}: {rate['python'] / slow:.0f} times as many from Python")
 
 
 if __name__ == "__main__":
-    main()
+    compare(sys.argv[1], "cycle", 400)
+    compare(sys.argv[1], "module", 2)

@@ -87,6 +87,23 @@ fn legs_of_a_scenario_follow_each_other() {
     assert!(told.truncated[0]);
 }
 
+/// In water this thick no tail follows its reference: modules stop, and take no cycle any more.
+#[test]
+fn an_episode_ends_when_a_module_takes_no_cycle_any_more() {
+    let thick = format!("{}[motor]\ntail_drag_n_m_s2 = 0.01\n", shape("2x1"));
+    let mut batch = Batch::new(&settings(&thick), 1, 1).expect("a batch");
+    let mut told = Told::of(&batch);
+    reset(&mut batch, &[Some(1)], &mut told);
+    for step in 1..=3 {
+        batch.step(&[1.0, 2.6, 0.0, -1.0, 2.6, 0.0], told.seen()).expect("steps");
+        if told.terminated[0] {
+            assert_eq!((told.info[6], told.truncated[0]), (1.0, false), "step {step}");
+            return;
+        }
+    }
+    panic!("never stopped: {told:?}");
+}
+
 #[test]
 fn modules_that_do_not_join_are_told_of() {
     let mut batch =

@@ -4,7 +4,7 @@
 //! mass, added mass, drag and current are the tank's. What only tails or single instants have is left out: reaction torque of rotors,
 //! thrust within a swing and in transitions, gusts, waves and contacts.
 //!
-//! Assumptions and limits: steps of up to a quarter of a second are meant; velocity changes over seconds (m + m_a over D·v is some 8 s).
+//! Assumptions and limits: steps of up to half a second are meant; velocity changes over seconds (m + m_a over D·v is some 8 s).
 
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
@@ -109,7 +109,7 @@ mod tests {
         let mut tank = Tank::new(&row(), &Parameters::default(), &parameters, &start, 0).expect("valid");
         let mut hull = Hull::new(&row(), &Parameters::default(), &parameters, &start).expect("valid");
         (1..=15_000).for_each(|step| tank.step(DT_S, &waveforms(SWINGS, f64::from(step) * DT_S)));
-        (0..60).for_each(|_| hull.step(0.25, mean()));
+        (0..30).for_each(|_| hull.step(0.5, mean()));
         let (tank, hull) = (tank.pose(), hull.pose());
         let moved_m = tank.position_m[0].hypot(tank.position_m[1]);
         let apart_m = [0, 1].map(|axis| tank.position_m[axis] - hull.position_m[axis]);
@@ -123,8 +123,8 @@ mod tests {
     }
 
     #[test]
-    fn a_quarter_of_a_second_is_short_enough() {
-        let ends = [0.25, 0.005].map(|dt_s: f64| {
+    fn half_a_second_is_short_enough() {
+        let ends = [0.5, 0.005].map(|dt_s: f64| {
             let start = PoseSample { heading_rad: 0.4, ..PoseSample::default() };
             let mut hull =
                 Hull::new(&row(), &Parameters::default(), &TankParameters::default(), &start).expect("valid");
