@@ -3,6 +3,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`run`] | the closed loop: plan, dispatch, execute, observe |
+//! | [`answer`] | what is asked of the program and what it answers, for the command line and for Python |
 //! | [`provision`] | from a module's TOML file and its key to the image in its flash, and back |
 //! | [`cli`] | the `flotilla` program |
 //!
@@ -21,6 +22,7 @@
 //! | [`plot`] | pictures of it |
 //! | [`quantity`], [`reader`] | numbers from outside, and files that a person writes |
 
+pub mod answer;
 pub mod cli;
 pub mod provision;
 pub mod run;

@@ -100,10 +100,11 @@ impl<R: Radio> Faulty<R> {
     }
 
     /// Puts one copy of what was handed over under way, with whatever befalls it.
-    fn launch(&mut self, now: FleetInstant, to: R::Address, mut datagram: Vec<u8>) {
+    fn launch(&mut self, now: FleetInstant, to: R::Address, datagram: &[u8]) {
         if self.is_full() {
             return;
         }
+        let mut datagram = self.under_way.copied(datagram);
         let p = &self.parameters;
         // Cut first: a flipped bit that is then cut off would be no flipped bit.
         if strikes(&mut self.rng, p.truncation) && !datagram.is_empty() {
@@ -175,6 +176,7 @@ impl<R: Radio> Faulty<R> {
                 self.count.lost += 1;
                 return Err(error);
             }
+            self.under_way.take_back(flight.datagram);
             self.count.delivered += 1;
         }
         Ok(())
@@ -193,10 +195,10 @@ impl<R: Radio> Radio for Faulty<R> {
             self.count.lost += 1;
             self.count.burst_lost += u64::from(in_burst);
         } else {
-            self.launch(now, to, datagram.to_vec());
+            self.launch(now, to, datagram);
             if self.rng.random_bool(self.parameters.duplication) {
                 self.count.duplicated += 1;
-                self.launch(now, to, datagram.to_vec());
+                self.launch(now, to, datagram);
             }
         }
         if self.parameters.replay > 0.0 || self.parameters.forgery > 0.0 {

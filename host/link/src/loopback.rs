@@ -16,17 +16,24 @@ pub struct Node(pub u16);
 
 type Inbox = VecDeque<(Node, Vec<u8>)>;
 
+/// What is on its way, by whom it is for, and buffers that were emptied, to be filled again.
+#[derive(Debug, Default)]
+struct Shared {
+    inboxes: HashMap<Node, Inbox>,
+    spare: Vec<Vec<u8>>,
+}
+
 /// The medium that all loopback radios of one fleet share.
 #[derive(Clone, Debug, Default)]
 pub struct Ether {
-    inboxes: Rc<RefCell<HashMap<Node, Inbox>>>,
+    shared: Rc<RefCell<Shared>>,
 }
 
 impl Ether {
     /// A radio at `address`; two at one address share its inbox.
     #[must_use]
     pub fn radio(&self, address: Node) -> LoopbackRadio {
-        self.inboxes.borrow_mut().entry(address).or_default();
+        self.shared.borrow_mut().inboxes.entry(address).or_default();
         LoopbackRadio { address, ether: self.clone() }
     }
 }
@@ -44,8 +51,12 @@ impl Radio for LoopbackRadio {
 
     fn send(&mut self, _now: FleetInstant, to: Node, datagram: &[u8]) -> Result<(), Infallible> {
         // A datagram to an address without a receiver is lost, as on any radio.
-        if let Some(inbox) = self.ether.inboxes.borrow_mut().get_mut(&to) {
-            inbox.push_back((self.address, datagram.to_vec()));
+        let Shared { inboxes, spare } = &mut *self.ether.shared.borrow_mut();
+        if let Some(inbox) = inboxes.get_mut(&to) {
+            let mut bytes = spare.pop().unwrap_or_default();
+            bytes.clear();
+            bytes.extend_from_slice(datagram);
+            inbox.push_back((self.address, bytes));
         }
         Ok(())
     }
@@ -55,10 +66,11 @@ impl Radio for LoopbackRadio {
         _now: FleetInstant,
         buffer: &mut [u8],
     ) -> Result<Option<(usize, Node)>, Infallible> {
-        let mut inboxes = self.ether.inboxes.borrow_mut();
+        let Shared { inboxes, spare } = &mut *self.ether.shared.borrow_mut();
         Ok(inboxes.get_mut(&self.address).and_then(VecDeque::pop_front).map(|(from, datagram)| {
             let length = datagram.len().min(buffer.len());
             buffer[..length].copy_from_slice(&datagram[..length]);
+            spare.push(datagram);
             (length, from)
         }))
     }

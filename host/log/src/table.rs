@@ -13,8 +13,10 @@
 //!
 //! Numbers are written with as many digits as it takes to read them back exactly. Text with a comma, quote or line end is quoted (RFC 4180).
 
-use std::fmt::Write as _;
+use std::borrow::Cow;
+use std::fmt::{self, Write as _};
 use std::io::{self, Write};
+use std::iter;
 
 use super::cdr::{CdrError, Decoder};
 use super::schema::{Field, Kind, Schema, Shape};
@@ -41,7 +43,57 @@ pub struct Table {
     /// Whether a message with empty lists says nothing.
     bare: bool,
     /// By column: the cells of the message that is being written, one or one a row.
-    cells: Vec<Vec<String>>,
+    cells: Vec<Vec<Cell>>,
+}
+
+/// What stands in one place of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// Nothing.
+    Empty,
+    /// Yes or no.
+    Bool(bool),
+    /// A whole number, not negative.
+    Unsigned(u64),
+    /// A whole number.
+    Signed(i64),
+    /// Of 32 bits.
+    Float32(f32),
+    /// Of 64 bits.
+    Float64(f64),
+    /// A time: seconds, and nanoseconds beside them.
+    Seconds(i64, u64),
+    /// Text, a list within an element among it.
+    Text(String),
+}
+
+impl fmt::Display for Cell {
+    /// As it stands in a file.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => Ok(()),
+            Self::Bool(value) => write!(f, "{value}"),
+            Self::Unsigned(value) => write!(f, "{value}"),
+            Self::Signed(value) => write!(f, "{value}"),
+            Self::Float32(value) => write!(f, "{value:?}"),
+            Self::Float64(value) => write!(f, "{value:?}"),
+            Self::Seconds(whole, nanos) => write!(f, "{whole}.{nanos:09}"),
+            Self::Text(text) => f.write_str(&quoted(text)),
+        }
+    }
+}
+
+impl From<Value<'_>> for Cell {
+    fn from(value: Value<'_>) -> Self {
+        match value {
+            Value::Bool(value) => Self::Bool(value),
+            Value::Unsigned(value) => Self::Unsigned(value),
+            Value::Signed(value) => Self::Signed(value),
+            Value::Float32(value) => Self::Float32(value),
+            Value::Float64(value) => Self::Float64(value),
+            Value::Text(value) => Self::Text(value.to_owned()),
+        }
+    }
 }
 
 impl Table {
@@ -152,7 +204,7 @@ impl Table {
         }
         if let (Shape::Sequence(1), 0) = (field.shape, number) {
             for cells in self.cells.iter_mut().skip(at).take(width) {
-                cells.push(String::new());
+                cells.push(Cell::Empty);
             }
         }
         Ok(at + if side_by_side { number * width } else { width })
@@ -180,7 +232,7 @@ impl Table {
             if is_list(field) {
                 let joined = joined(schema, field, decoder)?;
                 if let Some(cells) = self.cells.get_mut(at) {
-                    cells.push(joined);
+                    cells.push(Cell::Text(joined));
                 }
                 at += 1;
             } else {
@@ -190,22 +242,33 @@ impl Table {
         Ok(())
     }
 
-    /// Writes the rows of the message that was taken in, of the instant `at_ns`.
+    /// The rows of the message that was taken in, of the instant `at_ns`: the cells under [`header`](Self::header).
+    pub fn rows(&self, at_ns: u64) -> impl Iterator<Item = impl Iterator<Item = Cow<'_, Cell>>> {
+        let own = self.cells.iter().zip(&self.columns).filter(|(_, column)| **column == Column::Own);
+        let longest = own.map(|(cells, _)| cells.len()).max().unwrap_or(0);
+        let rows = if self.bare { longest } else { longest.max(1) };
+        let at = Cell::Seconds((at_ns / 1_000_000_000).cast_signed(), at_ns % 1_000_000_000);
+        (0..rows).map(move |row| {
+            let index = self.listed.then_some(Cell::Unsigned(row as u64));
+            let cells = self.cells.iter().zip(&self.columns).map(move |(cells, column)| {
+                let cell = cells.get(if *column == Column::Shared { 0 } else { row });
+                Cow::Borrowed(cell.unwrap_or(&Cell::Empty))
+            });
+            iter::once(at.clone()).chain(index).map(Cow::Owned).chain(cells)
+        })
+    }
+
+    /// Writes these rows.
     ///
     /// # Errors
     /// The sink's.
     pub fn write_rows(&self, at_ns: u64, out: &mut impl Write) -> io::Result<()> {
-        let own = self.cells.iter().zip(&self.columns).filter(|(_, column)| **column == Column::Own);
-        let longest = own.map(|(cells, _)| cells.len()).max().unwrap_or(0);
-        let rows = if self.bare { longest } else { longest.max(1) };
-        for row in 0..rows {
-            write!(out, "{}", seconds(at_ns / 1_000_000_000, at_ns % 1_000_000_000))?;
-            if self.listed {
-                write!(out, ",{row}")?;
+        for mut row in self.rows(at_ns) {
+            if let Some(first) = row.next() {
+                write!(out, "{first}")?;
             }
-            for (cells, column) in self.cells.iter().zip(&self.columns) {
-                let cell = cells.get(if *column == Column::Shared { 0 } else { row });
-                write!(out, ",{}", cell.map_or("", String::as_str))?;
+            for cell in row {
+                write!(out, ",{cell}")?;
             }
             writeln!(out)?;
         }
@@ -239,18 +302,14 @@ fn width(schema: &Schema, kind: Kind) -> usize {
     }
 }
 
-fn seconds(whole: impl std::fmt::Display, nanos: u64) -> String {
-    format!("{whole}.{nanos:09}")
-}
-
-fn cell(schema: &Schema, kind: Kind, decoder: &mut Decoder<'_>) -> Result<String, CdrError> {
+fn cell(schema: &Schema, kind: Kind, decoder: &mut Decoder<'_>) -> Result<Cell, CdrError> {
     if !is_time(schema, kind) {
-        return Ok(shown(value(kind, decoder)?));
+        return Ok(value(kind, decoder)?.into());
     }
     let [sec, nanosec] = [true, false].map(|signed| Kind::Integer { bytes: 4, signed });
     match (value(sec, decoder)?, value(nanosec, decoder)?) {
-        (Value::Signed(sec), Value::Unsigned(nanos)) => Ok(seconds(sec, nanos)),
-        _ => Ok(String::new()),
+        (Value::Signed(sec), Value::Unsigned(nanos)) => Ok(Cell::Seconds(sec, nanos)),
+        _ => Ok(Cell::Empty),
     }
 }
 
@@ -271,24 +330,13 @@ fn joined(schema: &Schema, field: &Field, decoder: &mut Decoder<'_>) -> Result<S
             kind => put(value(kind, decoder)?),
         }
     }
-    Ok(quoted(&text))
+    Ok(text)
 }
 
 fn plain(value: Value<'_>) -> String {
     match value {
-        Value::Bool(value) => value.to_string(),
-        Value::Unsigned(value) => value.to_string(),
-        Value::Signed(value) => value.to_string(),
-        Value::Float32(value) => format!("{value:?}"),
-        Value::Float64(value) => format!("{value:?}"),
         Value::Text(value) => value.to_owned(),
-    }
-}
-
-fn shown(value: Value<'_>) -> String {
-    match value {
-        Value::Text(text) => quoted(text),
-        value => plain(value),
+        value => Cell::from(value).to_string(),
     }
 }
 

@@ -110,6 +110,13 @@ impl Planner {
         }
     }
 
+    /// Forgets at what earlier decisions aimed: the next one is as that of a planner that was just made.
+    pub fn forget(&mut self) {
+        if let Which::Exact(exact) = &mut self.which {
+            exact.forget();
+        }
+    }
+
     /// Writes into `plan` a transition out of the neighbours' reach, and a rest there, from `tails` at rest (rad, may be unwrapped): one that
     /// any module may miss, and if possible stop in. It goes towards where a swim for `demand` would best begin. False, with `plan` as
     /// it was, where no tail rests in a neighbour's reach, nothing is asked of tolerance, or there is no such way.

@@ -66,18 +66,36 @@ pub(crate) struct BodyState {
 
 /// (x, y) in S → world: x_S = (sin Θ, −cos Θ), y_S = (cos Θ, sin Θ).
 pub(crate) fn to_world(heading_rad: f64, [x, y]: [f64; 2]) -> [f64; 2] {
-    let (sin, cos) = heading_rad.sin_cos();
+    world_by(heading_rad.sin_cos(), [x, y])
+}
+
+/// [`to_world`] by sin and cos of the heading.
+fn world_by((sin, cos): (f64, f64), [x, y]: [f64; 2]) -> [f64; 2] {
     [sin * x + cos * y, -cos * x + sin * y]
 }
 
 /// (x, y) in the world → S, the transpose of [`to_world`].
 pub(crate) fn to_structure(heading_rad: f64, [x, y]: [f64; 2]) -> [f64; 2] {
-    let (sin, cos) = heading_rad.sin_cos();
+    structure_by(heading_rad.sin_cos(), [x, y])
+}
+
+/// [`to_structure`] by sin and cos of the heading.
+fn structure_by((sin, cos): (f64, f64), [x, y]: [f64; 2]) -> [f64; 2] {
     [sin * x - cos * y, cos * x + sin * y]
 }
 
 /// Time derivatives of position (world), heading, velocity (S), yaw rate.
 type Rates = [f64; 6];
+
+/// What (b1) to (b3) are solved for the accelerations by, the same over all of a step.
+struct Inertia {
+    /// (m + m_x, m + m_y), kg.
+    masses_kg: [f64; 2],
+    /// What Ω̇ takes from v̇_x and v̇_y, m.
+    arms_m: [f64; 2],
+    /// What is left about the vertical, kg·m².
+    left_kg_m2: f64,
+}
 
 impl BodyState {
     fn plus(&self, rates: &Rates, dt_s: f64) -> Self {
@@ -102,20 +120,33 @@ impl Body {
         wrench: Wrench,
         water_m_s: [f64; 2],
     ) -> BodyState {
-        let k1 = self.rates(state, wrench, water_m_s);
-        let k2 = self.rates(&state.plus(&k1, 0.5 * dt_s), wrench, water_m_s);
-        let k3 = self.rates(&state.plus(&k2, 0.5 * dt_s), wrench, water_m_s);
-        let k4 = self.rates(&state.plus(&k3, dt_s), wrench, water_m_s);
+        let inertia = self.inertia();
+        let rates = |state: &BodyState| self.rates(&inertia, state, wrench, water_m_s);
+        let k1 = rates(state);
+        let k2 = rates(&state.plus(&k1, 0.5 * dt_s));
+        let k3 = rates(&state.plus(&k2, 0.5 * dt_s));
+        let k4 = rates(&state.plus(&k3, dt_s));
         let mean = std::array::from_fn(|i| (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]) / 6.0);
         state.plus(&mean, dt_s)
     }
 
-    fn rates(&self, state: &BodyState, wrench: Wrench, water_m_s: [f64; 2]) -> Rates {
+    /// (b1) and (b2) put into (b3) leave Ω̇ alone.
+    fn inertia(&self) -> Inertia {
+        let (m, [m_x, m_y], [x_g, y_g]) = (self.mass_kg, self.added_mass_kg, self.centre_m);
+        let (mass_x_kg, mass_y_kg) = (m + m_x, m + m_y);
+        let (arm_x, arm_y) = (-m * y_g / mass_x_kg, m * x_g / mass_y_kg);
+        let left_kg_m2 = self.inertia_kg_m2 + m * (x_g * x_g + y_g * y_g) + self.added_inertia_kg_m2
+            - (arm_x * arm_x * mass_x_kg + arm_y * arm_y * mass_y_kg);
+        Inertia { masses_kg: [mass_x_kg, mass_y_kg], arms_m: [arm_x, arm_y], left_kg_m2 }
+    }
+
+    fn rates(&self, inertia: &Inertia, state: &BodyState, wrench: Wrench, water_m_s: [f64; 2]) -> Rates {
         let (m, [m_x, m_y], omega) = (self.mass_kg, self.added_mass_kg, state.yaw_rate_rad_s);
         let [v_x, v_y] = state.velocity_s_m_s;
-        let [c_x, c_y] = to_structure(state.heading_rad, water_m_s);
+        let turned = state.heading_rad.sin_cos();
+        let [c_x, c_y] = structure_by(turned, water_m_s);
         let (r_x, r_y) = (v_x - c_x, v_y - c_y);
-        let world = to_world(state.heading_rad, state.velocity_s_m_s);
+        let world = world_by(turned, state.velocity_s_m_s);
         let ([x_g, y_g], [x_p, y_p]) = (self.centre_m, self.drag_centre_m);
         // w = (v_rx − Ω·y_p, v_ry + Ω·x_p)                                                          (b4)
         let (w_x, w_y) = (r_x - omega * y_p, r_y + omega * x_p);
@@ -134,12 +165,8 @@ impl Body {
         // τ + τ_D − (m_y − m_x)·v_rx·v_ry − m·Ω·(x_g·v_x + y_g·v_y)                                 (b3)
         let torque_nm =
             wrench.tau_nm - drag_nm - (m_y - m_x) * r_x * r_y - m * omega * (x_g * v_x + y_g * v_y);
-        // (b1) and (b2) put into (b3) leave Ω̇ alone.
-        let (mass_x_kg, mass_y_kg) = (m + m_x, m + m_y);
-        let (arm_x, arm_y) = (-m * y_g / mass_x_kg, m * x_g / mass_y_kg);
-        let inertia_kg_m2 = self.inertia_kg_m2 + m * (x_g * x_g + y_g * y_g) + self.added_inertia_kg_m2
-            - (arm_x * arm_x * mass_x_kg + arm_y * arm_y * mass_y_kg);
-        let turning_rad_s2 = (torque_nm - (arm_x * force_x_n + arm_y * force_y_n)) / inertia_kg_m2;
+        let &Inertia { masses_kg: [mass_x_kg, mass_y_kg], arms_m: [arm_x, arm_y], left_kg_m2 } = inertia;
+        let turning_rad_s2 = (torque_nm - (arm_x * force_x_n + arm_y * force_y_n)) / left_kg_m2;
         [
             world[0],
             world[1],

@@ -30,8 +30,10 @@ use super::contact::ContactWatch;
 use super::thrust::Thrust;
 use super::waves::Waves;
 
+pub use hull::Hull;
 pub use parameters::TankParameters;
 
+mod hull;
 mod parameters;
 
 /// What is drawn for one seed beside the gusts.

@@ -9,25 +9,16 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-use modboat::envelope::{Envelope, ON_BORDER};
+use modboat::envelope::Envelope;
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
-use modboat::structure::Structure;
-use serde::Serialize;
 
 use super::request::Request;
 use super::{Failure, filter};
+use crate::answer::envelope::{self, Reply};
 
 /// No more demands are drawn.
 const DRAWN_MAX: usize = 500;
-
-#[derive(Serialize)]
-struct Reply {
-    gauge: Option<f64>,
-    inside: bool,
-    boundary: Option<Wrench>,
-    extremes: Wrench,
-}
 
 /// What is to be drawn: the first structure, and the demands on it.
 struct Shown {
@@ -68,17 +59,8 @@ pub(super) fn main(parameters: &Parameters, plot: Option<&Path>) -> Result<(), F
 
 fn answer(line: &str, parameters: &Parameters, shown: &mut Option<Shown>) -> Result<String, String> {
     let Request { cells, demand, .. } = Request::read(line)?;
-    let structure = Structure::from_cells(&cells).map_err(|error| format!("cells: {error}"))?;
-    let envelope = Envelope::new(&structure.positions_m(parameters.pitch_m), parameters);
-    let gauge = envelope.gauge(demand);
-    let extremes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|normal| envelope.support(normal));
-    let reply = Reply {
-        // JSON has no infinity.
-        gauge: gauge.is_finite().then_some(gauge),
-        inside: gauge <= ON_BORDER,
-        boundary: (gauge > 0.0 && gauge.is_finite()).then(|| envelope.boundary(demand)),
-        extremes: Wrench::from_array(extremes),
-    };
+    let envelope = envelope::envelope(&cells, parameters)?;
+    let reply = Reply::new(&envelope, demand);
     let shown = shown.get_or_insert_with(|| Shown { cells: cells.clone(), envelope, demands: Vec::new() });
     if shown.cells == cells && shown.demands.len() < DRAWN_MAX {
         shown.demands.push(demand);

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use identify::data::{Boat, Recording};
+use identify::data::Boat;
 use identify::outcome::{Constant, Outcome, Scale};
 use plot::identified::{Identified, Velocities};
 
@@ -13,7 +13,7 @@ use super::progress::Bar;
 use super::run::list;
 use super::{Failure, all_said, bad, could, untold, written};
 use crate::run::identified;
-use crate::run::identify::{Logged, logged_file};
+use crate::run::identify::logged_files;
 use crate::run::scenario::{EXPERIMENT_S, Scenario};
 
 #[derive(clap::Args)]
@@ -60,7 +60,8 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(name) = &arguments.experiment {
         return experiment(name, arguments.duration);
     }
-    let (boat, recordings) = read(&arguments.logs)?;
+    let bar = |path: &Path| Bar::new(&path.display().to_string());
+    let (boat, recordings) = logged_files(&arguments.logs, bar).map_err(Failure::Bad)?;
     let folder = arguments.out.as_deref().map(|path| Folder::of(Some(path), "")).transpose()?;
     let scale = match arguments.scale {
         Known::Rotor => Scale::Rotor,
@@ -104,28 +105,6 @@ fn experiment(name: &str, duration_s: f64) -> Result<(), Failure> {
     let scenario =
         scenario.into_experiment(duration_s).map_err(|reason| Failure::Bad(format!("{name}: {reason}")))?;
     written(write!(std::io::stdout().lock(), "{}", scenario.document()))
-}
-
-/// All logs; they must be of one structure.
-fn read(paths: &[PathBuf]) -> Result<(Boat, Vec<Recording>), Failure> {
-    let mut known: Option<Boat> = None;
-    let mut recordings = Vec::with_capacity(paths.len());
-    for path in paths {
-        let mut bar = Bar::new(&path.display().to_string());
-        let logged = logged_file(path, &mut bar);
-        drop(bar);
-        let of_log = |reason: String| Failure::Bad(format!("{}: {reason}", path.display()));
-        let Logged { boat, recording, .. } = logged.map_err(|error| of_log(error.to_string()))?;
-        match &known {
-            Some(known) if known.structure.cells() != boat.structure.cells() || known.ids != boat.ids => {
-                return Err(of_log("of other modules or another shape than the first log".to_owned()));
-            }
-            Some(_) => {}
-            None => known = Some(boat),
-        }
-        recordings.push(recording);
-    }
-    known.map(|boat| (boat, recordings)).ok_or_else(|| Failure::Bad("no log was given".to_owned()))
 }
 
 fn pictures(boat: &Boat, outcome: &Outcome, folder: &Path) -> Vec<Result<PathBuf, plot::PlotError>> {

@@ -5,20 +5,18 @@
 use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use clap::ValueEnum;
 use grid::Map;
-use grid::any_angle::{AnyAngle, Shortest};
+use grid::any_angle::Shortest;
 use grid::plane::Plane;
 use grid::read::{self, Query, ReadError};
-use grid::theta::{self, FoundPath, Search};
 use grid::volume::Volume;
 use reader::file::{MADE_MAX, text_of};
-use serde::Serialize;
 
 use super::progress::Bar;
 use super::{Failure, bad, could, written};
+use crate::answer::route::{Algorithm, Answer, Scratch, ask};
 use crate::run::progress::Progress;
 
 #[derive(clap::Args)]
@@ -52,30 +50,6 @@ pub(super) struct Arguments {
     /// Draw a 2D map with the paths
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Algorithm {
-    /// Any angle: in 2D the shortest path, in 3D Theta* with its corners put right
-    #[value(name = "theta")]
-    AnyAngle,
-    /// Basic Theta* as published
-    BasicTheta,
-    /// A* along the moves to neighbouring vertices: exact, for those moves
-    AStar,
-    /// A*, and then straight legs where they are free
-    AStarSmoothed,
-}
-
-/// A query's answer, as in its JSON line.
-#[derive(Serialize)]
-struct Answer {
-    start: Vec<u32>,
-    goal: Vec<u32>,
-    length: Option<f64>,
-    path: Option<Vec<Vec<u32>>>,
-    expanded: usize,
-    time_us: u64,
 }
 
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
@@ -172,7 +146,7 @@ fn answer<const N: usize>(
     size: &str,
     done: impl FnOnce(&[Answer]) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let mut scratch = (AnyAngle::new(), Search::new());
+    let mut scratch = Scratch::new();
     let mut answers = Vec::with_capacity(questions.len());
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
     // A bar between the lines of its own answers would be in their way.
@@ -185,7 +159,7 @@ fn answer<const N: usize>(
                 questions.len() as u64,
             );
         }
-        let answer = ask(arguments.algorithm, &mut scratch, map, question);
+        let answer = ask(arguments.algorithm, &mut scratch, map, question.start, question.goal);
         if arguments.json {
             let line = serde_json::to_string(&answer).map_err(could)?;
             let outcome = writeln!(out, "{line}");
@@ -203,41 +177,6 @@ fn answer<const N: usize>(
     }
     written(out.flush())?;
     done(&answers)
-}
-
-fn ask<const N: usize>(
-    algorithm: Algorithm,
-    (any_angle, search): &mut (AnyAngle, Search),
-    map: &impl Shortest<N>,
-    question: &Question<N>,
-) -> Answer {
-    let ends = map.vertex(question.start).zip(map.vertex(question.goal));
-    let ends = ends.filter(|&(start, goal)| map.is_open(start) && map.is_open(goal));
-    let began = Instant::now();
-    let found = ends.and_then(|(start, goal)| match algorithm {
-        Algorithm::AnyAngle => map.shortest(any_angle, start, goal),
-        Algorithm::BasicTheta => search.theta_star(map, start, goal),
-        Algorithm::AStar => search.a_star(map, start, goal),
-        Algorithm::AStarSmoothed => search.a_star(map, start, goal).and_then(|found| {
-            let path = theta::smooth(map, &found.path);
-            Some(FoundPath { cost: theta::cost(map, &path)?, path, ..found })
-        }),
-    });
-    let expanded = match algorithm {
-        _ if ends.is_none() => 0,
-        Algorithm::AnyAngle => any_angle.expanded(),
-        _ => search.expanded(),
-    };
-    let time_us = began.elapsed().as_micros() as u64;
-    let places = |path: &[usize]| path.iter().map(|&vertex| map.place(vertex).to_vec()).collect();
-    Answer {
-        start: question.start.to_vec(),
-        goal: question.goal.to_vec(),
-        length: found.as_ref().map(|found| found.cost),
-        path: found.as_ref().map(|found| places(&found.path)),
-        expanded,
-        time_us,
-    }
 }
 
 /// The answers and their totals, for a person.

@@ -14,8 +14,7 @@ use reader::file::{MADE_MAX, text_from, text_of};
 use reconfiguration::plan::{Criterion, Manner, Plan};
 use reconfiguration::problem::Problem;
 use record::reconfigure::Record;
-use rov::planner::{OrderRule, PlanError, Planned, Request, plan_with};
-use rov::pricing::price;
+use rov::planner::{OrderRule, Planned, Request};
 
 use super::console::{Attended, Console, ServeArguments, console};
 use super::folder::{Files, Folder};
@@ -24,6 +23,7 @@ use super::poses::{PoseArguments, rovs};
 use super::progress::Bar;
 use super::run::{RadioKind, list};
 use super::{Failure, all_said, bad, could, keygen, signal, tell, untold, written};
+use crate::answer::reconfigure::{NotMade, PowerKind, planned, usual_order};
 use crate::run::closed_loop::Drive;
 use crate::run::experiment::Pace;
 use crate::run::fleet::{InProcess, OverUdp};
@@ -35,14 +35,12 @@ use crate::run::reconfigure::execution::{Executed, Options, Site, run_into, run_
 use crate::run::reconfigure::poses::LabBodies;
 use crate::run::reconfigure::scenario::ReconfigureScenario;
 
-mod power;
 mod search;
 mod table;
 mod task;
 mod together;
 
-pub(super) use power::{PowerKind, law};
-use search::{Threads, Watch};
+use search::Watch;
 
 /// The scenario that is planned when none is named.
 const DEFAULT: &str = "t-to-i-far";
@@ -176,23 +174,6 @@ struct Made {
     executed: Option<Executed>,
 }
 
-/// Why a column has no plan.
-enum NotMade {
-    /// None was found.
-    NotFound(String),
-    /// It breaks a condition, whichever planner made it: it is not handed out.
-    Refused(String),
-}
-
-impl std::fmt::Display for NotMade {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NotFound(why) => f.write_str(why),
-            Self::Refused(why) => write!(f, "the plan breaks a condition: {why}"),
-        }
-    }
-}
-
 pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let opened = ReconfigureScenario::open(&arguments.scenario);
     let mut scenario = opened.map_err(bad)?;
@@ -200,8 +181,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.poses.pose.is_some() && arguments.radio != RadioKind::Udp {
         return Err(Failure::Bad("--pose is for ROVs on --radio udp".to_owned()));
     }
-    let manner = if arguments.manner == MannerKind::Paper { Manner::Paper } else { Manner::Best };
-    arguments.together.check(manner).map_err(Failure::Bad)?;
+    let together = arguments.together.checked(manner(arguments)).map_err(Failure::Bad)?;
     if let Some(seconds) = arguments.hold_after {
         if !(0.35..=60.0).contains(&seconds) {
             return Err(Failure::Bad(format!("--hold-after {seconds} s: must lie between 0.35 and 60")));
@@ -241,7 +221,7 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let mut columns = Vec::new();
     let mut bar = Bar::new(&scenario.problem.name);
     if let Some(path) = &arguments.task {
-        let law = law(arguments.power, scenario.problem.rules.battery_v)?;
+        let law = arguments.power.law(scenario.problem.rules.battery_v).map_err(bad)?;
         let (criterion, manner, order) = (Criterion::Energy, Manner::Best, OrderRule::Exact);
         let request = Request { criterion, manner, order, law };
         let (problem, said) = task::found(&scenario.problem, path, &request)?;
@@ -251,18 +231,12 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
     let wanted = wanted(arguments);
     for (done, &(title, criterion, manner, order)) in wanted.iter().enumerate() {
         bar.preparing(&format!("planning: {title}"), done as u64, wanted.len() as u64);
-        let law = law(arguments.power, scenario.problem.rules.battery_v)?;
+        let law = arguments.power.law(scenario.problem.rules.battery_v).map_err(bad)?;
         let request = Request { criterion, manner, order, law };
         let mut watch = Watch::new(&mut bar, title, criterion, limit);
-        let planned = plan_with(&scenario.problem, &request, &Threads::new(), &mut watch)
-            .and_then(|planned| arguments.together.apply(&scenario.problem, &request.law, planned));
-        let made = match planned {
-            Ok(planned) => judged(&scenario.problem, planned, &request),
-            // No such robot can be planned for, by any rule.
-            Err(error @ (PlanError::Propulsion { .. } | PlanError::Power(_) | PlanError::TooMany { .. })) => {
-                return Err(Failure::Bad(format!("{}: {error}", arguments.scenario)));
-            }
-            Err(error) => Err(NotMade::NotFound(error.to_string())),
+        let made = match planned(&scenario.problem, &request, &together, &mut watch) {
+            Err(NotMade::Unfit(why)) => return Err(Failure::Bad(format!("{}: {why}", arguments.scenario))),
+            made => made.map(|planned| Made { planned, executed: None }),
         };
         columns.push(Column { title, criterion, manner, made });
     }
@@ -351,15 +325,6 @@ fn print_json(problem: &Problem, columns: &[Column]) -> Result<(), Failure> {
 }
 
 /// Executes a plan on the chosen radio.
-/// A plan priced in the current of its rules, unless the judge refuses it: no plan that breaks a condition is handed out, whichever planner made it.
-fn judged(problem: &Problem, mut planned: Planned, request: &Request) -> Result<Made, NotMade> {
-    price(problem, &mut planned.plan, &request.law).map_err(|error| NotMade::NotFound(error.to_string()))?;
-    match judge::verify(problem, &planned.plan).first() {
-        None => Ok(Made { planned, executed: None }),
-        Some(violation) => Err(NotMade::Refused(violation.to_string())),
-    }
-}
-
 fn execute(
     arguments: &Arguments,
     scenario: &ReconfigureScenario,
@@ -374,7 +339,7 @@ fn execute(
     let problem = &scenario.problem;
     let log = (log, Title { name: column.title.to_owned(), index });
     let faults = FaultParameters { loss: arguments.loss, ..FaultParameters::default() };
-    let law = law(arguments.power, problem.rules.battery_v)?;
+    let law = arguments.power.law(problem.rules.battery_v).map_err(bad)?;
     let seed = arguments.seed.unwrap_or(scenario.seed);
     let options = Options { seed, radio: faults, law };
     let Some(Remote { radio, host, seats, poses }) = remote else {
@@ -438,6 +403,10 @@ fn save(problem: &Problem, columns: &[Column], logs: Vec<PathBuf>, folder: &Fold
     files
 }
 
+fn manner(arguments: &Arguments) -> Manner {
+    if arguments.manner == MannerKind::Paper { Manner::Paper } else { Manner::Best }
+}
+
 /// Which plans are asked for.
 fn wanted(arguments: &Arguments) -> Vec<(&'static str, Criterion, Manner, OrderRule)> {
     let Some(criterion) = arguments.criterion else {
@@ -451,12 +420,9 @@ fn wanted(arguments: &Arguments) -> Vec<(&'static str, Criterion, Manner, OrderR
         CriterionKind::Energy => ("energy", Criterion::Energy),
         CriterionKind::Euclidean => ("euclidean", Criterion::Euclidean),
     };
-    let (manner, usual) = match arguments.manner {
-        MannerKind::Best => (Manner::Best, OrderRule::Exact),
-        MannerKind::Paper => (Manner::Paper, OrderRule::Paper),
-    };
+    let manner = manner(arguments);
     let order = match arguments.order {
-        None => usual,
+        None => usual_order(manner),
         Some(OrderKind::Exact) => OrderRule::Exact,
         Some(OrderKind::Paper) => OrderRule::Paper,
     };

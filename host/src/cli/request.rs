@@ -4,9 +4,7 @@ use modboat::motion::Wrench;
 use serde::Deserialize;
 
 use super::filter;
-
-/// Greatest force (N) and torque (N·m) that is taken for a demand.
-const DEMAND_MAX: f64 = 1e6;
+use crate::answer::plan::{self, check_demand};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -21,14 +19,7 @@ impl Request {
     /// From a line, with a demand that can be computed with.
     pub(super) fn read(line: &str) -> Result<Self, String> {
         let request: Self = filter::read(line)?;
-        let Wrench { fx_n, fy_n, tau_nm } = request.demand;
-        for (key, value, unit) in [("fx_n", fx_n, "N"), ("fy_n", fy_n, "N"), ("tau_nm", tau_nm, "N·m")] {
-            if !value.is_finite() || value.abs() > DEMAND_MAX {
-                return Err(format!(
-                    "demand.{key} = {value:e} {unit}: must be at most {DEMAND_MAX:e} in size"
-                ));
-            }
-        }
+        check_demand(request.demand)?;
         Ok(request)
     }
 }
@@ -46,4 +37,14 @@ pub(super) enum Tails {
 #[serde(rename_all = "lowercase")]
 pub(super) enum Previous {
     Previous,
+}
+
+impl From<Tails> for plan::Tails {
+    fn from(tails: Tails) -> Self {
+        match tails {
+            Tails::Unknown => Self::Unknown,
+            Tails::Angles(angles) => Self::Angles(angles),
+            Tails::Word(Previous::Previous) => Self::Previous,
+        }
+    }
 }

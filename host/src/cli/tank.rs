@@ -29,9 +29,9 @@ use sim::tank::Tank;
 use super::module::{MODBOAT_REPORTS, radio, resolve, setup};
 use super::poses::LabArguments;
 use super::real_time::{Live, live};
-use super::reconfigure::PowerKind;
 use super::run::fleet;
 use super::{Failure, bad, could, tell};
+use crate::answer::reconfigure::PowerKind;
 use crate::run::experiment::water;
 use crate::run::scenario::{PoseParameters, Scenario, UpAxis};
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use identify::data::{Boat, Cycle, Recording, Tails};
 use modboat::motion::Swing;
@@ -150,4 +150,30 @@ pub fn logged_file(path: &Path, progress: &mut dyn Progress) -> Result<Logged, R
     let file = File::open(path).map_err(LogError::from)?;
     let length = file.metadata().map_or(0, |metadata| metadata.len());
     logged(&path.display().to_string(), BufReader::new(file), length, progress)
+}
+
+/// The structure and the recordings of all logs, which must be of one structure. `progress` makes what shows how far each is read.
+///
+/// # Errors
+/// Which log is not read, or is of another structure.
+pub fn logged_files<P: Progress>(
+    paths: &[PathBuf],
+    progress: impl Fn(&Path) -> P,
+) -> Result<(Boat, Vec<Recording>), String> {
+    let mut known: Option<Boat> = None;
+    let mut recordings = Vec::with_capacity(paths.len());
+    for path in paths {
+        let of_log = |reason: String| format!("{}: {reason}", path.display());
+        let logged = logged_file(path, &mut progress(path));
+        let Logged { boat, recording, .. } = logged.map_err(|error| of_log(error.to_string()))?;
+        match &known {
+            Some(known) if known.structure.cells() != boat.structure.cells() || known.ids != boat.ids => {
+                return Err(of_log("of other modules or another shape than the first log".to_owned()));
+            }
+            Some(_) => {}
+            None => known = Some(boat),
+        }
+        recordings.push(recording);
+    }
+    known.map(|boat| (boat, recordings)).ok_or_else(|| "no log was given".to_owned())
 }

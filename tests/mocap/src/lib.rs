@@ -39,8 +39,9 @@ pub fn python() -> &'static Path {
     PYTHON.get_or_init(|| {
         let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         let folder = here.join("../../target/mocap");
-        let status = Command::new(here.join("set-up")).arg(&folder).status().expect("bash");
-        assert!(status.success(), "tests/mocap/set-up failed: {status}");
+        let mut made = Command::new(here.join("../environment"));
+        let status = made.arg(&folder).arg(here.join("python/requirements.txt")).status().expect("bash");
+        assert!(status.success(), "tests/environment failed: {status}");
         folder.join("bin/python")
     })
 }

@@ -125,6 +125,12 @@ impl ExactPlanner {
         }
     }
 
+    /// See [`Planner::forget`](crate::planner::Planner::forget).
+    pub fn forget(&mut self) {
+        self.settled = false;
+        self.aimed.clear();
+    }
+
     /// See [`Planner::plan_into`](crate::planner::Planner::plan_into).
     pub fn plan_into(
         &mut self,

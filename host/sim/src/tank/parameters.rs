@@ -149,6 +149,27 @@ impl TankParameters {
         }
     }
 
+    /// Refuses what the mean wrench of a cycle by the believed law (2) cannot show.
+    pub(crate) fn has_mean_alone(&self) -> Result<(), ParameterError> {
+        let reason = "cannot be told from the mean wrench of a cycle: tails have to be simulated for it";
+        let thrust = &self.thrust;
+        for (key, value, unit) in [
+            ("gust_m_s", self.gust_m_s, "m/s"),
+            ("height_m", self.wave.height_m, "m"),
+            ("height_m", self.jonswap.height_m, "m"),
+            ("spread", thrust.spread, ""),
+            ("interaction", thrust.interaction, ""),
+            ("module_share", thrust.module_share.len() as f64, "numbers"),
+            ("slope_n_rad", thrust.slope_n_rad.unwrap_or(0.0), "N/rad"),
+            ("offset_n", thrust.offset_n.unwrap_or(0.0), "N"),
+        ] {
+            if value != 0.0 {
+                return Err(ParameterError { key, value, unit, reason });
+            }
+        }
+        Ok(())
+    }
+
     /// The structure as a body in the water; `real` from [`Self::real`].
     pub(crate) fn body(&self, structure: &Structure, real: &Parameters) -> Body {
         let (mass_kg, inertia_kg_m2) = (structure.mass_kg(real), structure.inertia_kg_m2(real));

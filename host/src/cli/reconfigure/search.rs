@@ -1,12 +1,11 @@
-//! What the search for an order needs of this computer: threads, a clock, and a place to tell how far it has come.
+//! What the search for an order needs of this computer: a clock, and a place to tell how far it has come.
 
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use reconfiguration::plan::Criterion;
-use rov::order::{Known, Progress, Workers};
+use rov::order::{Known, Progress};
 
 use super::super::progress::Bar;
 use super::super::tell;
@@ -15,37 +14,6 @@ use crate::run::progress::Progress as _;
 /// Pause between two lines in a pipe, and two looks of a terminal's bar.
 const LINE: Duration = Duration::from_secs(2);
 const LOOK: Duration = Duration::from_millis(100);
-
-/// As many threads as the computer has cores.
-pub(super) struct Threads(usize);
-
-impl Threads {
-    pub(super) fn new() -> Self {
-        Self(std::thread::available_parallelism().map_or(1, usize::from))
-    }
-}
-
-impl Workers for Threads {
-    fn run(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
-        let next = AtomicUsize::new(0);
-        let work = || {
-            loop {
-                let own = next.fetch_add(1, Ordering::Relaxed);
-                if own >= jobs {
-                    break;
-                }
-                job(own);
-            }
-        };
-        let others = self.0.min(jobs).saturating_sub(1);
-        std::thread::scope(|scope| {
-            for _ in 0..others {
-                scope.spawn(work);
-            }
-            work();
-        });
-    }
-}
 
 /// Ends a search when its time is up, and shows the best order known and its bound: on a terminal as the bar, in a pipe as lines.
 pub(super) struct Watch<'a> {

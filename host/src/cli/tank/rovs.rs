@@ -24,7 +24,6 @@ use sim::rov::{RovActuation, SimRov, Thrusters};
 use super::super::module::{ROV_REPORTS, radio, resolve, setup};
 use super::super::poses::{rov_bodies, rovs};
 use super::super::real_time::Live;
-use super::super::reconfigure::law;
 use super::super::{Failure, bad, could, tell};
 use super::{Arguments, axes, cameras, film, serve};
 use crate::run::RunError;
@@ -186,7 +185,7 @@ impl Robots {
             arrived: vec![false; rovs.len()],
             slots: problem.slots.iter().map(|slot| slot.pose).collect(),
             dead: dead.transpose()?,
-            law: law(arguments.power, problem.rules.battery_v)?,
+            law: arguments.power.law(problem.rules.battery_v).map_err(bad)?,
             energy_j: 0.0,
             bodies: mounted,
             happened: Vec::new(),

@@ -35,6 +35,7 @@ fn crate_files(name: &str) -> Vec<(String, String)> {
         "runlog" => "host/log".to_owned(),
         "runconsole" => "host/console".to_owned(),
         "flotilla-ros2" => "host/ros2".to_owned(),
+        "flotilla-python" => "host/python".to_owned(),
         _ => format!("host/{name}"),
     };
     let start = format!("{folder}/src/");

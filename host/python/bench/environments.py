@@ -1,0 +1,87 @@
+"""Steps a second of 256 environments from Python and in Rust, and of one in numpy.
+
+    host/python/bench/run environments
+
+Python and Rust take turns on the same machine, each on all cores; numpy is the reference that the tests carry, one environment on one
+core, without and with its contacts. Medians and their ratios are printed.
+"""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flotilla.environments import FlotillaVectorEnv
+
+sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python"))
+from environment_reference import Reference
+
+ENVIRONMENTS = 256
+ROUNDS = 15
+
+
+def python_seconds(env: FlotillaVectorEnv, actions: list[NDArray[np.float64]], steps: int) -> float:
+    """How long so many steps of all take."""
+    began = time.perf_counter()
+    for step in range(steps):
+        env.step(actions[step % len(actions)])
+    return time.perf_counter() - began
+
+
+def numpy_rate(steps: int, *, contacts: bool) -> float:
+    """Steps a second of the reference."""
+    reference = Reference(
+        positions_m=np.array([[-0.15, 0.0], [0.0, 0.0], [0.15, 0.0]]),
+        position_m=np.zeros(2),
+        heading_rad=0.3,
+        velocity_m_s=np.array([0.02, 0.01]),
+    )
+    if not contacts:
+        reference.pairs = reference.pairs[:0]
+    actions = np.random.default_rng(1).uniform(-1, 1, (steps, 9)) * np.tile([np.pi, 2.6, 1.0], 3)
+    began = time.perf_counter()
+    for action in actions:
+        reference.step(action)
+    return steps / (time.perf_counter() - began)
+
+
+def compare(program: str, fidelity: str, steps: int) -> None:
+    """Prints the rates of one fidelity."""
+    env = FlotillaVectorEnv(ENVIRONMENTS, fidelity=fidelity, scenario="holonomic-1")
+    env.reset(seed=0)
+    env.action_space.seed(1)
+    actions = [env.action_space.sample() for _ in range(8)]
+    seconds: dict[str, list[float]] = {"python": [], "rust": []}
+    numpy: dict[bool, list[float]] = {False: [], True: []}
+    command = [program, "serve", fidelity]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as loop:
+        assert loop.stdin is not None and loop.stdout is not None
+        for _ in range(ROUNDS + 1):
+            seconds["python"].append(python_seconds(env, actions, steps))
+            loop.stdin.write(f"{steps}\n")
+            loop.stdin.flush()
+            seconds["rust"].append(float(loop.stdout.readline()))
+            if fidelity == "cycle":
+                for contacts, rates in numpy.items():
+                    rates.append(numpy_rate(100, contacts=contacts))
+    # The first warms both.
+    rate = {name: steps * ENVIRONMENTS / median(all_[1:]) for name, all_ in seconds.items()}
+    ratio = rate["python"] / rate["rust"]
+    print(
+        f"{fidelity}: {rate['python']:.0f} steps/s from Python, {rate['rust']:.0f} in Rust: {ratio:.3f} "
+        f"(medians of {ROUNDS})"
+    )
+    for contacts, rates in numpy.items():
+        if rates:
+            slow = median(rates[1:])
+            what = "with contacts" if contacts else "without contacts"
+            print(f"{fidelity}: {slow:.0f} steps/s in numpy {what}: {rate['python'] / slow:.0f} times as many from Python")
+
+
+if __name__ == "__main__":
+    compare(sys.argv[1], "cycle", 400)
+    compare(sys.argv[1], "module", 2)
