@@ -30,9 +30,14 @@ impl Allocator {
     /// By the planner of this kind, with the scenario's settings; turns go from rest to rest in either.
     #[must_use]
     pub fn new(scenario: &Scenario, kind: PlannerKind) -> Self {
+        Self::with_distance(scenario, kind, Arc::new(DistanceToCollision::new(&scenario.modboat)))
+    }
+
+    /// The same, with the collision regions of the scenario's modules.
+    #[must_use]
+    pub fn with_distance(scenario: &Scenario, kind: PlannerKind, distance: Arc<DistanceToCollision>) -> Self {
         let config =
             PlannerConfig { kind, transition_law: Some(LawOfTime::RestToRest), ..scenario.planner.clone() };
-        let distance = Arc::new(DistanceToCollision::new(&scenario.modboat));
         let planner = Planner::with_distance(&scenario.structure, &scenario.modboat, &config, distance);
         Self { planner, plan: Plan::default() }
     }
@@ -63,8 +68,12 @@ pub struct Baseline {
 impl Baseline {
     /// At the start of an episode.
     #[must_use]
-    pub fn new(scenario: &Scenario, kind: PlannerKind) -> Self {
-        Self { kind, control: control(scenario), allocator: Allocator::new(scenario, kind) }
+    pub fn new(scenario: &Scenario, kind: PlannerKind, distance: Arc<DistanceToCollision>) -> Self {
+        Self {
+            kind,
+            control: control(scenario),
+            allocator: Allocator::with_distance(scenario, kind, distance),
+        }
     }
 
     /// Another episode begins.

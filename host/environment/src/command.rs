@@ -204,14 +204,14 @@ mod tests {
         let command = taken(&[-0.3, 1.1, 1.0, FRAC_PI_2, 0.0, -1.0], &[0.8, FRAC_PI_2]);
         assert_eq!((command.transition, command.length()), (Duration(0), Duration(1_500_000)));
         assert!(command.turns.iter().all(|turn| turn.rotation_rad() == 0.0));
-        assert_eq!(command.cycle[1].amplitude_rad, 0.0);
+        assert_eq!(command.cycle[1], Swing { centerline_rad: FRAC_PI_2, amplitude_rad: 0.0 });
     }
 
     #[test]
     fn amplitudes_are_brought_into_what_a_module_takes() {
         for (asked, given) in [(0.44, 0.0), (0.46, 0.9), (-0.5, -0.9), (9.0, 2.6), (-9.0, -2.6), (1.7, 1.7)] {
-            let amplitude_rad = taken(&[0.0, asked, 0.0], &[0.0]).cycle[0].amplitude_rad;
-            assert_eq!(amplitude_rad, given, "{asked}");
+            let swing = taken(&[0.0, asked, 0.0], &[0.0]).cycle[0];
+            assert_eq!(swing, Swing { centerline_rad: 0.0, amplitude_rad: given }, "{asked}");
         }
     }
 

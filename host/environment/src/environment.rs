@@ -65,7 +65,9 @@ impl Environment {
         let scenario = settings.scenario.clone();
         let wants_planner = settings.action == ActionKind::Wrench;
         Self {
-            allocator: wants_planner.then(|| Allocator::new(&scenario, PlannerKind::Exact)),
+            allocator: wants_planner.then(|| {
+                Allocator::with_distance(&scenario, PlannerKind::Exact, Arc::clone(&layout.distance))
+            }),
             scenario,
             settings,
             layout,
@@ -93,7 +95,7 @@ impl Environment {
         }
         let episode: u64 = self.rng.random();
         let mut rng = ChaCha8Rng::seed_from_u64(episode);
-        let Self { settings, scenario, .. } = self;
+        let Self { settings, layout, scenario, .. } = self;
         let goal = draw(settings.task, &mut rng, &settings.scenario, &mut scenario.start);
         let (heading_rad, tail_rad) = (scenario.start_heading_rad(), scenario.start.tail_rad);
         // A run of legs from the seed itself is the run of `flotilla run --seed`.
@@ -105,7 +107,8 @@ impl Environment {
             (Fidelity::Cycle, simulation) => {
                 if simulation.is_none() {
                     let Scenario { structure, modboat, tank, timing, .. } = &*scenario;
-                    let mean = Mean::new(structure, modboat, tank, timing.lead_s)?;
+                    let distance = Arc::clone(&layout.distance);
+                    let mean = Mean::new(structure, modboat, tank, timing.lead_s, distance)?;
                     *simulation = Some(Simulation::Mean(Box::new(mean)));
                 }
                 let start = PoseSample {
@@ -186,7 +189,8 @@ impl Environment {
         action.fill(0.0);
         let (Some(goal), false) = (self.asked, self.is_over) else { return };
         if self.baseline.as_ref().is_none_or(|baseline| baseline.kind != kind) {
-            self.baseline = Some(Baseline::new(&self.scenario, kind));
+            let distance = Arc::clone(&self.layout.distance);
+            self.baseline = Some(Baseline::new(&self.scenario, kind, distance));
         }
         let tails_rad = rests_rad(self.simulation.as_ref());
         let Some(baseline) = &mut self.baseline else { return };
@@ -271,7 +275,8 @@ impl Environment {
             return;
         };
         let heading_rad = self.now.heading_rad;
-        let in_s = |vector| in_structure(heading_rad, vector);
+        let turned = heading_rad.sin_cos();
+        let in_s = |vector| in_structure(turned, vector);
         let (place_m, velocity_m_s) = match goal.demand {
             Demand::Station(station_m) => {
                 let place_m = [0, 1].map(|axis| station_m[axis] - self.now.position_m[axis]);

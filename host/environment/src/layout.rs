@@ -28,8 +28,10 @@
 //! Action `wrench`: F_x, F_y in N and τ in N·m, in S, up to the greatest that all modules give together.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use host::run::scenario::Scenario;
+use modboat::distance::DistanceToCollision;
 use modboat::envelope::Envelope;
 
 use crate::settings::{ActionKind, Settings};
@@ -47,8 +49,8 @@ pub const INFO: [&str; 7] = ["time_s", "interval_s", "x_m", "y_m", "heading_rad"
 /// one where a module took no cycle any more.
 pub type Info = [f64; INFO.len()];
 
-/// Sizes and bounds.
-#[derive(Clone, Debug, PartialEq)]
+/// Sizes and bounds, and where tails meet: the same in all environments of a batch.
+#[derive(Clone, Debug)]
 pub struct Layout {
     /// Modules of the structure.
     pub modules: usize,
@@ -56,6 +58,8 @@ pub struct Layout {
     pub positions_m: Vec<[f64; 2]>,
     /// Docked pairs along sway and along surge: (left, right), (behind, ahead).
     pub neighbours: [Vec<(usize, usize)>; 2],
+    /// Where tails meet.
+    pub distance: Arc<DistanceToCollision>,
     /// Numbers of an observation.
     pub observation: usize,
     /// Least of each number of an action.
@@ -88,6 +92,7 @@ impl Layout {
             modules,
             neighbours: [[1, 0], [0, 1]].map(|offset| structure.neighbours(offset).collect()),
             positions_m,
+            distance: Arc::new(DistanceToCollision::new(modboat)),
             observation: SHARED + 2 * modules,
             action_low: action_high.iter().map(|high| -high).collect(),
             action_high,
@@ -101,8 +106,7 @@ impl Layout {
     }
 }
 
-/// (x, y) in the world → S: x_S = (sin Θ, −cos Θ), y_S = (cos Θ, sin Θ).
-pub(crate) fn in_structure(heading_rad: f64, [x, y]: [f64; 2]) -> [f64; 2] {
-    let (sin, cos) = heading_rad.sin_cos();
+/// (x, y) in the world → S, by sin and cos of Θ: x_S = (sin Θ, −cos Θ), y_S = (cos Θ, sin Θ).
+pub(crate) fn in_structure((sin, cos): (f64, f64), [x, y]: [f64; 2]) -> [f64; 2] {
     [sin * x - cos * y, cos * x + sin * y]
 }

@@ -10,6 +10,8 @@
 //!
 //! Assumptions and limits: tails are exactly where they were told. What a mean wrench cannot show is refused ([`Hull`]).
 
+use std::sync::Arc;
+
 use modboat::distance::DistanceToCollision;
 use modboat::motion::{Wrench, ends};
 use modboat::parameters::Parameters;
@@ -30,7 +32,7 @@ type Pair = (usize, [usize; 2]);
 #[derive(Clone, Debug)]
 pub struct Mean {
     hull: Hull,
-    distance: DistanceToCollision,
+    distance: Arc<DistanceToCollision>,
     pairs: Vec<Pair>,
     lead_s: f64,
     /// Mean wrench of the running cycle.
@@ -40,7 +42,7 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// A structure in the water of `tank`; commands come `lead_s` before their cycle starts.
+    /// A structure in the water of `tank`, of which tails meet by `distance`; commands come `lead_s` before their cycle starts.
     ///
     /// # Errors
     /// As [`Hull::new`].
@@ -49,8 +51,8 @@ impl Mean {
         parameters: &Parameters,
         tank: &TankParameters,
         lead_s: f64,
+        distance: Arc<DistanceToCollision>,
     ) -> Result<Self, ParameterError> {
-        let distance = DistanceToCollision::new(parameters);
         let offsets = distance.offsets().iter().enumerate();
         let pairs = offsets.flat_map(|(index, &offset)| {
             structure.neighbours(offset).map(move |(one, other)| (index, [one, other]))

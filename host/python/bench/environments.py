@@ -3,9 +3,11 @@
     host/python/bench/run environments
 
 Python and Rust take turns on the same machine, each on all cores; numpy is the reference that the tests carry, one environment on one
-core, without and with its contacts. Medians and their ratios are printed.
+core, without and with its contacts. Medians of short rounds and their ratios are printed, and the ratio of the time that processors
+spent, which depends less on what else goes on.
 """
 
+import os
 import subprocess
 import sys
 import time
@@ -21,7 +23,6 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "tests" / "python"))
 from environment_reference import Reference
 
 ENVIRONMENTS = 256
-ROUNDS = 15
 
 
 def python_seconds(env: FlotillaVectorEnv, actions: list[NDArray[np.float64]], steps: int) -> float:
@@ -49,7 +50,13 @@ def numpy_rate(steps: int, *, contacts: bool) -> float:
     return steps / (time.perf_counter() - began)
 
 
-def compare(program: str, fidelity: str, steps: int) -> None:
+def spent_s(process: int) -> float:
+    """What a process has spent of its processors' time, s, by Linux."""
+    after_name = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(after_name[11]) + int(after_name[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def compare(program: str, fidelity: str, steps: int, rounds: int) -> None:
     """Prints the rates of one fidelity."""
     env = FlotillaVectorEnv(ENVIRONMENTS, fidelity=fidelity, scenario="holonomic-1")
     env.reset(seed=0)
@@ -57,23 +64,29 @@ def compare(program: str, fidelity: str, steps: int) -> None:
     actions = [env.action_space.sample() for _ in range(8)]
     seconds: dict[str, list[float]] = {"python": [], "rust": []}
     numpy: dict[bool, list[float]] = {False: [], True: []}
+    from_python_s = 0.0
     command = [program, "serve", fidelity]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as loop:
         assert loop.stdin is not None and loop.stdout is not None
-        for _ in range(ROUNDS + 1):
+        for round_ in range(rounds + 1):
+            if round_ == 1:
+                # The first has warmed both.
+                in_rust_s = spent_s(loop.pid)
+            began = time.process_time()
             seconds["python"].append(python_seconds(env, actions, steps))
+            from_python_s += (time.process_time() - began) if round_ > 0 else 0.0
             loop.stdin.write(f"{steps}\n")
             loop.stdin.flush()
             seconds["rust"].append(float(loop.stdout.readline()))
             if fidelity == "cycle":
                 for contacts, rates in numpy.items():
-                    rates.append(numpy_rate(100, contacts=contacts))
-    # The first warms both.
+                    rates.append(numpy_rate(10, contacts=contacts))
+        in_rust_s = spent_s(loop.pid) - in_rust_s
     rate = {name: steps * ENVIRONMENTS / median(all_[1:]) for name, all_ in seconds.items()}
-    ratio = rate["python"] / rate["rust"]
+    ratio, effort = rate["python"] / rate["rust"], in_rust_s / from_python_s
     print(
         f"{fidelity}: {rate['python']:.0f} steps/s from Python, {rate['rust']:.0f} in Rust: {ratio:.3f} "
-        f"(medians of {ROUNDS})"
+        f"(medians of {rounds}); by processors' time {effort:.3f}"
     )
     for contacts, rates in numpy.items():
         if rates:
@@ -83,5 +96,5 @@ def compare(program: str, fidelity: str, steps: int) -> None:
 
 
 if __name__ == "__main__":
-    compare(sys.argv[1], "cycle", 400)
-    compare(sys.argv[1], "module", 2)
+    compare(sys.argv[1], "cycle", steps=40, rounds=201)
+    compare(sys.argv[1], "module", steps=1, rounds=9)

@@ -1,5 +1,7 @@
 //! The fidelity `module` is the simulation of `flotilla run`: the commands of a run's decisions give that run's poses, digit for digit.
 
+use std::sync::Arc;
+
 use environment::command::Command;
 use environment::mean::Mean;
 use environment::modules::Modules;
@@ -12,6 +14,7 @@ use host::run::host::Step;
 use host::run::pilot::{Decision, Pilot};
 use host::run::pose_source::PoseSource;
 use host::run::scenario::Scenario;
+use modboat::distance::DistanceToCollision;
 use modboat::observer::Fix;
 use modboat::plan::Outcome;
 use protocol::Motion;
@@ -98,7 +101,8 @@ fn mean_cycles_are_near_to_simulated_modules() {
     let (decisions, _) = run(&scenario, 3);
     let mut modules = Modules::new(&scenario, 3).expect("modules");
     let Scenario { structure, modboat, tank, timing, .. } = &scenario;
-    let mut mean = Mean::new(structure, modboat, tank, timing.lead_s).expect("a hull");
+    let distance = Arc::new(DistanceToCollision::new(modboat));
+    let mut mean = Mean::new(structure, modboat, tank, timing.lead_s, distance).expect("a hull");
     mean.place(&PoseSample { heading_rad: scenario.start_heading_rad(), ..PoseSample::default() }, 0.0);
     let positions_m = structure.positions_m(modboat.pitch_m);
     for decision in &decisions {
