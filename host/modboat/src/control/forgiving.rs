@@ -25,7 +25,7 @@ use self::estimator::{Estimator, Motion};
 use self::gains::Gains;
 use self::reference::{Reference, at_most, turn};
 use super::limits::Limits;
-use super::{ControlConfig, Goal, Moment};
+use super::{ControlConfig, Goal, Moment, Tails};
 use crate::motion::Wrench;
 use crate::observer::{Fix, ObserverParameters};
 use crate::parameters::Parameters;
@@ -80,8 +80,6 @@ pub struct ForgivingConfig {
     pub heading_seen_rad: f64,
     /// How far torque and yaw drag may differ from what is believed, as a share; 0: they are not learned.
     pub unsure_yaw: f64,
-    /// Moment of inertia of a tail with its rotor, kg·m²: its turning turns the structure the other way.
-    pub tail_inertia_kg_m2: f64,
     /// How far thrust and drag may differ from what is believed, as a share; 0: they are not learned.
     pub unsure: f64,
 }
@@ -91,17 +89,16 @@ impl Default for ForgivingConfig {
         Self {
             position_time_s: 4.0,
             station_time_s: 2.5,
-            heading_time_s: 4.0,
+            heading_time_s: 3.0,
             turn_1_s: 0.3,
             turn_max_rad_s: 0.2,
             calm_m_s2: 5e-5,
             gusty_m_s2: 1e-3,
             twist_rad_s2: 1e-3,
             slip_m_s: 1e-3,
-            slip_rad_s: 3e-3,
+            slip_rad_s: 1e-3,
             heading_seen_rad: 8e-4,
             unsure_yaw: 0.3,
-            tail_inertia_kg_m2: 1.5e-4,
             unsure: 0.3,
         }
     }
@@ -121,7 +118,6 @@ impl ForgivingConfig {
             ("slip_m_s", self.slip_m_s, "m/s", 0.0..=1.0, "must be from 0 to 1"),
             ("slip_rad_s", self.slip_rad_s, "rad/s", 0.0..=1.0, "must be from 0 to 1"),
             ("heading_seen_rad", self.heading_seen_rad, "rad", 1e-6..=1.0, "must be from 0.000001 to 1"),
-            ("tail_inertia_kg_m2", self.tail_inertia_kg_m2, "kg·m²", 0.0..=1.0, "must be from 0 to 1"),
             ("unsure_yaw", self.unsure_yaw, "", 0.0..=1.0, "must be from 0 to 1"),
             ("twist_rad_s2", self.twist_rad_s2, "rad/s²", 0.0..=1.0, "must be from 0 to 1"),
             ("unsure", self.unsure, "", 0.0..=1.0, "must be from 0 to 1"),
@@ -167,9 +163,9 @@ impl Forgiving {
         self.estimator.update(fix);
     }
 
-    /// The mean wrench of the tails from `t_s` on, transition included, and the sum of the angles that they swing or rest about.
-    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails_rad: f64) {
-        self.estimator.set_wrench(t_s, wrench, tails_rad);
+    /// The mean wrench of the tails from `t_s` on, transition included, and what they do.
+    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails: Option<Tails>) {
+        self.estimator.set_wrench(t_s, wrench, tails);
     }
 
     /// How far thrust and drag are found to differ from what is believed.

@@ -27,6 +27,7 @@
 //! | [`orientation`] | rest poses for a wrench and those about it |
 //! | [`asked`] | what is looked for, and what turning costs |
 //! | [`approach`] | the way from here to there |
+//! | [`wobble`] | how far a cycle turns the structure to and fro |
 //! | [`merit`] | what rest poses are worth for what may come next |
 //! | [`search`] | staying where the tails rest |
 //! | [`turning`] | turning to other rest poses, or to the cycles of Algorithm 1 |
@@ -46,6 +47,7 @@ pub mod rest;
 pub mod search;
 pub mod together;
 pub mod turning;
+pub mod wobble;
 
 use crate::buffers::Buffers;
 use crate::envelope::{Envelope, ON_BORDER};
@@ -53,6 +55,7 @@ use crate::motion::{Swing, Turn, Wrench};
 use crate::plan::{Outcome, Plan, Previous};
 use crate::planner_config::LossTolerance;
 use crate::setting::{Approach, Case, Participation, Setting, Span};
+use asked::Quiet;
 use choice::SMALL;
 use leaving::Leaving;
 use search::{CycleCandidate, Search, Staying};
@@ -62,6 +65,14 @@ const HALVINGS: usize = 6;
 
 /// With no more relative error than this a cycle that any module may stop in is not improved on. *Assumed.*
 const GOOD_ERROR: f64 = 0.05;
+
+/// Cycles that turn the structure to and fro by less than this share of what it does now are worth a transition. *Assumed.*
+const QUIETER: f64 = 0.75;
+/// What turns the structure by less than this, rad, is not made quieter. *Assumed.*
+const QUIET_RAD: f64 = 8e-4;
+/// What turning the structure costs where little of that is looked for, against the share of demands about one that are met, 1/rad: first
+/// with room in mind, then hardly. *Assumed.*
+const UNREST_1_RAD: [f64; 2] = [100.0, 500.0];
 
 /// Beyond so many modules Algorithm 1 is not asked for the farthest wrench of a direction, which takes it several times.
 const FIELD_MODULES: usize = 100;
@@ -320,6 +331,15 @@ impl ExactPlanner {
             LossTolerance::Prefer if free => &[true],
             LossTolerance::Prefer => &[true, false],
         };
+        let few = self.setting.cells.len() < SMALL;
+        if request.tolerance == LossTolerance::Prefer
+            && free
+            && self.settled
+            && few
+            && let Some(found) = self.solve_quietly(request)
+        {
+            return Some(found);
+        }
         if request.tolerance == LossTolerance::Prefer
             && free
             && let Some(found) = self.solve_stoppable(request)
@@ -354,6 +374,35 @@ impl ExactPlanner {
             }
         }
         best.found
+    }
+
+    /// Once the demand of few modules has settled: cycles that turn the structure much less to and fro than those that start where the tails
+    /// rest, if there are any. Those that any module may stop in first.
+    fn solve_quietly(&mut self, request: Request<'_>) -> Option<CycleCandidate> {
+        let Self { setting, search, .. } = self;
+        let (Request { demand, near, previous, .. }, tails) = (request, request.tails?);
+        // Where the tails are unwrapped otherwise, they swing about the same.
+        let about_rad: f64 =
+            previous?.iter().zip(tails).map(|(swing, tail)| tail - swing.amplitude_rad).sum();
+        let here = search.stay(request.case(setting), demand, tails, near, true, Staying::Searched)?;
+        let now_rad = search.wobble.unrest_rad(&search.allocation.cycles, tails, about_rad);
+        let now_rad = if here.met { now_rad } else { f64::INFINITY };
+        here.discard(&mut search.buffers);
+        if now_rad < QUIET_RAD {
+            return None;
+        }
+        let ways =
+            UNREST_1_RAD.map(|price| [LossTolerance::Power, LossTolerance::Prefer].map(|kept| (kept, price)));
+        for (tolerance, price_1_rad) in ways.into_iter().flatten() {
+            let case = Case { setting, tolerance, before: None };
+            let quiet = Quiet { about_rad, price_1_rad };
+            let Some(found) = search.quietest(case, demand, tails, quiet) else { continue };
+            if found.met && search.unrest_rad(&found.cycle, tails, about_rad) < QUIETER * now_rad {
+                return Some(found);
+            }
+            found.discard(&mut search.buffers);
+        }
+        None
     }
 
     /// What meets the demand, with cycles that any module may stop in: by going on as before; once the demand has settled, also from

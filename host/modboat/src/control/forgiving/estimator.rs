@@ -18,6 +18,7 @@ use quantity::wrap_rad;
 
 use super::ForgivingConfig;
 use super::filter::{Filter, Slope};
+use crate::control::Tails;
 use crate::motion::Wrench;
 use crate::observer::{Fix, ObserverParameters};
 use crate::parameters::Parameters;
@@ -55,6 +56,8 @@ pub(super) struct Model {
     pub inertia_kg_m2: f64,
     pub drag_n_s2_m2: f64,
     pub yaw_drag_n_m_s2: f64,
+    /// J of one tail.
+    pub tail_inertia_kg_m2: f64,
     /// Torque of a force whose modules differ by [`SPREAD`], m.
     pub lever_m: f64,
 }
@@ -103,8 +106,8 @@ pub(super) struct Estimator {
     drift: Filter<2, 8>,
     yaw: Filter<1, 5>,
     wrench: Wrench,
-    /// Σ of the angles that the tails swing about, rad; none before it was first told.
-    tails_rad: Option<f64>,
+    /// None before it was first told.
+    tails: Option<Tails>,
     /// Growth of d, between calm and gusty, m/s² in a second.
     drift_m_s2: f64,
     window: VecDeque<Sample>,
@@ -128,6 +131,7 @@ impl Estimator {
                 inertia_kg_m2: structure.inertia_kg_m2(parameters) * (1.0 + observer.added_inertia),
                 drag_n_s2_m2: modules * parameters.drag_n_s2_m2,
                 yaw_drag_n_m_s2: structure.yaw_drag_n_m_s2(parameters),
+                tail_inertia_kg_m2: parameters.tail_inertia_kg_m2,
                 lever_m: SPREAD * squares_m2.sqrt() / modules,
             },
             period_s: parameters.period_s,
@@ -140,11 +144,16 @@ impl Estimator {
             drift: Filter::new([1e-2, 1e-2, 2e-2, 2e-2, 2e-3, 2e-3, unsure, unsure]),
             yaw: Filter::new([1e-2, 2e-2, 2e-3, unsure_yaw, unsure_yaw]),
             wrench: Wrench::default(),
-            tails_rad: None,
+            tails: None,
             drift_m_s2: config.calm_m_s2,
             window: VecDeque::new(),
             config: config.clone(),
         }
+    }
+
+    /// J/I.
+    fn rotor_share(&self) -> f64 {
+        self.model.tail_inertia_kg_m2 / self.model.inertia_kg_m2
     }
 
     /// Whether there has been a fix.
@@ -159,11 +168,15 @@ impl Estimator {
 
     /// The mean wrench of the tails from `t_s` on, as [`Observer::set_wrench`](crate::observer::Observer::set_wrench).
     /// A tail that turns by Δφ turns the structure by −J Δφ/I, and leaves it there.
-    pub(super) fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails_rad: f64) {
-        let turned_rad = self.tails_rad.replace(tails_rad).map_or(0.0, |before_rad| tails_rad - before_rad);
-        if turned_rad != 0.0 {
+    pub(super) fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails: Option<Tails>) {
+        let tails = tails.or(self.tails).unwrap_or_default();
+        // The first turn begins where the tails rested all along.
+        let before_rad = self.tails.map_or(tails.from_rad, |before| before.about_rad);
+        let turned_rad = tails.about_rad - before_rad;
+        if self.tails.unwrap_or_default() != tails {
             self.predict(t_s);
-            self.motion.pose[2] -= self.config.tail_inertia_kg_m2 * turned_rad / self.model.inertia_kg_m2;
+            self.motion.pose[2] -= self.rotor_share() * turned_rad;
+            self.tails = Some(tails);
         }
         if wrench == self.wrench {
             return;
@@ -202,7 +215,9 @@ impl Estimator {
         let gap_s = fix.t_s - self.last_fix_s;
         self.last_fix_s = fix.t_s;
         let mut beyond: Axes = std::array::from_fn(|axis| measured[axis] - self.motion.pose[axis]);
-        beyond[2] = wrap_rad(beyond[2]);
+        // Rotors turn the structure against what the tails are past the angles that they swing about.
+        let swung_rad = self.tails.map_or(0.0, |tails| tails.beyond_rad(fix.t_s, self.period_s));
+        beyond[2] = wrap_rad(beyond[2] + self.rotor_share() * swung_rad);
         if gap_s > GAP_MAX_S {
             (0..3).for_each(|axis| self.motion.pose[axis] += beyond[axis]);
             self.window.clear();

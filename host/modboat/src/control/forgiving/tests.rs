@@ -87,7 +87,7 @@ impl Boat {
     /// One cycle, with the decision on the next 0.3 s before its end; what was demanded.
     fn swim(&mut self, velocity_m_s: f64) -> Wrench {
         let mut next = Wrench::default();
-        self.controller.set_wrench(self.t_s, self.running, 0.0);
+        self.controller.set_wrench(self.t_s, self.running, None);
         for step in 1..=180 {
             let water = self.speed_m_s - self.current_m_s;
             // Heading north: sway is east. M = 4.5 kg, D = 13.5 N·s²/m².
