@@ -246,6 +246,13 @@ impl Controller {
         }
     }
 
+    /// The wrench of the plan that was made for the last demand.
+    pub fn planned(&mut self, wrench: Wrench) {
+        if let Self::Forgiving(forgiving) = self {
+            forgiving.planned(wrench);
+        }
+    }
+
     /// The wrench to demand of the next cycle.
     pub fn demand(&mut self, goal: &Goal, observed: &Observation, moment: &Moment) -> Wrench {
         match self {

@@ -342,6 +342,7 @@ impl Pilot {
             planner.settle(self.settling.is_settled(asked, demand, &scenario.planner.weights));
             let previous = last.map(|decision| remaining.of(decision, links, !phase.is_under_way()));
             planner.plan_into(demand, Some(poses), previous, &mut self.plan);
+            self.control.planned(self.plan.wrench);
             demand
         };
         let solve_us = u64::from((self.stopwatch)().since(began).0);

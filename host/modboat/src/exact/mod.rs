@@ -221,6 +221,15 @@ impl ExactPlanner {
                 return;
             }
         }
+        let swam = request.previous.is_some_and(moves);
+        if swam
+            && is_tolerant(plan)
+            && plan.error > GOOD_ERROR
+            && let Some(turned) = self.turn_over(request, plan.error)
+        {
+            self.discard(std::mem::replace(plan, turned));
+            return;
+        }
         if is_tolerant(plan) || !in_reach {
             return;
         }
@@ -231,6 +240,18 @@ impl ExactPlanner {
                 break;
             }
         }
+    }
+
+    /// Where cycles that any module may stop in give little of a demand from where the tails rest, and much more from elsewhere: turns to
+    /// there, and no swim.
+    fn turn_over(&mut self, request: Request<'_>, error: f64) -> Option<Plan> {
+        let anywhere = Request { tails: None, previous: None, near: None, before: None, ..request };
+        let aimed = self.plan_as_asked(anywhere);
+        let wanted: Vec<f64> = aimed.cycle.iter().map(|swing| swing.start_rad()).collect();
+        let better = aimed.outcome == Outcome::Planned && aimed.error < 0.5 * error;
+        self.discard(aimed);
+        let turning = Request { demand: Wrench::default(), ..request };
+        better.then(|| self.leave(turning, Some(&wanted))).flatten()
     }
 
     /// A cycle in which nothing moves.

@@ -161,6 +161,13 @@ impl Estimator {
         self.t_s.is_some()
     }
 
+    /// How gusty the water is by the innovations, 0 … 1.
+    pub(super) fn gustiness(&self) -> f64 {
+        let ForgivingConfig { calm_m_s2, gusty_m_s2, .. } = self.config;
+        let span = (gusty_m_s2 / calm_m_s2).ln();
+        if span > 0.0 { ((self.drift_m_s2 / calm_m_s2).ln() / span).clamp(0.0, 1.0) } else { 1.0 }
+    }
+
     /// Standard deviations of k_F and k_τ.
     pub(super) fn unsure(&self) -> [f64; 2] {
         [self.drift.deviation(6), self.yaw.deviation(3)]
@@ -327,29 +334,30 @@ impl Estimator {
 
     /// One midpoint step of (s1).
     fn moved(&self, motion: &Motion, dt_s: f64) -> Motion {
-        let start = self.acceleration(motion.pose[2], motion.rate);
+        let start = self.acceleration(self.wrench, motion.pose[2], motion.rate);
         let middle: Axes = std::array::from_fn(|axis| motion.rate[axis] + 0.5 * dt_s * start[axis]);
-        let then = self.acceleration(motion.pose[2] + 0.5 * dt_s * motion.rate[2], middle);
+        let then = self.acceleration(self.wrench, motion.pose[2] + 0.5 * dt_s * motion.rate[2], middle);
         Motion {
             pose: std::array::from_fn(|axis| motion.pose[axis] + dt_s * middle[axis]),
             rate: std::array::from_fn(|axis| motion.rate[axis] + dt_s * then[axis]),
         }
     }
 
-    fn acceleration(&self, heading_rad: f64, [v_x, v_y, omega]: Axes) -> Axes {
+    /// By (s1) with this mean wrench.
+    pub(super) fn acceleration(&self, wrench: Wrench, heading_rad: f64, [v_x, v_y, omega]: Axes) -> Axes {
         let (sin, cos) = heading_rad.sin_cos();
         let Model { mass_kg, inertia_kg_m2, drag_n_s2_m2, yaw_drag_n_m_s2, .. } = self.model;
         let (k, c) = (self.factors.force, self.factors.drag * drag_n_s2_m2);
         // World → S: x_S = (sin Θ, −cos Θ), y_S = (cos Θ, sin Θ).
         let (sway, surge) = (sin * v_x - cos * v_y, cos * v_x + sin * v_y);
         // v̇ = R(Θ)·[(k_F·F − c_L·D·v|v|)/M]_S + d                                                  (s1)
-        let a_sway = (k * self.wrench.fx_n - c * sway * sway.abs()) / mass_kg;
-        let a_surge = (k * self.wrench.fy_n - c * surge * surge.abs()) / mass_kg;
+        let a_sway = (k * wrench.fx_n - c * sway * sway.abs()) / mass_kg;
+        let a_surge = (k * wrench.fy_n - c * surge * surge.abs()) / mass_kg;
         let drag_nm = self.factors.yaw_drag * yaw_drag_n_m_s2 * omega * omega.abs();
         [
             sin * a_sway + cos * a_surge + self.unknown[0],
             -cos * a_sway + sin * a_surge + self.unknown[1],
-            (self.factors.torque * self.wrench.tau_nm - drag_nm) / inertia_kg_m2 + self.unknown[2],
+            (self.factors.torque * wrench.tau_nm - drag_nm) / inertia_kg_m2 + self.unknown[2],
         ]
     }
 
