@@ -27,6 +27,8 @@
 //! | [`orientation`] | rest poses for a wrench and those about it |
 //! | [`asked`] | what is looked for, and what turning costs |
 //! | [`approach`] | the way from here to there |
+//! | [`cheapest`] | the cheapest of what was found |
+//! | [`quiet`] | cycles that turn the structure little |
 //! | [`wobble`] | how far a cycle turns the structure to and fro |
 //! | [`merit`] | what rest poses are worth for what may come next |
 //! | [`search`] | staying where the tails rest |
@@ -37,25 +39,26 @@
 pub mod allocation;
 pub mod approach;
 pub mod asked;
+mod cheapest;
 pub mod choice;
 pub mod law;
 pub mod leaving;
 pub mod merit;
 pub mod neighbours;
 pub mod orientation;
+pub mod quiet;
 pub mod rest;
 pub mod search;
 pub mod together;
 pub mod turning;
 pub mod wobble;
 
-use crate::buffers::Buffers;
 use crate::envelope::{Envelope, ON_BORDER};
 use crate::motion::{Swing, Turn, Wrench};
 use crate::plan::{Outcome, Plan, Previous};
 use crate::planner_config::LossTolerance;
-use crate::setting::{Approach, Case, Participation, Setting, Span};
-use asked::Quiet;
+use crate::setting::{Case, Participation, Setting, Span};
+use cheapest::{Cheapest, is_kept};
 use choice::SMALL;
 use leaving::Leaving;
 use search::{CycleCandidate, Search, Staying};
@@ -65,14 +68,6 @@ const HALVINGS: usize = 6;
 
 /// With no more relative error than this a cycle that any module may stop in is not improved on. *Assumed.*
 const GOOD_ERROR: f64 = 0.05;
-
-/// Cycles that turn the structure to and fro by less than this share of what it does now are worth a transition. *Assumed.*
-const QUIETER: f64 = 0.75;
-/// What turns the structure by less than this, rad, is not made quieter. *Assumed.*
-const QUIET_RAD: f64 = 8e-4;
-/// What turning the structure costs where little of that is looked for, against the share of demands about one that are met, 1/rad: first
-/// with room in mind, then hardly. *Assumed.*
-const UNREST_1_RAD: [f64; 2] = [100.0, 500.0];
 
 /// Beyond so many modules Algorithm 1 is not asked for the farthest wrench of a direction, which takes it several times.
 const FIELD_MODULES: usize = 100;
@@ -110,6 +105,8 @@ pub struct ExactPlanner {
     settled: bool,
     /// The swim for which tails left their neighbours' reach; none once it has begun.
     aimed: Vec<Swing>,
+    /// Where tails would best turn to, rad.
+    wanted: Vec<f64>,
     /// Where each module can have stopped in the decision before.
     stopped: Vec<Span>,
 }
@@ -128,6 +125,7 @@ impl ExactPlanner {
             all_free: search.all_free(),
             settled: false,
             aimed: Vec::new(),
+            wanted: Vec::with_capacity(setting.cells.len()),
             stopped: Vec::with_capacity(setting.cells.len()),
             setting,
             envelope,
@@ -247,11 +245,15 @@ impl ExactPlanner {
     fn turn_over(&mut self, request: Request<'_>, error: f64) -> Option<Plan> {
         let anywhere = Request { tails: None, previous: None, near: None, before: None, ..request };
         let aimed = self.plan_as_asked(anywhere);
-        let wanted: Vec<f64> = aimed.cycle.iter().map(|swing| swing.start_rad()).collect();
+        let mut wanted = std::mem::take(&mut self.wanted);
+        wanted.clear();
+        wanted.extend(aimed.cycle.iter().map(|swing| swing.start_rad()));
         let better = aimed.outcome == Outcome::Planned && aimed.error < 0.5 * error;
         self.discard(aimed);
         let turning = Request { demand: Wrench::default(), ..request };
-        better.then(|| self.leave(turning, Some(&wanted))).flatten()
+        let found = better.then(|| self.leave(turning, Some(&wanted))).flatten();
+        self.wanted = wanted;
+        found
     }
 
     /// A cycle in which nothing moves.
@@ -357,7 +359,10 @@ impl ExactPlanner {
             && free
             && self.settled
             && few
-            && let Some(found) = self.solve_quietly(request)
+            && let Some(tails) = tails
+            && let Some(previous) = previous
+            && let Some(found) =
+                self.search.keep_still(request.case(&self.setting), demand, (tails, near), previous)
         {
             return Some(found);
         }
@@ -395,35 +400,6 @@ impl ExactPlanner {
             }
         }
         best.found
-    }
-
-    /// Once the demand of few modules has settled: cycles that turn the structure much less to and fro than those that start where the tails
-    /// rest, if there are any. Those that any module may stop in first.
-    fn solve_quietly(&mut self, request: Request<'_>) -> Option<CycleCandidate> {
-        let Self { setting, search, .. } = self;
-        let (Request { demand, near, previous, .. }, tails) = (request, request.tails?);
-        // Where the tails are unwrapped otherwise, they swing about the same.
-        let about_rad: f64 =
-            previous?.iter().zip(tails).map(|(swing, tail)| tail - swing.amplitude_rad).sum();
-        let here = search.stay(request.case(setting), demand, tails, near, true, Staying::Searched)?;
-        let now_rad = search.wobble.unrest_rad(&search.allocation.cycles, tails, about_rad);
-        let now_rad = if here.met { now_rad } else { f64::INFINITY };
-        here.discard(&mut search.buffers);
-        if now_rad < QUIET_RAD {
-            return None;
-        }
-        let ways =
-            UNREST_1_RAD.map(|price| [LossTolerance::Power, LossTolerance::Prefer].map(|kept| (kept, price)));
-        for (tolerance, price_1_rad) in ways.into_iter().flatten() {
-            let case = Case { setting, tolerance, before: None };
-            let quiet = Quiet { about_rad, price_1_rad };
-            let Some(found) = search.quietest(case, demand, tails, quiet) else { continue };
-            if found.met && search.unrest_rad(&found.cycle, tails, about_rad) < QUIETER * now_rad {
-                return Some(found);
-            }
-            found.discard(&mut search.buffers);
-        }
-        None
     }
 
     /// What meets the demand, with cycles that any module may stop in: by going on as before; once the demand has settled, also from
@@ -484,13 +460,6 @@ impl ExactPlanner {
     }
 }
 
-/// Whether a plan is as tolerant as it must be.
-fn is_kept(asked: LossTolerance, loss_tolerant: bool, power_tolerant: bool, tails: Option<&[f64]>) -> bool {
-    // With unknown angles no module could have stayed anywhere.
-    let required = asked.is_required() && tails.is_some();
-    loss_tolerant && (power_tolerant || asked != LossTolerance::Power) || !required
-}
-
 fn moves(cycle: &[Swing]) -> bool {
     cycle.iter().any(|swing| swing.amplitude_rad != 0.0)
 }
@@ -508,46 +477,6 @@ fn is_good(plan: &Plan) -> bool {
 /// Whether a plan does nothing but turn tails out of their neighbours' reach, and any module may miss it.
 fn is_leaving(plan: &Plan) -> bool {
     plan.loss_tolerant && plan.transition.is_some() && !moves(&plan.cycle)
-}
-
-/// The cheapest of what is offered: relative error, and the time of the transition by `travel_weight`.
-struct Cheapest<'a> {
-    case: Case<'a>,
-    tails: Option<&'a [f64]>,
-    found: Option<CycleCandidate>,
-    price: f64,
-}
-
-impl Cheapest<'_> {
-    /// What the search asks of each motion holds of each: a tail that stops in the transition stands there in the swim too. So where
-    /// any module may lose its power, the whole is judged.
-    fn is_kept(&self, found: &CycleCandidate) -> bool {
-        let Self { case, tails, .. } = *self;
-        case.tolerance != LossTolerance::Power
-            || case.judge(&found.cycle, found.approach.as_ref(), tails).is_some_and(|judged| {
-                is_kept(case.tolerance, judged.loss_tolerant, judged.power_tolerant, tails)
-            })
-    }
-
-    /// True if nothing much better can come.
-    fn offer(&mut self, found: Option<CycleCandidate>, buffers: &mut Buffers) -> bool {
-        let Some(found) = found else { return false };
-        if !self.is_kept(&found) {
-            found.discard(buffers);
-            return false;
-        }
-        let weight = self.case.config.travel_weight;
-        let transition_s = found.approach.as_ref().map_or(0.0, Approach::transition_s);
-        let error = if found.met { 0.0 } else { found.error };
-        let price = error + weight * transition_s / self.case.parameters.period_s;
-        if price < self.price {
-            self.price = price;
-            found.replace(&mut self.found, buffers);
-        } else {
-            found.discard(buffers);
-        }
-        price <= weight
-    }
 }
 
 #[cfg(test)]

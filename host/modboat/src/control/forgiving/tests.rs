@@ -55,8 +55,7 @@ fn margins_are_where_the_loop_really_becomes_unstable() {
 #[test]
 fn margins_of_the_default_are_those_stated() {
     with(ControllerKind::Forgiving, |sampled| {
-        for (axis, most, least, phase) in [(Axis::Heading, 1.4, 0.32, 20.0), (Axis::Surge, 1.2, 0.4, 14.0)]
-        {
+        for (axis, most, least, phase) in [(Axis::Heading, 1.4, 0.32, 20.0), (Axis::Surge, 1.2, 0.4, 14.0)] {
             let margins = sampled.margins(axis).expect("margins");
             assert!(margins.gain > most && margins.least_gain < least, "{axis:?}: {margins:?}");
             assert!(margins.phase_rad.to_degrees() > phase, "{axis:?}: {margins:?}");
