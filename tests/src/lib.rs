@@ -7,6 +7,7 @@
 //! | [`convert`] | from the host's types to the checker's numbers |
 //! | [`demands`] | seeded demands inside a share of the envelope, alone or in a walk |
 //! | [`execution`] | whether the tails of a run did what was planned, and kept clear |
+//! | [`hidden`] | boats that differ from what is believed of them |
 //! | [`public_maps`] | maps of public benchmarks, found where Cargo keeps a crate or where the environment says |
 //! | [`random`] | seeded shapes and demands |
 //! | [`reconfigure`] | seeded reconfigurations of ROVs |
@@ -22,6 +23,7 @@ pub mod convert;
 pub mod demands;
 pub mod execution;
 pub mod figures;
+pub mod hidden;
 pub mod public_maps;
 pub mod random;
 pub mod reconfigure;

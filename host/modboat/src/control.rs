@@ -167,6 +167,34 @@ impl Moment {
     }
 }
 
+/// What all tails together do from a time on. Sums over the modules, of unwrapped angles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tails {
+    /// Of the angles that they swing about, or rest at, rad.
+    pub about_rad: f64,
+    /// Of the signed amplitudes, rad.
+    pub net_rad: f64,
+    /// Of where they rest before, rad.
+    pub from_rad: f64,
+    /// When they turn from there, s.
+    pub turn_s: f64,
+    /// When they swing, s.
+    pub swim_s: f64,
+}
+
+impl Tails {
+    /// Sum of their angles over what they swing about, at `t_s`, rad; the period of the swing is `period_s`.
+    #[must_use]
+    pub fn beyond_rad(&self, t_s: f64, period_s: f64) -> f64 {
+        if t_s >= self.swim_s {
+            return self.net_rad * (std::f64::consts::TAU * (t_s - self.swim_s) / period_s).cos();
+        }
+        let share = ((t_s - self.turn_s) / (self.swim_s - self.turn_s)).clamp(0.0, 1.0);
+        let from_rad = self.from_rad - self.about_rad;
+        from_rad + share * (self.net_rad - from_rad)
+    }
+}
+
 /// What is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
@@ -211,11 +239,17 @@ impl Controller {
         }
     }
 
-    /// The mean wrench of the tails from `t_s` on, as [`Observer::set_wrench`](super::observer::Observer::set_wrench), and the sum of the
-    /// unwrapped angles that they swing or rest about, rad.
-    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails_rad: f64) {
+    /// The mean wrench of the tails from `t_s` on, as [`Observer::set_wrench`](super::observer::Observer::set_wrench), and what they do.
+    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails: Option<Tails>) {
         if let Self::Forgiving(forgiving) = self {
-            forgiving.set_wrench(t_s, wrench, tails_rad);
+            forgiving.set_wrench(t_s, wrench, tails);
+        }
+    }
+
+    /// The wrench of the plan that was made for the last demand.
+    pub fn planned(&mut self, wrench: Wrench) {
+        if let Self::Forgiving(forgiving) = self {
+            forgiving.planned(wrench);
         }
     }
 

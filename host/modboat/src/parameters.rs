@@ -33,6 +33,9 @@ pub struct Parameters {
     pub module_mass_kg: f64,
     /// Moment of inertia I₁ of one module about its own vertical axis, kg·m². *Assumed.*
     pub module_inertia_kg_m2: f64,
+    /// Moment of inertia J of one tail with its rotor about the motor axis, kg·m²: its turning turns the structure the other way.
+    /// *Assumed.*
+    pub tail_inertia_kg_m2: f64,
     /// Translational drag C_L of one module: F = C_L·v|v|, N·s²/m². *Assumed.*
     pub drag_n_s2_m2: f64,
     /// Rotational drag of one module about its own vertical axis: τ = c·Ω|Ω|, N·m·s². *Assumed.*
@@ -72,6 +75,7 @@ impl Default for Parameters {
             force_offset_n: 0.019,
             module_mass_kg: 1.0,
             module_inertia_kg_m2: 0.003,
+            tail_inertia_kg_m2: 1.5e-4,
             drag_n_s2_m2: 4.5,
             yaw_drag_n_m_s2: 5e-4,
             tail_speed_max_rad_s: 13.0,
@@ -171,6 +175,7 @@ impl Parameters {
             return fail("tail_length_m", self.tail_length_m, "m", reason);
         }
         check_within(&[
+            ("tail_inertia_kg_m2", self.tail_inertia_kg_m2, "kg·m²", 0.0..=1.0, "must be from 0 to 1"),
             ("tracking_error_rad", self.tracking_error_rad, "rad", 0.0..=0.5, "must be from 0 to 0.5"),
             ("clock_error_s", self.clock_error_s, "s", 0.0..=0.5, "must be from 0 to 0.5"),
             ("stop_past_swing_rad", self.stop_past_swing_rad, "rad", 0.0..=7.0, "must be from 0 to 7"),

@@ -36,10 +36,10 @@ use std::sync::Arc;
 use link::delivery::Knowledge;
 use link::dispatcher::{Dispatcher, ModuleLink};
 use modboat::bounds::{Governor, Place};
-use modboat::control::{Controller as Control, Goal, Moment, Observation, Target};
+use modboat::control::{Controller as Control, Goal, Moment, Observation, Tails, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
-use modboat::motion::{Swing, Turn, Wrench};
+use modboat::motion::{Turn, Wrench};
 use modboat::observer::{Fix, Observer};
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
@@ -196,14 +196,20 @@ impl Pilot {
         })
     }
 
-    /// Sum of the unwrapped angles that the tails swing about at `now`, or rest at.
-    fn tails_rad_at(&self, now: FleetInstant) -> f64 {
-        let begun = self.decisions.iter().rev().take(2).find(|decision| decision.start <= now);
-        begun.map_or(0.0, |decision| {
-            let swings = now < decision.end();
-            let about =
-                |(turn, swing): (&Turn, &Swing)| turn.to_rad - if swings { swing.amplitude_rad } else { 0.0 };
-            decision.turns.iter().zip(&decision.plan.cycle).map(about).sum()
+    /// What the tails do at `now`, as planned; none before the first decision begins.
+    fn tails_at(&self, now: FleetInstant) -> Option<Tails> {
+        let decision = self.decisions.iter().rev().take(2).find(|decision| decision.start <= now)?;
+        let sum = |of: fn(&Turn) -> f64| decision.turns.iter().map(of).sum::<f64>();
+        let rest_rad = sum(|turn| turn.to_rad);
+        let swings = now < decision.end();
+        let net_rad: f64 = decision.plan.cycle.iter().map(|swing| swing.amplitude_rad).sum();
+        let net_rad = if swings { net_rad } else { 0.0 };
+        Some(Tails {
+            about_rad: rest_rad - net_rad,
+            net_rad,
+            from_rad: sum(|turn| turn.from_rad),
+            turn_s: decision.start.as_secs_f64(),
+            swim_s: decision.swim_start().as_secs_f64(),
         })
     }
 
@@ -336,6 +342,7 @@ impl Pilot {
             planner.settle(self.settling.is_settled(asked, demand, &scenario.planner.weights));
             let previous = last.map(|decision| remaining.of(decision, links, !phase.is_under_way()));
             planner.plan_into(demand, Some(poses), previous, &mut self.plan);
+            self.control.planned(self.plan.wrench);
             demand
         };
         let solve_us = u64::from((self.stopwatch)().since(began).0);

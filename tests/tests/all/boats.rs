@@ -1,14 +1,13 @@
 //! Hidden boats: what the water and the boat are like differs from what the host believes, and nothing of it was identified. The paper's four
 //! experiments with either controller, and a loop that has one thing wrong at a time.
-//!
-//! A hidden boat is drawn from its seed: drag × 0.5 to 2 and mass ± 50 % (both by axis alike), thrust × 0.6 to 1.6 with a spread of ± 15 % from
-//! module to module, pose latency 0 to 150 ms stamped on arrival, noise × 1 to 5, a current of up to 0.02 m/s in any direction, gusts of 0.005 m/s.
+//! The boats are those of [`tests::hidden`].
 
 use host::run::experiment::simulate;
 use host::run::scenario::{BUILT_IN, Scenario};
 use host::run::summary::Summary;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
+use modboat::parameters::Parameters;
+use modboat::structure::Structure;
+use tests::hidden::Hidden;
 use tests::seeds::{number, on_all_cores};
 
 const CONTROLLERS: [&str; 2] = ["forgiving", "paper"];
@@ -28,27 +27,8 @@ fn scenario(name: &str, controller: &str, tables: &str) -> Scenario {
 
 /// `[tank]` and `[mocap]` of the hidden boat `seed`.
 fn hidden(seed: u64) -> String {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0xB0A7);
-    // Drawn by its logarithm: halved as often as doubled.
-    let drag = 4.5 * 2.0_f64.powf(rng.random_range(-1.0..1.0));
-    let mass: f64 = rng.random_range(0.5..1.5);
-    let thrust = (rng.random_range(0.6_f64.ln()..1.6_f64.ln())).exp();
-    let latency_s = rng.random_range(0.0..0.15);
-    let noise = rng.random_range(1.0..5.0);
-    let speed = rng.random_range(0.0..0.02);
-    let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
-    format!(
-        "[tank]\nmodule_mass_kg = {mass}\nmodule_inertia_kg_m2 = {}\ndrag_sway_n_s2_m2 = {drag}\ndrag_surge_n_s2_m2 = {drag}\n\
-         current_m_s = [{}, {}]\ngust_m_s = 0.005\n[tank.thrust]\nslope_n_rad = {}\noffset_n = {}\nspread = 0.15\n\
-         [mocap]\nlatency_s = {latency_s}\nstamped_on_arrival = true\nposition_noise_m = {}\nheading_noise_rad = {}\n",
-        0.003 * mass,
-        speed * cos,
-        speed * sin,
-        0.022 * thrust,
-        0.019 * thrust,
-        5e-4 * noise,
-        2e-3 * noise,
-    )
+    let structure = Structure::from_word("3x1").expect("three in a row");
+    Hidden::new(&structure, &Parameters::default(), seed).tables
 }
 
 /// Velocity error, heading RMS (rad), contacts; the worst of its legs.

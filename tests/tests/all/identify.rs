@@ -1,99 +1,28 @@
 //! Constants of boats that differ from what is believed of them, from the logs of one experiment each.
 //!
-//! `FLOTILLA_BOATS` boats of three modules and as many of nine (default: two and none), each drawn from its seed: drag of each axis
-//! ×0.5 to 2, dry mass ×0.5 to 1.5, added mass, thrust ×0.6 to 1.6, ±15 % from module to module, latency up to 0.15 s stamped on arrival,
-//! noise up to fivefold, current up to 0.02 m/s, gusts of 0.005 m/s. The host that runs the experiment knows nothing of it.
+//! `FLOTILLA_BOATS` boats of three modules and as many of nine (default: two and none), see [`tests::hidden`]. The host that runs the
+//! experiment knows nothing of them. With as many, the paper's four experiments follow with what was found of each boat of three.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use ::identify::outcome::{Outcome, Scale};
 use host::run::closed_loop::Drive;
-use host::run::experiment::{Pace, run_into};
+use host::run::experiment::{Pace, run_into, simulate};
 use host::run::fleet::InProcess;
+use host::run::identified::tables;
 use host::run::identify::logged_file;
 use host::run::log::Log;
 use host::run::orders::Unattended;
 use host::run::progress::Quiet;
-use host::run::scenario::Scenario;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
+use host::run::scenario::{BUILT_IN, Scenario};
+use host::run::summary::Summary;
+use tests::hidden::Hidden;
 use tests::seeds::{number, on_all_cores};
 
-struct Hidden {
-    tables: String,
-    truth: Vec<(&'static str, f64)>,
-    shares: Vec<f64>,
-}
-
-/// The `[tank]` and `[mocap]` of a boat, and the true values of what is to be found.
-fn hidden(scenario: &Scenario, seed: u64) -> Hidden {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let (belief, structure) = (&scenario.modboat, &scenario.structure);
-    let mut factor = |low: f64, high: f64| -> f64 { rng.random_range(low.ln()..high.ln()).exp() };
-    let drag = [0, 1].map(|_| factor(0.5, 2.0) * belief.drag_n_s2_m2);
-    let (mass, thrust) = (factor(0.5, 1.5) * belief.module_mass_kg, factor(0.6, 1.6));
-    let added = [0, 1, 2].map(|_| factor(0.25, 0.9));
-    let shares: Vec<f64> = structure.cells().iter().map(|_| rng.random_range(0.85..1.15)).collect();
-    let (speed, course) = (rng.random_range(0.0..0.02), rng.random_range(0.0..std::f64::consts::TAU));
-    let current = [speed * f64::cos(course), speed * f64::sin(course)];
-    let (latency, noise) = (rng.random_range(0.0..0.15), rng.random_range(1.0..5.0));
-    let (slope, offset) = (thrust * belief.force_slope_n_rad, thrust * belief.force_offset_n);
-    let inertia = mass * belief.module_inertia_kg_m2 / belief.module_mass_kg;
-    let mut tables = String::new();
-    let _ = write!(
-        tables,
-        "[tank]\nmodule_mass_kg = {mass}\nmodule_inertia_kg_m2 = {inertia}\nadded_mass_sway = {}\nadded_mass_surge = {}\n\
-         added_inertia = {}\ndrag_sway_n_s2_m2 = {}\ndrag_surge_n_s2_m2 = {}\ncurrent_m_s = [{}, {}]\ngust_m_s = 0.005\n\
-         [tank.thrust]\nslope_n_rad = {slope}\noffset_n = {offset}\nmodule_share = {shares:?}\n\
-         [mocap]\nposition_noise_m = {}\nheading_noise_rad = {}\nlatency_s = {latency}\nstamped_on_arrival = true\n",
-        added[0],
-        added[1],
-        added[2],
-        drag[0],
-        drag[1],
-        current[0],
-        current[1],
-        5e-4 * noise,
-        2e-3 * noise,
-    );
-    let mean = (shares.iter().map(|share| share.ln()).sum::<f64>() / shares.len() as f64).exp();
-    let wet = |axis: usize| (1.0 + added[axis]) * mass;
-    let (slope, offset) = (mean * slope, mean * offset);
-    let positions = structure.positions_m(belief.pitch_m);
-    let square: f64 = positions.iter().map(|[x, y]| x * x + y * y).sum();
-    let wet_inertia = (1.0 + added[2]) * (structure.len() as f64 * inertia + mass * square);
-    // (p3): a module at rᵢ meets the water across rᵢ.
-    let yaw = |[x, y]: &[f64; 2]| {
-        let r = x.hypot(*y);
-        let along_surge = if r > 0.0 { (x / r).powi(2) } else { 0.0 };
-        (drag[0] + (drag[1] - drag[0]) * along_surge) * r.powi(3) + belief.yaw_drag_n_m_s2
-    };
-    let truth = vec![
-        ("structure_yaw_drag_n_m_s2", positions.iter().map(yaw).sum()),
-        ("drag_sway_n_s2_m2", drag[0]),
-        ("drag_surge_n_s2_m2", drag[1]),
-        ("mass_sway_kg", wet(0)),
-        ("mass_surge_kg", wet(1)),
-        ("structure_inertia_kg_m2", wet_inertia),
-        ("force_slope_n_rad", slope),
-        ("force_offset_n", offset),
-        ("current_east_m_s", current[0]),
-        ("current_north_m_s", current[1]),
-        ("latency_s", latency),
-        ("drag_over_mass_sway_1_m", drag[0] / wet(0)),
-        ("drag_over_mass_surge_1_m", drag[1] / wet(1)),
-        ("slope_over_mass_surge_m_s2_rad", slope / wet(1)),
-        ("slope_over_drag_sway_m2_s2_rad", slope / drag[0]),
-        ("slope_over_drag_surge_m2_s2_rad", slope / drag[1]),
-    ];
-    Hidden { tables, truth, shares: shares.iter().map(|share| share / mean).collect() }
-}
-
 /// Runs the experiment `name` with the boat of this seed, and identifies it from the log.
-fn found(name: &str, seed: u64) -> (Hidden, Outcome) {
+fn found(name: &str, seed: u64) -> (Hidden, Outcome, String) {
     let believed = Scenario::open(name).expect(name);
-    let hidden = hidden(&believed, seed);
+    let hidden = Hidden::new(&believed.structure, &believed.modboat, seed);
     let document = believed.document();
     let (before, rest) = document.split_once("[tank]\n").expect("a tank");
     let (_, motor) = rest.split_once("[motor]\n").expect("motors");
@@ -118,7 +47,8 @@ fn found(name: &str, seed: u64) -> (Hidden, Outcome) {
         let [one, other] = [&outcome, &again].map(|outcome| serde_json::to_string(outcome).expect("JSON"));
         assert_eq!(one, other, "{name}");
     }
-    (hidden, outcome)
+    let tables = tables(&logged.boat, &outcome);
+    (hidden, outcome, tables)
 }
 
 /// Of one quantity over all boats.
@@ -147,10 +77,12 @@ fn hidden_boats_are_found_within_their_intervals() {
     let boats = number("FLOTILLA_BOATS").unwrap_or(0);
     let runs: &[(&str, u64)] =
         if boats == 0 { &[("identify-3", 2)] } else { &[("identify-3", boats), ("identify-9", boats)] };
+    let mut broken = Vec::new();
     for &(name, boats) in runs {
         let mut tallies: Vec<(&str, Tally)> = Vec::new();
         let mut foretold = Vec::new();
-        for (seed, (hidden, outcome)) in (1..).zip(on_all_cores(1..boats + 1, |seed| found(name, seed))) {
+        let boats_found = on_all_cores(1..boats + 1, |seed| found(name, seed));
+        for (seed, (hidden, outcome, _)) in (1..).zip(&boats_found) {
             assert!(outcome.converged, "{name}, seed {seed}: {} steps", outcome.steps);
             let mut take = |name: &'static str, truth: f64, found: &::identify::outcome::Constant| {
                 let at = tallies.iter().position(|(known, _)| *known == name).unwrap_or_else(|| {
@@ -185,15 +117,58 @@ fn hidden_boats_are_found_within_their_intervals() {
             let median = tally.median();
             println!("  {quantity:34} {share:>5.1} %  {:>5.1} %", 100.0 * median);
             let limit = if quantity.contains("drag") || quantity.contains("slope") { 0.05 } else { 0.1 };
-            if boats >= 50 {
-                assert!((90.0..=98.0).contains(&share), "{name}: {quantity}: {share} % inside");
-                assert!(median <= limit, "{name}: {quantity}: median error {median}");
-            } else {
-                assert!(median <= 3.0 * limit, "{name}: {quantity}: median error {median}");
+            if boats >= 50 && !(90.0..=98.0).contains(&share) {
+                broken.push(format!("{name}: {quantity}: {share} % inside"));
+            }
+            if median > if boats >= 50 { limit } else { 3.0 * limit } {
+                broken.push(format!("{name}: {quantity}: median error {median}"));
             }
         }
         let share = inside as f64 / count as f64;
         println!("  {:34} {:>5.1} %", "all", 100.0 * share);
-        assert!(share > 0.8, "{name}: {share} of all intervals hold the truth");
+        if share <= 0.8 {
+            broken.push(format!("{name}: {share} of all intervals hold the truth"));
+        }
+        if name == "identify-3" {
+            broken.extend(swum_with_what_was_found(&boats_found));
+        }
     }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+/// The four experiments with each boat, by what was found of it; what does not hold.
+fn swum_with_what_was_found(boats: &[(Hidden, Outcome, String)]) -> Option<String> {
+    let runs = on_all_cores(0..4 * boats.len() as u64, |index| {
+        let (hidden, _, found) = &boats[index as usize / 4];
+        let (name, own) = BUILT_IN[index as usize % 4];
+        let scenario = Scenario::parse(name, &format!("{own}\n{found}{}", hidden.tables));
+        let scenario = scenario.unwrap_or_else(|error| panic!("{name}: {error}\n{found}"));
+        let run = simulate(&scenario, 1 + index / 4).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(run.summary.contacts.is_empty(), "{name}, boat {}", 1 + index / 4);
+        worst(&run.summary)
+    });
+    let kept =
+        runs.iter().filter(|(velocity, heading_rad)| *velocity <= 0.02 && *heading_rad <= 0.02).count();
+    let share = kept as f64 / runs.len() as f64;
+    println!("the four experiments by what was found: {:.1} % within 2 % and 0.02 rad", 100.0 * share);
+    let [mut velocities, mut headings] = [0, 1].map(|k| {
+        runs.iter().map(|&(velocity, heading_rad)| [velocity, heading_rad][k]).collect::<Vec<f64>>()
+    });
+    for (what, values) in [("velocity", &mut velocities), ("heading, rad", &mut headings)] {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
+        println!("  {what}: median {:.4}, 95 % {:.4}, greatest {:.4}", at(0.5), at(0.95), at(1.0));
+    }
+    (share < 0.95 && boats.len() >= 50)
+        .then(|| format!("{share} of the experiments are within 2 % and 0.02 rad"))
+}
+
+/// Velocity error and heading RMS, rad, of the worst leg.
+fn worst(summary: &Summary) -> (f64, f64) {
+    let legs = || summary.legs.iter();
+    let greatest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    (
+        greatest(&mut legs().map(|leg| leg.velocity_error)),
+        greatest(&mut legs().map(|leg| leg.heading_rms_rad)),
+    )
 }

@@ -25,7 +25,7 @@ use self::estimator::{Estimator, Motion};
 use self::gains::Gains;
 use self::reference::{Reference, at_most, turn};
 use super::limits::Limits;
-use super::{ControlConfig, Goal, Moment};
+use super::{ControlConfig, Goal, Moment, Tails};
 use crate::motion::Wrench;
 use crate::observer::{Fix, ObserverParameters};
 use crate::parameters::Parameters;
@@ -42,6 +42,15 @@ mod tests;
 
 /// Share of what can be given that the reference may ask for; the rest is for the feedback. *Assumed.*
 const REFERENCE_SHARE: f64 = 0.97;
+/// Weights of force, N, and torque, N·m, where what is planned is held against what was demanded.
+const WEIGHTS: [f64; 3] = [1.0, 1.0, 10.0];
+/// Planned with less than this share missing a demand counts as met. *Assumed.*
+const SHORT: f64 = 0.05;
+/// Where it is not, so much of the limits is asked for: at least this share of what was, and of the limits; with each that is met it grows
+/// by so much. *Assumed.*
+const LOST: f64 = 0.7;
+const LEAST_REACH: f64 = 0.1;
+const REGAINED: f64 = 1.1;
 /// How far ahead of the structure the point of a velocity may be: a time at that velocity, s, and a distance besides, m. *Assumed.*
 const LEAD: (f64, f64) = (3.0, 0.02);
 /// To make up for what was lost, the reference is faster than asked by this share at most. *Assumed.*
@@ -59,6 +68,8 @@ pub struct ForgivingConfig {
     pub position_time_s: f64,
     /// The same at a station, s.
     pub station_time_s: f64,
+    /// The same at a station in gusts, s. Between the two by what the innovations say of the water.
+    pub gust_time_s: f64,
     /// The same of the heading, s.
     pub heading_time_s: f64,
     /// K_Θ of (r2), 1/s.
@@ -80,8 +91,6 @@ pub struct ForgivingConfig {
     pub heading_seen_rad: f64,
     /// How far torque and yaw drag may differ from what is believed, as a share; 0: they are not learned.
     pub unsure_yaw: f64,
-    /// Moment of inertia of a tail with its rotor, kg·m²: its turning turns the structure the other way.
-    pub tail_inertia_kg_m2: f64,
     /// How far thrust and drag may differ from what is believed, as a share; 0: they are not learned.
     pub unsure: f64,
 }
@@ -91,17 +100,17 @@ impl Default for ForgivingConfig {
         Self {
             position_time_s: 4.0,
             station_time_s: 2.5,
-            heading_time_s: 4.0,
+            gust_time_s: 1.6,
+            heading_time_s: 3.0,
             turn_1_s: 0.3,
             turn_max_rad_s: 0.2,
             calm_m_s2: 5e-5,
             gusty_m_s2: 1e-3,
             twist_rad_s2: 1e-3,
-            slip_m_s: 1e-3,
-            slip_rad_s: 3e-3,
+            slip_m_s: 3e-4,
+            slip_rad_s: 1e-3,
             heading_seen_rad: 8e-4,
             unsure_yaw: 0.3,
-            tail_inertia_kg_m2: 1.5e-4,
             unsure: 0.3,
         }
     }
@@ -114,6 +123,7 @@ impl ForgivingConfig {
         check_within(&[
             ("position_time_s", self.position_time_s, "s", 0.5..=100.0, time),
             ("station_time_s", self.station_time_s, "s", 0.5..=100.0, time),
+            ("gust_time_s", self.gust_time_s, "s", 0.5..=100.0, time),
             ("heading_time_s", self.heading_time_s, "s", 0.5..=100.0, time),
             ("turn_1_s", self.turn_1_s, "1/s", 0.01..=1.0, "must be from 0.01 to 1"),
             ("calm_m_s2", self.calm_m_s2, "m/s²", 1e-9..=1.0, "must be from 1e-9 to 1"),
@@ -121,7 +131,6 @@ impl ForgivingConfig {
             ("slip_m_s", self.slip_m_s, "m/s", 0.0..=1.0, "must be from 0 to 1"),
             ("slip_rad_s", self.slip_rad_s, "rad/s", 0.0..=1.0, "must be from 0 to 1"),
             ("heading_seen_rad", self.heading_seen_rad, "rad", 1e-6..=1.0, "must be from 0.000001 to 1"),
-            ("tail_inertia_kg_m2", self.tail_inertia_kg_m2, "kg·m²", 0.0..=1.0, "must be from 0 to 1"),
             ("unsure_yaw", self.unsure_yaw, "", 0.0..=1.0, "must be from 0 to 1"),
             ("twist_rad_s2", self.twist_rad_s2, "rad/s²", 0.0..=1.0, "must be from 0 to 1"),
             ("unsure", self.unsure, "", 0.0..=1.0, "must be from 0 to 1"),
@@ -140,6 +149,18 @@ pub struct Forgiving {
     limits: Limits,
     estimator: Estimator,
     reference: Option<Reference>,
+    /// What was demanded last.
+    demanded: Demanded,
+    /// Share of the limits that is asked for: less than one where planners find less than they are asked for.
+    reach: f64,
+}
+
+/// A demand, where the structure will be when it begins, and the interval over the period.
+#[derive(Clone, Copy, Debug, Default)]
+struct Demanded {
+    wrench: Wrench,
+    ahead: Motion,
+    duty: f64,
 }
 
 impl Forgiving {
@@ -159,6 +180,8 @@ impl Forgiving {
             limits: Limits::new(structure, parameters, config),
             estimator: Estimator::new(structure, parameters, observer, &config.forgiving),
             reference: None,
+            demanded: Demanded::default(),
+            reach: 1.0,
         }
     }
 
@@ -167,9 +190,9 @@ impl Forgiving {
         self.estimator.update(fix);
     }
 
-    /// The mean wrench of the tails from `t_s` on, transition included, and the sum of the angles that they swing or rest about.
-    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails_rad: f64) {
-        self.estimator.set_wrench(t_s, wrench, tails_rad);
+    /// The mean wrench of the tails from `t_s` on, transition included, and what they do.
+    pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails: Option<Tails>) {
+        self.estimator.set_wrench(t_s, wrench, tails);
     }
 
     /// How far thrust and drag are found to differ from what is believed.
@@ -194,11 +217,30 @@ impl Forgiving {
         let (force_n, torque_nm) = self.follow(&reference, &ahead, h, time_s);
         let tau_nm = self.limits.clamp_torque(duty * torque_nm);
         let [fx_n, fy_n] = force_n.map(|force_n| duty * force_n);
-        let scale = self.limits.force_scale([fx_n, fy_n], tau_nm);
+        let scale = self.limits.force_scale([fx_n, fy_n].map(|force_n| force_n / self.reach), tau_nm);
         let wrench = Wrench { fx_n: scale * fx_n, fy_n: scale * fy_n, tau_nm };
         self.give_way(&mut reference, &ahead, scale, tau_nm - duty * torque_nm);
         self.reference = Some(reference);
+        self.demanded = Demanded { wrench, ahead, duty };
         wrench
+    }
+
+    /// What the planner found for the last demand. Where that is less, the reference goes on by what it gives, and less is asked for until
+    /// demands are met again: a demand that outgrows what can be planned makes plans worse, not better.
+    pub fn planned(&mut self, wrench: Wrench) {
+        let Demanded { wrench: demand, ahead, duty } = self.demanded;
+        let size = demand.weighted_norm(WEIGHTS);
+        let missing = (demand - wrench).weighted_norm(WEIGHTS);
+        if missing <= SHORT * size {
+            self.reach = (self.reach * REGAINED).min(1.0);
+            return;
+        }
+        self.reach = (self.reach * (1.0 - missing / size).max(LOST)).max(LEAST_REACH);
+        if let Some(reference) = &mut self.reference {
+            let mean = Wrench::from_array(wrench.to_array().map(|component| component / duty));
+            (reference.pose, reference.rate) = (ahead.pose, ahead.rate);
+            reference.acceleration = self.estimator.acceleration(mean, ahead.pose[2], ahead.rate);
+        }
     }
 
     /// The reference at the start: where the last one has come to, or where the structure will be.
@@ -256,7 +298,7 @@ impl Forgiving {
             (0..2).for_each(|k| tried.acceleration[k] = share * wanted[k]);
             let motion = Motion { pose: tried.pose, rate: tried.rate };
             let (force_n, torque_nm) = self.follow(&tried, &motion, h, self.time_s(goal));
-            let force_n = force_n.map(|force_n| duty * force_n / REFERENCE_SHARE);
+            let force_n = force_n.map(|force_n| duty * force_n / (REFERENCE_SHARE * self.reach));
             self.limits.force_scale(force_n, self.limits.clamp_torque(duty * torque_nm)) >= 1.0
         };
         let share = if fits(1.0) {
@@ -273,7 +315,11 @@ impl Forgiving {
     }
 
     fn time_s(&self, goal: &Goal) -> f64 {
-        if goal.station_m.is_some() { self.config.station_time_s } else { self.config.position_time_s }
+        let ForgivingConfig { position_time_s, station_time_s, gust_time_s, .. } = self.config;
+        if goal.station_m.is_none() {
+            return position_time_s;
+        }
+        station_time_s * (gust_time_s / station_time_s).powf(self.estimator.gustiness())
     }
 
     /// Mean force in S and torque that make a structure at `ahead` follow `reference` over h, by (c2) and (c3).

@@ -120,7 +120,7 @@ impl Loop<'_> {
                 let t_s = (cycle as f64 * f64::from(FIXES) + f64::from(step)) * dt_s;
                 if step == 0 {
                     observer.set_wrench(t_s, running);
-                    controller.set_wrench(t_s, running, 0.0);
+                    controller.set_wrench(t_s, running, None);
                 }
                 // Heading 0: surge along x.
                 let (a, alpha) = (gain * pushed.fy_n / mass_kg, gain * pushed.tau_nm / inertia_kg_m2);

@@ -26,11 +26,29 @@ pub(super) struct Asked<'a> {
     pub(super) signs: Signs,
     /// Where the tails are not known, or rest in a neighbour's reach as at the start: all is open, and it happens once.
     pub(super) once: bool,
+    /// Where cycles are looked for that turn the structure little.
+    pub(super) quiet: Option<Quiet>,
+}
+
+/// What turning the structure costs.
+#[derive(Clone, Copy)]
+pub(super) struct Quiet {
+    /// The sum of the angles that the tails swing about now, rad.
+    pub(super) about_rad: f64,
+    /// Price of [`Wobble::unrest_rad`](super::wobble::Wobble::unrest_rad), 1/rad.
+    pub(super) price_1_rad: f64,
 }
 
 impl<'a> Asked<'a> {
     pub(super) fn rules(&self) -> Rules<'a> {
         Rules { case: self.case, loss_tolerant: self.loss_tolerant }
+    }
+
+    /// Whether a tail turns so far that it pushes on its way.
+    pub(super) fn pushes(&self, poses_rad: impl Iterator<Item = f64>) -> bool {
+        let opens_rad = 2.0 * self.case.parameters.force_offset_n / self.case.parameters.force_slope_n_rad;
+        let tails = self.tails.unwrap_or_default();
+        poses_rad.zip(tails).any(|(pose, tail)| wrap_rad(pose - tail).abs() > opens_rad)
     }
 
     /// What is taken off a score for the tails' travel by the shortest way.

@@ -27,6 +27,9 @@
 //! | [`orientation`] | rest poses for a wrench and those about it |
 //! | [`asked`] | what is looked for, and what turning costs |
 //! | [`approach`] | the way from here to there |
+//! | [`cheapest`] | the cheapest of what was found |
+//! | [`quiet`] | cycles that turn the structure little |
+//! | [`wobble`] | how far a cycle turns the structure to and fro |
 //! | [`merit`] | what rest poses are worth for what may come next |
 //! | [`search`] | staying where the tails rest |
 //! | [`turning`] | turning to other rest poses, or to the cycles of Algorithm 1 |
@@ -36,23 +39,26 @@
 pub mod allocation;
 pub mod approach;
 pub mod asked;
+mod cheapest;
 pub mod choice;
 pub mod law;
 pub mod leaving;
 pub mod merit;
 pub mod neighbours;
 pub mod orientation;
+pub mod quiet;
 pub mod rest;
 pub mod search;
 pub mod together;
 pub mod turning;
+pub mod wobble;
 
-use crate::buffers::Buffers;
 use crate::envelope::{Envelope, ON_BORDER};
 use crate::motion::{Swing, Turn, Wrench};
 use crate::plan::{Outcome, Plan, Previous};
 use crate::planner_config::LossTolerance;
-use crate::setting::{Approach, Case, Participation, Setting, Span};
+use crate::setting::{Case, Participation, Setting, Span};
+use cheapest::{Cheapest, is_kept};
 use choice::SMALL;
 use leaving::Leaving;
 use search::{CycleCandidate, Search, Staying};
@@ -99,6 +105,8 @@ pub struct ExactPlanner {
     settled: bool,
     /// The swim for which tails left their neighbours' reach; none once it has begun.
     aimed: Vec<Swing>,
+    /// Where tails would best turn to, rad.
+    wanted: Vec<f64>,
     /// Where each module can have stopped in the decision before.
     stopped: Vec<Span>,
 }
@@ -117,6 +125,7 @@ impl ExactPlanner {
             all_free: search.all_free(),
             settled: false,
             aimed: Vec::new(),
+            wanted: Vec::with_capacity(setting.cells.len()),
             stopped: Vec::with_capacity(setting.cells.len()),
             setting,
             envelope,
@@ -216,6 +225,15 @@ impl ExactPlanner {
                 return;
             }
         }
+        let swam = request.previous.is_some_and(moves);
+        if swam
+            && is_tolerant(plan)
+            && plan.error > GOOD_ERROR
+            && let Some(turned) = self.turn_over(request, plan.error)
+        {
+            self.discard(std::mem::replace(plan, turned));
+            return;
+        }
         if is_tolerant(plan) || !in_reach {
             return;
         }
@@ -226,6 +244,22 @@ impl ExactPlanner {
                 break;
             }
         }
+    }
+
+    /// Where cycles that any module may stop in give little of a demand from where the tails rest, and much more from elsewhere: turns to
+    /// there, and no swim.
+    fn turn_over(&mut self, request: Request<'_>, error: f64) -> Option<Plan> {
+        let anywhere = Request { tails: None, previous: None, near: None, before: None, ..request };
+        let aimed = self.plan_as_asked(anywhere);
+        let mut wanted = std::mem::take(&mut self.wanted);
+        wanted.clear();
+        wanted.extend(aimed.cycle.iter().map(|swing| swing.start_rad()));
+        let better = aimed.outcome == Outcome::Planned && aimed.error < 0.5 * error;
+        self.discard(aimed);
+        let turning = Request { demand: Wrench::default(), ..request };
+        let found = better.then(|| self.leave(turning, Some(&wanted))).flatten();
+        self.wanted = wanted;
+        found
     }
 
     /// A cycle in which nothing moves.
@@ -326,6 +360,18 @@ impl ExactPlanner {
             LossTolerance::Prefer if free => &[true],
             LossTolerance::Prefer => &[true, false],
         };
+        let few = self.setting.cells.len() < SMALL;
+        if request.tolerance == LossTolerance::Prefer
+            && free
+            && self.settled
+            && few
+            && let Some(tails) = tails
+            && let Some(previous) = previous
+            && let Some(found) =
+                self.search.keep_still(request.case(&self.setting), demand, (tails, near), previous)
+        {
+            return Some(found);
+        }
         if request.tolerance == LossTolerance::Prefer
             && free
             && let Some(found) = self.solve_stoppable(request)
@@ -420,13 +466,6 @@ impl ExactPlanner {
     }
 }
 
-/// Whether a plan is as tolerant as it must be.
-fn is_kept(asked: LossTolerance, loss_tolerant: bool, power_tolerant: bool, tails: Option<&[f64]>) -> bool {
-    // With unknown angles no module could have stayed anywhere.
-    let required = asked.is_required() && tails.is_some();
-    loss_tolerant && (power_tolerant || asked != LossTolerance::Power) || !required
-}
-
 fn moves(cycle: &[Swing]) -> bool {
     cycle.iter().any(|swing| swing.amplitude_rad != 0.0)
 }
@@ -444,46 +483,6 @@ fn is_good(plan: &Plan) -> bool {
 /// Whether a plan does nothing but turn tails out of their neighbours' reach, and any module may miss it.
 fn is_leaving(plan: &Plan) -> bool {
     plan.loss_tolerant && plan.transition.is_some() && !moves(&plan.cycle)
-}
-
-/// The cheapest of what is offered: relative error, and the time of the transition by `travel_weight`.
-struct Cheapest<'a> {
-    case: Case<'a>,
-    tails: Option<&'a [f64]>,
-    found: Option<CycleCandidate>,
-    price: f64,
-}
-
-impl Cheapest<'_> {
-    /// What the search asks of each motion holds of each: a tail that stops in the transition stands there in the swim too. So where
-    /// any module may lose its power, the whole is judged.
-    fn is_kept(&self, found: &CycleCandidate) -> bool {
-        let Self { case, tails, .. } = *self;
-        case.tolerance != LossTolerance::Power
-            || case.judge(&found.cycle, found.approach.as_ref(), tails).is_some_and(|judged| {
-                is_kept(case.tolerance, judged.loss_tolerant, judged.power_tolerant, tails)
-            })
-    }
-
-    /// True if nothing much better can come.
-    fn offer(&mut self, found: Option<CycleCandidate>, buffers: &mut Buffers) -> bool {
-        let Some(found) = found else { return false };
-        if !self.is_kept(&found) {
-            found.discard(buffers);
-            return false;
-        }
-        let weight = self.case.config.travel_weight;
-        let transition_s = found.approach.as_ref().map_or(0.0, Approach::transition_s);
-        let error = if found.met { 0.0 } else { found.error };
-        let price = error + weight * transition_s / self.case.parameters.period_s;
-        if price < self.price {
-            self.price = price;
-            found.replace(&mut self.found, buffers);
-        } else {
-            found.discard(buffers);
-        }
-        price <= weight
-    }
 }
 
 #[cfg(test)]

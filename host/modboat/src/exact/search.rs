@@ -19,6 +19,7 @@ use super::merit::Merit;
 use super::neighbours::{Cycle, Rules};
 use super::orientation::{Orientation, may_hold};
 use super::rest::RestPoses;
+use super::wobble::Wobble;
 use crate::buffers::Buffers;
 use crate::motion::{Swing, Turn, Wrench};
 use crate::planner_config::LossTolerance;
@@ -90,6 +91,7 @@ pub struct Search {
     pub(super) allocation: Allocation,
     pub(super) solver: Solver,
     pub(super) merit: Merit,
+    pub(super) wobble: Wobble,
     /// Algorithm 1, where all modules take part.
     pub(super) field: Option<Box<PotentialField>>,
     /// Modules in the order in which they are visited.
@@ -132,6 +134,7 @@ impl Search {
             solver: Solver::with_room(pairs),
             order,
             merit,
+            wobble: Wobble::new(positions_m, parameters),
             field: setting.all_active().then(field),
             poses_rad: vec![0.0; modules],
             thrusts_n: Vec::with_capacity(modules),
@@ -152,6 +155,16 @@ impl Search {
     #[must_use]
     pub fn may_stay(&self, tails: &[f64]) -> bool {
         tails.iter().enumerate().all(|(module, &tail_rad)| self.rest.may_stay(module, tail_rad))
+    }
+
+    /// See [`Wobble::unrest_rad`].
+    pub(super) fn unrest_rad(&self, cycle: &[Swing], tails_rad: &[f64], about_rad: f64) -> f64 {
+        let one = |swing: &Swing| Cycle {
+            rest_rad: swing.start_rad(),
+            amplitude_rad: swing.amplitude_rad,
+            ..Cycle::default()
+        };
+        self.wobble.unrest_rad(&cycle.iter().map(one).collect::<Vec<_>>(), tails_rad, about_rad)
     }
 
     pub(super) fn aim(&self, setting: &Setting, demand: Wrench) -> Aim {

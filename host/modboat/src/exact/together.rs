@@ -48,7 +48,15 @@ impl Search {
     ) -> Option<CycleCandidate> {
         let mut thrusts_n = std::mem::take(&mut self.thrusts_n);
         envelope.thrusts(demand, &mut thrusts_n);
-        let asked = Asked { case, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
+        let asked = Asked {
+            case,
+            demand,
+            tails,
+            loss_tolerant: false,
+            signs: Signs::PerModule,
+            once: false,
+            quiet: None,
+        };
         let mut best = Best::default();
         for pattern in 0..if thrusts_n.is_empty() { 0 } else { PATTERNS } {
             let met = self.swing_in_step(case, demand, pattern, &thrusts_n);

@@ -14,7 +14,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::allocation::{Aim, Met, Poses};
 use super::approach;
-use super::asked::Asked;
+use super::asked::{Asked, Quiet};
 use super::choice::{Choice, FEW, SMALL};
 use super::law::Sign;
 use super::neighbours::Cycle;
@@ -40,6 +40,8 @@ const FIRST: Effort = Effort { choices: 120, tried: 120, compared: 120 };
 /// Of fewer than [`SMALL`] modules, of as many, of up to [`FEW`].
 const FEWER: Effort = Effort { choices: 64, tried: 24, compared: 10 };
 const AS_SMALL: Effort = Effort { choices: 36, tried: 14, compared: 6 };
+/// Of as few, where the quietest is looked for.
+const QUIET: Effort = Effort { choices: 120, tried: 120, compared: 120 };
 const MORE: Effort = Effort { choices: 10, tried: 10, compared: 1 };
 
 impl Effort {
@@ -97,8 +99,8 @@ impl Search {
     ) -> Option<CycleCandidate> {
         let modules = self.order.len();
         let once = !tails.is_some_and(|tails| self.may_stay(tails));
-        let asked =
-            Asked { case, demand, tails, loss_tolerant, signs: approach::signs(&self.rest, modules), once };
+        let signs = approach::signs(&self.rest, modules);
+        let asked = Asked { case, demand, tails, loss_tolerant, signs, once, quiet: None };
         let mut rng = ChaCha8Rng::seed_from_u64(case.config.seed);
         let mut best = Best::default();
         let starts = (STARTS_MODULES / modules).clamp(STARTS_LEAST, STARTS_MOST);
@@ -110,6 +112,24 @@ impl Search {
         }
         // Near the border few rest poses hold a demand: descended to together with the amplitudes.
         self.try_some(&asked, Poses::Offered, starts, &mut rng, &mut best);
+        best.found
+    }
+
+    /// Of few modules, cycles that turn the structure little, now as after, and have room about them, wherever they start. The allocation must hold cycles that start at `tails`.
+    pub(super) fn quietest(
+        &mut self,
+        case: Case<'_>,
+        demand: Wrench,
+        tails: &[f64],
+        quiet: Quiet,
+    ) -> Option<CycleCandidate> {
+        let signs = approach::signs(&self.rest, self.order.len());
+        let tails = Some(tails);
+        let asked =
+            Asked { case, demand, tails, loss_tolerant: true, signs, once: false, quiet: Some(quiet) };
+        let mut rng = ChaCha8Rng::seed_from_u64(case.config.seed);
+        let mut best = Best::default();
+        self.try_best(&asked, QUIET, &mut rng, &mut best);
         best.found
     }
 
@@ -143,7 +163,8 @@ impl Search {
         for place in 0..self.choices.len() {
             let Choice { number, at_most, .. } = self.choices[place];
             let enough = best.compared >= effort.compared || place >= effort.tried;
-            if best.met() && (at_most <= best.score || enough) || at_most < OUT && place >= NEAREST {
+            let no_better = at_most <= best.score && asked.quiet.is_none();
+            if best.met() && (no_better || enough) || at_most < OUT && place >= NEAREST {
                 break;
             }
             self.poses_rad.clear();
@@ -219,7 +240,14 @@ impl Search {
     fn weigh(&mut self, asked: &Asked<'_>, met: bool, best: &mut Best) {
         let mut score = 0.0;
         if met && self.order.len() <= FEW {
-            let price = asked.price(self.allocation.cycles.iter().map(|cycle| cycle.rest_rad));
+            let poses_rad = || self.allocation.cycles.iter().map(|cycle| cycle.rest_rad);
+            let price = match (asked.quiet, asked.tails) {
+                (Some(_), _) if asked.pushes(poses_rad()) => return,
+                (Some(Quiet { about_rad, price_1_rad }), Some(tails)) => {
+                    price_1_rad * self.wobble.unrest_rad(&self.allocation.cycles, tails, about_rad)
+                }
+                _ => asked.price(poses_rad()),
+            };
             let least = if best.met() { best.score + price } else { f64::NEG_INFINITY };
             // No merit is above one: what travels too far need not be looked at.
             if least >= 1.0 {
@@ -251,7 +279,15 @@ impl Search {
             distance.along_bounded(offset, ends(i, j), margin_rad)
         };
         let aim = Aim { recentre: 0.0, ..self.aim(&case, demand) };
-        let asked = Asked { case, demand, tails, loss_tolerant: false, signs: Signs::PerModule, once: false };
+        let asked = Asked {
+            case,
+            demand,
+            tails,
+            loss_tolerant: false,
+            signs: Signs::PerModule,
+            once: false,
+            quiet: None,
+        };
         let rules = asked.rules();
         let mut best = Best::default();
         for candidate in field.solve(demand, previous, &swim) {

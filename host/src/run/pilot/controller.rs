@@ -64,7 +64,7 @@ impl Controller for Pilot {
     ) -> Result<Step<Infallible>, RunError> {
         let wrench = self.wrench_at(now);
         self.observer.set_wrench(now.as_secs_f64(), wrench);
-        self.control.set_wrench(now.as_secs_f64(), wrench, self.tails_rad_at(now));
+        self.control.set_wrench(now.as_secs_f64(), wrench, self.tails_at(now));
         if self.phase == Phase::Finished {
             return Ok(Step::Wait);
         }

@@ -10,7 +10,9 @@ const DECISIONS: usize = 4;
 /// They differ from their mean by this share of it at most. *Assumed*: the noise of motion capture makes up 3 % of it.
 const SPREAD: f64 = 0.2;
 /// At so many decisions of a leg it counts as settled: what was not found then is not to be had.
-const TIMES: u32 = 2;
+const TIMES: u32 = 4;
+/// After so many of these it is told by other demands.
+const AGAIN: u32 = 2;
 
 /// The demands of the last decisions.
 #[derive(Debug, Default)]
@@ -36,7 +38,10 @@ impl Settling {
         let mean = Wrench::from_array(mean.to_array().map(|component| component / DECISIONS as f64));
         let near_n = SPREAD * mean.weighted_norm(*weights);
         let settled = self.last.iter().all(|&demand| (demand - mean).weighted_norm(*weights) <= near_n);
-        self.times += u32::from(settled);
+        if settled {
+            self.times += 1;
+            self.count = if self.times == AGAIN { 0 } else { self.count };
+        }
         settled
     }
 }
@@ -55,10 +60,20 @@ mod tests {
     fn a_demand_settles_once_it_lasts_and_for_a_few_decisions_of_each_leg() {
         let mut settling = Settling::default();
         for leg in 0..2 {
-            let asked = [0.08, 0.05, 0.03, 0.022, 0.021, 0.0216, 0.0217, 0.0216, 0.0216];
+            let asked = [
+                0.08, 0.05, 0.03, 0.022, 0.021, 0.0216, 0.0217, 0.0216, 0.0216, 0.0216, 0.0216, 0.0216,
+                0.0216, 0.0216,
+            ];
             let seen: Vec<bool> =
                 asked.iter().map(|&fy_n| settling.is_settled(leg, surge(fy_n), &WEIGHTS)).collect();
-            assert_eq!(seen, [false, false, false, false, false, false, true, true, false], "leg {leg}");
+            assert_eq!(
+                seen,
+                [
+                    false, false, false, false, false, false, true, true, false, false, false, true, true,
+                    false
+                ],
+                "leg {leg}"
+            );
         }
     }
 

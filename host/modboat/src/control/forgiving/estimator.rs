@@ -18,6 +18,7 @@ use quantity::wrap_rad;
 
 use super::ForgivingConfig;
 use super::filter::{Filter, Slope};
+use crate::control::Tails;
 use crate::motion::Wrench;
 use crate::observer::{Fix, ObserverParameters};
 use crate::parameters::Parameters;
@@ -55,6 +56,8 @@ pub(super) struct Model {
     pub inertia_kg_m2: f64,
     pub drag_n_s2_m2: f64,
     pub yaw_drag_n_m_s2: f64,
+    /// J of one tail.
+    pub tail_inertia_kg_m2: f64,
     /// Torque of a force whose modules differ by [`SPREAD`], m.
     pub lever_m: f64,
 }
@@ -103,8 +106,8 @@ pub(super) struct Estimator {
     drift: Filter<2, 8>,
     yaw: Filter<1, 5>,
     wrench: Wrench,
-    /// Σ of the angles that the tails swing about, rad; none before it was first told.
-    tails_rad: Option<f64>,
+    /// None before it was first told.
+    tails: Option<Tails>,
     /// Growth of d, between calm and gusty, m/s² in a second.
     drift_m_s2: f64,
     window: VecDeque<Sample>,
@@ -128,6 +131,7 @@ impl Estimator {
                 inertia_kg_m2: structure.inertia_kg_m2(parameters) * (1.0 + observer.added_inertia),
                 drag_n_s2_m2: modules * parameters.drag_n_s2_m2,
                 yaw_drag_n_m_s2: structure.yaw_drag_n_m_s2(parameters),
+                tail_inertia_kg_m2: parameters.tail_inertia_kg_m2,
                 lever_m: SPREAD * squares_m2.sqrt() / modules,
             },
             period_s: parameters.period_s,
@@ -140,16 +144,28 @@ impl Estimator {
             drift: Filter::new([1e-2, 1e-2, 2e-2, 2e-2, 2e-3, 2e-3, unsure, unsure]),
             yaw: Filter::new([1e-2, 2e-2, 2e-3, unsure_yaw, unsure_yaw]),
             wrench: Wrench::default(),
-            tails_rad: None,
+            tails: None,
             drift_m_s2: config.calm_m_s2,
             window: VecDeque::new(),
             config: config.clone(),
         }
     }
 
+    /// J/I.
+    fn rotor_share(&self) -> f64 {
+        self.model.tail_inertia_kg_m2 / self.model.inertia_kg_m2
+    }
+
     /// Whether there has been a fix.
     pub(super) fn has_begun(&self) -> bool {
         self.t_s.is_some()
+    }
+
+    /// How gusty the water is by the innovations, 0 … 1.
+    pub(super) fn gustiness(&self) -> f64 {
+        let ForgivingConfig { calm_m_s2, gusty_m_s2, .. } = self.config;
+        let span = (gusty_m_s2 / calm_m_s2).ln();
+        if span > 0.0 { ((self.drift_m_s2 / calm_m_s2).ln() / span).clamp(0.0, 1.0) } else { 1.0 }
     }
 
     /// Standard deviations of k_F and k_τ.
@@ -159,11 +175,15 @@ impl Estimator {
 
     /// The mean wrench of the tails from `t_s` on, as [`Observer::set_wrench`](crate::observer::Observer::set_wrench).
     /// A tail that turns by Δφ turns the structure by −J Δφ/I, and leaves it there.
-    pub(super) fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails_rad: f64) {
-        let turned_rad = self.tails_rad.replace(tails_rad).map_or(0.0, |before_rad| tails_rad - before_rad);
-        if turned_rad != 0.0 {
+    pub(super) fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails: Option<Tails>) {
+        let tails = tails.or(self.tails).unwrap_or_default();
+        // The first turn begins where the tails rested all along.
+        let before_rad = self.tails.map_or(tails.from_rad, |before| before.about_rad);
+        let turned_rad = tails.about_rad - before_rad;
+        if self.tails.unwrap_or_default() != tails {
             self.predict(t_s);
-            self.motion.pose[2] -= self.config.tail_inertia_kg_m2 * turned_rad / self.model.inertia_kg_m2;
+            self.motion.pose[2] -= self.rotor_share() * turned_rad;
+            self.tails = Some(tails);
         }
         if wrench == self.wrench {
             return;
@@ -202,7 +222,9 @@ impl Estimator {
         let gap_s = fix.t_s - self.last_fix_s;
         self.last_fix_s = fix.t_s;
         let mut beyond: Axes = std::array::from_fn(|axis| measured[axis] - self.motion.pose[axis]);
-        beyond[2] = wrap_rad(beyond[2]);
+        // Rotors turn the structure against what the tails are past the angles that they swing about.
+        let swung_rad = self.tails.map_or(0.0, |tails| tails.beyond_rad(fix.t_s, self.period_s));
+        beyond[2] = wrap_rad(beyond[2] + self.rotor_share() * swung_rad);
         if gap_s > GAP_MAX_S {
             (0..3).for_each(|axis| self.motion.pose[axis] += beyond[axis]);
             self.window.clear();
@@ -312,29 +334,30 @@ impl Estimator {
 
     /// One midpoint step of (s1).
     fn moved(&self, motion: &Motion, dt_s: f64) -> Motion {
-        let start = self.acceleration(motion.pose[2], motion.rate);
+        let start = self.acceleration(self.wrench, motion.pose[2], motion.rate);
         let middle: Axes = std::array::from_fn(|axis| motion.rate[axis] + 0.5 * dt_s * start[axis]);
-        let then = self.acceleration(motion.pose[2] + 0.5 * dt_s * motion.rate[2], middle);
+        let then = self.acceleration(self.wrench, motion.pose[2] + 0.5 * dt_s * motion.rate[2], middle);
         Motion {
             pose: std::array::from_fn(|axis| motion.pose[axis] + dt_s * middle[axis]),
             rate: std::array::from_fn(|axis| motion.rate[axis] + dt_s * then[axis]),
         }
     }
 
-    fn acceleration(&self, heading_rad: f64, [v_x, v_y, omega]: Axes) -> Axes {
+    /// By (s1) with this mean wrench.
+    pub(super) fn acceleration(&self, wrench: Wrench, heading_rad: f64, [v_x, v_y, omega]: Axes) -> Axes {
         let (sin, cos) = heading_rad.sin_cos();
         let Model { mass_kg, inertia_kg_m2, drag_n_s2_m2, yaw_drag_n_m_s2, .. } = self.model;
         let (k, c) = (self.factors.force, self.factors.drag * drag_n_s2_m2);
         // World → S: x_S = (sin Θ, −cos Θ), y_S = (cos Θ, sin Θ).
         let (sway, surge) = (sin * v_x - cos * v_y, cos * v_x + sin * v_y);
         // v̇ = R(Θ)·[(k_F·F − c_L·D·v|v|)/M]_S + d                                                  (s1)
-        let a_sway = (k * self.wrench.fx_n - c * sway * sway.abs()) / mass_kg;
-        let a_surge = (k * self.wrench.fy_n - c * surge * surge.abs()) / mass_kg;
+        let a_sway = (k * wrench.fx_n - c * sway * sway.abs()) / mass_kg;
+        let a_surge = (k * wrench.fy_n - c * surge * surge.abs()) / mass_kg;
         let drag_nm = self.factors.yaw_drag * yaw_drag_n_m_s2 * omega * omega.abs();
         [
             sin * a_sway + cos * a_surge + self.unknown[0],
             -cos * a_sway + sin * a_surge + self.unknown[1],
-            (self.factors.torque * self.wrench.tau_nm - drag_nm) / inertia_kg_m2 + self.unknown[2],
+            (self.factors.torque * wrench.tau_nm - drag_nm) / inertia_kg_m2 + self.unknown[2],
         ]
     }
 
