@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
+use super::remaining::Remaining;
 use super::{Answer, DESKS, Hop, Known, MoveCosts, Order, Progress, State, Workers};
 
 /// An order is better than another one that costs this share more; rounding apart.
@@ -82,6 +83,13 @@ impl<'a, C: MoveCosts> Finder<'a, C> {
 
     pub(super) fn report(&mut self) -> Result<(), Stopped> {
         if self.progress.report(&self.known).is_break() { Err(Stopped) } else { Ok(()) }
+    }
+
+    /// What is still to be paid, worked out as well as it is affordable.
+    pub(super) fn remaining(&mut self, relax: bool) -> Result<Remaining, Stopped> {
+        let (costs, workers) = (self.costs, self.workers);
+        let found = Remaining::new(costs, workers, relax, &mut || self.progress.report(&self.known));
+        found.continue_value().ok_or(Stopped)
     }
 
     /// What is known of at most [`DESKS`] hops: their prices, or that they cost more than `most` for certain.
