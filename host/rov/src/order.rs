@@ -49,10 +49,14 @@ pub trait MoveCosts: Sync {
     fn share(&self) {}
     /// Whether [`bound_from`](Self::bound_from) knows more than [`bound`](Self::bound) does.
     fn depends_on_state(&self) -> bool;
-    /// What is paid above the bounds because of others, where that is worked out.
-    fn extra(&self, workers: &dyn Workers) -> Option<extra::Extra> {
-        let _ = workers;
-        None
+    /// What is paid above the bounds because of others, where that is worked out; `goes_on` may end that.
+    fn extra(
+        &self,
+        workers: &dyn Workers,
+        goes_on: &mut GoesOn<'_>,
+    ) -> ControlFlow<(), Option<extra::Extra>> {
+        let _ = (workers, goes_on);
+        ControlFlow::Continue(None)
     }
     /// Whether filled slots (bit k: slot k) are part of a goal that may be reached.
     fn may_fill(&self, filled: u32) -> bool;
@@ -110,6 +114,9 @@ pub trait Progress {
     /// Called after every batch of moves priced.
     fn report(&mut self, known: &Known) -> ControlFlow<()>;
 }
+
+/// Asked now and then by what takes long: whether to go on.
+pub type GoesOn<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
 
 /// Ends a search after so many moves priced.
 #[derive(Clone, Copy, Debug)]

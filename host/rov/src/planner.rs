@@ -20,7 +20,6 @@ use thiserror::Error;
 
 use super::frame::Framed;
 use super::order::paper::NoRule;
-use super::order::remaining::Remaining;
 use super::order::search::{Found, NoOrder};
 use super::order::{self, Finder, InTurn, Known, Patience, Progress, State, Workers};
 use super::power::{PowerError, PowerLaw};
@@ -30,6 +29,7 @@ pub(crate) use speeds::engines;
 
 mod detours;
 mod finding;
+mod least_wait;
 mod obstacle;
 mod parking;
 mod places;
@@ -237,10 +237,7 @@ fn ordered(
             Err(NoRule::Stopped) => return Err(out_of_patience(&finder)),
         },
         OrderRule::Exact => {
-            let found = finder.first().and_then(|()| {
-                let remaining = Remaining::new(pricer, workers, true);
-                finder.search(&remaining)
-            });
+            let found = finder.first().and_then(|()| finder.search(true));
             found.map_err(|none| match none {
                 NoOrder::Proved { states } => {
                     PlanError::Unreachable { why: pricer.obstacle(&State::default()), states }
@@ -252,6 +249,8 @@ fn ordered(
     let rule_cost =
         finder.rule().or_else(|| (pricer.request.order == OrderRule::Paper).then_some(order.cost));
     let priced = finder.known().priced;
+    let share = pricer.share_of_bounds();
+    let (bound, proved) = (share * bound, proved && share >= 1.0);
     let Some(mut plan) = pricer.write(&order) else { return Err(out_of_patience(&finder)) };
     // Its routes are found for what others draw exactly, and may be cheaper than what they were chosen by.
     let cost = match pricer.request.criterion {

@@ -186,6 +186,19 @@ impl PowerLaw {
         }
     }
 
+    /// The thrust within limits that is worth most above its power where a newton is worth `marginal` W/N, and that power by the lower convex envelope, W.
+    pub(super) fn response(&self, marginal: f64, (low_n, high_n): (f64, f64)) -> (f64, f64) {
+        if let Self::Table(table) = self {
+            let within = table.envelope.iter().filter(|point| (low_n..=high_n).contains(&point.thrust_n));
+            let worth = |point: &t200::Point| marginal * point.thrust_n - point.power_w;
+            let best = within.max_by(|a, b| worth(a).total_cmp(&worth(b)));
+            return best.map_or((0.0, 0.0), |point| (point.thrust_n, point.power_w));
+        }
+        let thrust_n =
+            self.thrust_of_marginal(marginal).map_or(0.0, |(free_n, _)| free_n.clamp(low_n, high_n));
+        (thrust_n, self.power_w(thrust_n))
+    }
+
     /// The lower convex envelope of the table in pieces from zero outwards; none for the smooth laws.
     pub(super) fn pieces(&self) -> Vec<Piece> {
         let Self::Table(table) = self else { return Vec::new() };

@@ -21,6 +21,7 @@ pub struct Assignment {
     row: [usize; MOST],
     reduced: Costs,
     size: usize,
+    potentials: [[f64; MOST]; 2],
 }
 
 impl Assignment {
@@ -85,7 +86,13 @@ impl Assignment {
             }
         }
         let total = (0..rows).map(|row| costs[row][column[row]]).sum();
-        Some(Self { cost: total, column, row: row_of, reduced, size })
+        Some(Self { cost: total, column, row: row_of, reduced, size, potentials: [u, v] })
+    }
+
+    /// u and v: no pair costs less than the sum of its two, and all of them together are the cost.
+    #[must_use]
+    pub const fn potentials(&self) -> [[f64; MOST]; 2] {
+        self.potentials
     }
 
     /// The least sum with row i in column j, for all i and j; infinite where there is none.

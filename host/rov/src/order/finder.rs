@@ -3,10 +3,14 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
+use super::remaining::Remaining;
 use super::{Answer, DESKS, Hop, Known, MoveCosts, Order, Progress, State, Workers};
 
 /// An order is better than another one that costs this share more; rounding apart.
 const BETTER: f64 = 1.0 - 1e-9;
+
+/// No more prices are kept, 48 bytes each; routes that are known give the others again.
+const PRICES_MOST: usize = 2_000_000;
 
 /// The search was told to end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +88,13 @@ impl<'a, C: MoveCosts> Finder<'a, C> {
         if self.progress.report(&self.known).is_break() { Err(Stopped) } else { Ok(()) }
     }
 
+    /// What is still to be paid, worked out as well as it is affordable.
+    pub(super) fn remaining(&mut self, relax: bool) -> Result<Remaining, Stopped> {
+        let (costs, workers) = (self.costs, self.workers);
+        let found = Remaining::new(costs, workers, relax, &mut || self.progress.report(&self.known));
+        found.continue_value().ok_or(Stopped)
+    }
+
     /// What is known of at most [`DESKS`] hops: their prices, or that they cost more than `most` for certain.
     pub(super) fn answers(&mut self, hops: &[(State, Hop)], most: &[f64]) -> Result<Vec<Answer>, Stopped> {
         let mut answers: Vec<Option<Answer>> =
@@ -91,23 +102,27 @@ impl<'a, C: MoveCosts> Finder<'a, C> {
         let open: Vec<usize> = (0..hops.len()).filter(|&k| answers[k].is_none()).collect();
         if !open.is_empty() {
             let costs = self.costs;
-            let found: Vec<OnceLock<Answer>> = open.iter().map(|_| OnceLock::new()).collect();
+            // With whether it took a look for a route: what is known to be impossible before counts as nothing.
+            let found: Vec<OnceLock<(Answer, bool)>> = open.iter().map(|_| OnceLock::new()).collect();
             self.workers.run(open.len(), &|desk| {
                 let (state, hop) = &hops[open[desk]];
                 let answer = match costs.bound_from(state, *hop) {
-                    None => Answer::Price(f64::INFINITY),
-                    Some(bound) if bound > most[open[desk]] => Answer::AtLeast(bound),
-                    Some(_) => costs.cost(desk, state, *hop, most[open[desk]]),
+                    None => (Answer::Price(f64::INFINITY), false),
+                    Some(bound) if bound > most[open[desk]] => (Answer::AtLeast(bound), false),
+                    Some(_) => (costs.cost(desk, state, *hop, most[open[desk]]), true),
                 };
                 // Each number comes once.
                 let _ = found[desk].set(answer);
             });
             costs.share();
             for (&k, found) in open.iter().zip(found) {
-                answers[k] = found.into_inner();
-                if let Some(Answer::Price(price)) = answers[k] {
-                    self.known.priced += 1;
-                    self.prices.insert(hops[k], price);
+                let Some((answer, looked)) = found.into_inner() else { continue };
+                answers[k] = Some(answer);
+                if let Answer::Price(price) = answer {
+                    self.known.priced += usize::from(looked);
+                    if self.prices.len() < PRICES_MOST {
+                        self.prices.insert(hops[k], price);
+                    }
                 }
             }
             self.report()?;

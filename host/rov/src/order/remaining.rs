@@ -1,18 +1,19 @@
 //! What is still to be paid at least: the heuristic of the searches.
 //!
 //! [`Remaining::Assigned`]: the cheapest assignment of the robots that wait to the empty slots, each pair at its bound in
-//! whatever state, and what [`extra`](super::extra) adds. Enough where bounds do not depend on the state.
+//! whatever state, or what [`extra`](super::extra) makes of it. Enough where bounds do not depend on the state.
 //!
 //! [`Remaining::Relaxed`]: where they do, since what others draw to balance depends on where they rest, the least sum over
-//! all orders with every hop at its bound in its state, that is with nothing in the way. It is found by dynamic
-//! programming from the end, over all states, so only for up to [`STATES_MOST`] of them, and without parking.
+//! all orders with every hop at its bound in its state, that is with nothing in the way, or the dearest single detour. It is
+//! found by dynamic programming from the end, over all states, so only for up to [`STATES_MOST`] of them, and without parking.
 
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 use super::assignment::{Assignment, Costs};
 use super::extra::Extra;
-use super::{DESKS, Hop, Layout, MOST, MoveCosts, State, Workers};
+use super::{DESKS, GoesOn, Hop, Layout, MOST, MoveCosts, State, Workers};
 
 /// Most states of the relaxed problem: those of eight equal robots are 12 870.
 pub const STATES_MOST: usize = 20_000;
@@ -22,10 +23,10 @@ const CHUNK: usize = 16;
 /// See the module's documentation.
 #[derive(Debug)]
 pub enum Remaining {
-    /// By assignment, and above it by pairs where that is known.
+    /// By assignment, and above it where that is known.
     Assigned(Option<Box<Extra>>),
-    /// What is left to be paid in every state from which the relaxed goal can be reached.
-    Relaxed(HashMap<State, f64>),
+    /// What is left to be paid in every state from which the relaxed goal can be reached, and what hops cost there.
+    Relaxed(HashMap<State, f64>, Option<Box<Extra>>),
 }
 
 /// A hop and what is known of its costs before it is priced.
@@ -51,18 +52,28 @@ type Edges = Vec<(Hop, State, f64)>;
 
 impl Remaining {
     /// The best that is affordable; `relax` says whether the second kind may be made.
-    pub fn new<C: MoveCosts>(costs: &C, workers: &dyn Workers, relax: bool) -> Self {
-        let relaxed = (relax && costs.depends_on_state()).then(|| relaxed(costs, workers)).flatten();
-        relaxed.map_or_else(|| Self::Assigned(costs.extra(workers).map(Box::new)), Self::Relaxed)
+    pub fn new<C: MoveCosts>(
+        costs: &C,
+        workers: &dyn Workers,
+        relax: bool,
+        goes_on: &mut GoesOn<'_>,
+    ) -> ControlFlow<(), Self> {
+        let extra = costs.extra(workers, goes_on)?.map(Box::new);
+        let may_relax = relax && costs.depends_on_state();
+        let relaxed = if may_relax { relaxed(costs, extra.as_deref(), workers, goes_on)? } else { None };
+        ControlFlow::Continue(match relaxed {
+            Some(known) => Self::Relaxed(known, extra),
+            None => Self::Assigned(extra),
+        })
     }
 
     /// The least that is still to be paid in a state; infinite if its goal is out of reach.
     pub fn of(&self, costs: &impl MoveCosts, state: &State) -> f64 {
         match self {
-            Self::Relaxed(known) => known.get(state).copied().unwrap_or(f64::INFINITY),
+            Self::Relaxed(known, _) => known.get(state).copied().unwrap_or(f64::INFINITY),
             Self::Assigned(extra) => {
-                let above = extra.as_ref().map_or(0.0, |extra| extra_of(extra, costs.layout(), state));
-                assigned(costs, state).map_or(f64::INFINITY, |(_, _, found)| found.cost + above)
+                let least = assigned(costs, state).map_or(f64::INFINITY, |(_, _, found)| found.cost);
+                extra.as_ref().map_or(least, |extra| least.max(extra_of(extra, costs.layout(), state)))
             }
         }
     }
@@ -73,10 +84,10 @@ impl Remaining {
         let layout = costs.layout();
         let fits = |hop: Hop| costs.may_fill(layout.filled(&layout.after(state, hop)));
         match self {
-            Self::Relaxed(known) => {
+            Self::Relaxed(known, extra) => {
                 for (hop, _) in layout.hops(state) {
                     let Some(rest) = known.get(&layout.after(state, hop)) else { continue };
-                    if let Some(bound) = costs.bound_from(state, hop) {
+                    if let Some(bound) = bound_in(costs, extra.as_deref(), state, hop) {
                         found.push(Ahead { hop, bound, rest: *rest });
                     }
                 }
@@ -96,7 +107,7 @@ impl Remaining {
                             let (mut above, mut rest) = (0.0, (sum - bound).max(0.0));
                             if let Some(extra) = extra {
                                 above = extra.of_hop((from, to - layout.robots()), taken, filled);
-                                rest += extra_of(extra, layout, &layout.after(state, hop));
+                                rest = rest.max(extra_of(extra, layout, &layout.after(state, hop)));
                             }
                             found.push(Ahead { hop, bound: bound + above, rest });
                         }
@@ -119,6 +130,17 @@ fn extra_of(extra: &Extra, layout: &Layout, state: &State) -> f64 {
     extra.of(layout.unmoved(state), layout.filled(state))
 }
 
+/// What a hop costs at least in a state: for what others draw there with nothing in its way, and with the dearest detour.
+fn bound_in(costs: &impl MoveCosts, extra: Option<&Extra>, state: &State, hop: Hop) -> Option<f64> {
+    let bound = costs.bound_from(state, hop)?;
+    let Some(extra) = extra else { return Some(bound) };
+    let layout = costs.layout();
+    let (from, to) = hop.ends();
+    let least = costs.bound(from, layout.occupant(state, from)?, to)?;
+    let above = extra.of_hop((from, to - layout.robots()), layout.unmoved(state), layout.filled(state));
+    Some(bound.max(least + above))
+}
+
 /// The robots that wait (place and kind), the empty slots, and the cheapest assignment.
 type Assigned = (Vec<(usize, u8)>, Vec<usize>, Assignment);
 
@@ -137,13 +159,12 @@ fn assigned(costs: &impl MoveCosts, state: &State) -> Option<Assigned> {
     Some((rows, columns, found))
 }
 
-/// `None` for more states than [`STATES_MOST`].
-fn relaxed<C: MoveCosts>(costs: &C, workers: &dyn Workers) -> Option<HashMap<State, f64>> {
+/// All states by the number of moves made, in a fixed order; `None` for more than [`STATES_MOST`], or with parking.
+fn layers<C: MoveCosts>(costs: &C) -> Option<Vec<Vec<State>>> {
     let layout = costs.layout();
     if layout.berths() > 0 {
         return None;
     }
-    // All states by the number of moves made, in a fixed order.
     let mut layers = vec![vec![State::default()]];
     let mut count = 1;
     for _ in 0..layout.robots() {
@@ -172,7 +193,20 @@ fn relaxed<C: MoveCosts>(costs: &C, workers: &dyn Workers) -> Option<HashMap<Sta
         }
         layers.push(next);
     }
-    let mut known: HashMap<State, f64> = layers.pop()?.into_iter().map(|state| (state, 0.0)).collect();
+    Some(layers)
+}
+
+/// `None` for too many states.
+fn relaxed<C: MoveCosts>(
+    costs: &C,
+    extra: Option<&Extra>,
+    workers: &dyn Workers,
+    goes_on: &mut GoesOn<'_>,
+) -> ControlFlow<(), Option<HashMap<State, f64>>> {
+    let Some(mut layers) = layers(costs) else { return ControlFlow::Continue(None) };
+    let layout = costs.layout();
+    let last = layers.pop().unwrap_or_default();
+    let mut known: HashMap<State, f64> = last.into_iter().map(|state| (state, 0.0)).collect();
     for layer in layers.iter().rev() {
         let chunks: Vec<&[State]> = layer.chunks(CHUNK).collect();
         for group in chunks.chunks(DESKS) {
@@ -182,7 +216,7 @@ fn relaxed<C: MoveCosts>(costs: &C, workers: &dyn Workers) -> Option<HashMap<Sta
                     let hops = layout.hops(state).filter_map(|(hop, _)| {
                         let after = layout.after(state, hop);
                         known.contains_key(&after).then_some(())?;
-                        Some((hop, after, costs.bound_from(state, hop)?))
+                        Some((hop, after, bound_in(costs, extra, state, hop)?))
                     });
                     hops.collect()
                 });
@@ -198,7 +232,8 @@ fn relaxed<C: MoveCosts>(costs: &C, workers: &dyn Workers) -> Option<HashMap<Sta
                     }
                 }
             }
+            goes_on()?;
         }
     }
-    Some(known)
+    ControlFlow::Continue(Some(known))
 }

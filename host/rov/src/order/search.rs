@@ -117,12 +117,17 @@ impl<C: MoveCosts> Finder<'_, C> {
         if stopped && self.best().is_none() { Err(NoOrder::Stopped) } else { Ok(()) }
     }
 
-    /// Searches until the least order is proved or the progress ends it.
+    /// Searches until the least order is proved or the progress ends it; `relax` as for [`Remaining::new`].
     ///
     /// # Errors
     /// [`NoOrder`]; never when an order is known already.
-    pub fn search(&mut self, remaining: &Remaining) -> Result<Found, NoOrder> {
-        match self.alternate(remaining) {
+    pub fn search(&mut self, relax: bool) -> Result<Found, NoOrder> {
+        let least = Remaining::Assigned(None).of(self.costs(), &State::default());
+        if least.is_finite() {
+            self.bounded(least);
+        }
+        let states = self.remaining(relax).and_then(|remaining| self.alternate(&remaining));
+        match states {
             Ok(states) => match self.best() {
                 Some(order) => {
                     let bound = self.known().bound.min(order.cost);
@@ -303,6 +308,5 @@ fn trace(reached: &Reached, end: State) -> Vec<Hop> {
 /// As for [`Finder::search`].
 pub fn exact<C: MoveCosts>(costs: &C, patience: usize) -> Result<Found, NoOrder> {
     let mut progress = super::Patience(patience);
-    let remaining = Remaining::new(costs, &InTurn, true);
-    Finder::new(costs, &InTurn, &mut progress).search(&remaining)
+    Finder::new(costs, &InTurn, &mut progress).search(true)
 }

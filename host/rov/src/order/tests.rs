@@ -5,7 +5,6 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::paper::NoRule;
-use super::remaining::Remaining;
 use super::search::{Found, NoOrder, exact};
 use super::*;
 
@@ -120,9 +119,8 @@ fn agrees(costs: &Drawn, what: &str) -> Option<f64> {
     let truth = oracle(costs, State::default(), &mut HashMap::new());
     for relax in [false, true] {
         let mut progress = Patience(usize::MAX);
-        let remaining = Remaining::new(costs, &InTurn, relax);
         let mut finder = Finder::new(costs, &InTurn, &mut progress);
-        match (truth, finder.search(&remaining)) {
+        match (truth, finder.search(relax)) {
             (None, Err(NoOrder::Proved { states })) => assert!(states > 0, "{what}"),
             (Some(truth), Ok(Found { order, bound, proved })) => {
                 assert!(
@@ -229,8 +227,7 @@ fn reports_close_in_and_the_order_of_jobs_does_not_matter() {
     let costs = Drawn::new(8, 5, 5, 2);
     let search = |workers: &dyn Workers| {
         let mut heard = Heard(Vec::new());
-        let remaining = Remaining::new(&costs, workers, true);
-        let found = Finder::new(&costs, workers, &mut heard).search(&remaining).expect("an order");
+        let found = Finder::new(&costs, workers, &mut heard).search(true).expect("an order");
         (found, heard.0)
     };
     let (found, heard) = search(&InTurn);

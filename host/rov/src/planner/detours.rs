@@ -1,9 +1,10 @@
 //! What a robot pays more than in open water because of one other: the pairs of [`Extra`].
 
+use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 
-use super::super::order::extra::{Extra, Pairs};
-use super::super::order::{DESKS, Hop, Layout, MOST, Workers};
+use super::super::order::extra::{Extra, Pair, taken};
+use super::super::order::{DESKS, GoesOn, Hop, Workers};
 use super::pricer::Pricer;
 
 /// Fewest robots that it is worked out for: for fewer all orders are soon looked at.
@@ -12,62 +13,58 @@ const LEAST: usize = 6;
 /// A share of the bound that is no detour.
 const ROUNDING: f64 = 1e-6;
 
-/// Its number, and what is paid for every other one.
-type Row = (usize, [f64; MOST]);
-
 impl Pricer<'_> {
-    /// By pairs of starts and pairs of slots; `None` where robots may park, for few robots, and for several vehicles.
-    pub(super) fn detours(&self, workers: &dyn Workers) -> Option<Extra> {
+    /// By pairs of starts and slots; none where robots may park, for few robots, and for several vehicles.
+    pub(super) fn detours(
+        &self,
+        workers: &dyn Workers,
+        goes_on: &mut GoesOn<'_>,
+    ) -> ControlFlow<(), Option<Extra>> {
         let layout = &self.layout;
         let count = layout.robots();
         let is_asked = count >= LEAST && count == layout.slots() && layout.moves() == 1;
         if !is_asked || !self.places.has_one_vehicle() {
-            return None;
+            return ControlFlow::Continue(None);
         }
-        let found: Vec<Mutex<Vec<Row>>> = (0..DESKS).map(|_| Mutex::default()).collect();
-        workers.run(DESKS, &|desk| {
-            let rows = (0..2 * count).skip(desk).step_by(DESKS);
-            let rows = rows.map(|row| (row, self.row(desk, row, count, layout))).collect();
-            *found[desk].lock().unwrap_or_else(PoisonError::into_inner) = rows;
-        });
-        self.routes.share();
-        let mut pairs: [Pairs; 2] = [[[0.0; MOST]; MOST]; 2];
-        for rows in found {
-            for (row, extra) in rows.into_inner().unwrap_or_else(PoisonError::into_inner) {
-                pairs[row / count][row % count] = extra;
+        let mut pairs = vec![vec![None; count]; count];
+        let numbers: Vec<usize> = (0..count * count).collect();
+        for group in numbers.chunks(DESKS) {
+            let found: Vec<Mutex<Option<Pair>>> = group.iter().map(|_| Mutex::default()).collect();
+            workers.run(group.len(), &|desk| {
+                let pair = self.pair(desk, group[desk] / count, group[desk] % count);
+                *found[desk].lock().unwrap_or_else(PoisonError::into_inner) = pair;
+            });
+            self.routes.share();
+            for (&number, found) in group.iter().zip(found) {
+                pairs[number / count][number % count] =
+                    found.into_inner().unwrap_or_else(PoisonError::into_inner);
             }
+            goes_on()?;
         }
-        let [leaving, filling] = pairs;
-        Some(Extra::new(leaving, filling, count))
+        Extra::new(&pairs, workers, goes_on)
     }
 
-    /// Of one robot at its start, or of one slot, for every other one.
-    fn row(&self, desk: usize, row: usize, count: usize, layout: &Layout) -> [f64; MOST] {
-        let (side, own) = (row / count * count, row % count);
-        let mut extra = [0.0; MOST];
-        for other in (0..count).filter(|&other| other != own) {
-            let body = self.places.seat(side + other, layout.kind(0));
-            let mut least = f64::INFINITY;
-            for end in 0..count {
-                let (start, slot) = if side == 0 { (own, end) } else { (end, own) };
-                let hop = Hop::new(start, count + slot);
-                least = least.min(self.detour(desk, hop, layout.kind(start), body));
-                if least == 0.0 {
-                    break;
+    /// Of a start and a slot; `None` where a robot may not rest.
+    fn pair(&self, desk: usize, start: usize, slot: usize) -> Option<Pair> {
+        let count = self.layout.robots();
+        let (hop, kind) = (Hop::new(start, count + slot), self.layout.kind(start));
+        let least = self.bound_of(start, kind, count + slot)?;
+        let mut above = Vec::new();
+        if !self.stays(hop) {
+            for place in (0..2 * count).filter(|&place| place != start && place != count + slot) {
+                let seat = self.places.seat(place, kind);
+                let more = if self.places.is_blocked(count + slot, kind, &[seat]) {
+                    f64::INFINITY
+                } else {
+                    self.cost_beside(desk, hop, kind, seat) - (1.0 + ROUNDING) * least
+                };
+                if more > 0.0 {
+                    let bit =
+                        if place < count { taken(1 << place, 0) } else { taken(0, 1 << (place - count)) };
+                    above.push((bit, more));
                 }
             }
-            extra[other] = least;
         }
-        extra
-    }
-
-    /// What a hop costs above its bound while this seat is taken.
-    fn detour(&self, desk: usize, hop: Hop, kind: u8, body: usize) -> f64 {
-        let (from, to) = hop.ends();
-        let Some(bound) = self.bound_of(from, kind, to) else { return f64::INFINITY };
-        if self.stays(hop) {
-            return 0.0;
-        }
-        (self.cost_beside(desk, hop, kind, body) - (1.0 + ROUNDING) * bound).max(0.0)
+        Some(Pair { least, above })
     }
 }

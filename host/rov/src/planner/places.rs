@@ -76,6 +76,14 @@ impl<'a> Places<'a> {
         self.vehicle_of_kind.windows(2).all(|pair| pair[0] == pair[1])
     }
 
+    /// Seats of a place: every vehicle that a robot is.
+    pub(super) fn seats_of(&self, place: usize) -> impl Iterator<Item = usize> {
+        let vehicles = self.problem.vehicles.len();
+        (0..vehicles)
+            .filter(|vehicle| self.vehicle_of_kind.contains(vehicle))
+            .map(move |own| place * vehicles + own)
+    }
+
     /// Where a place is.
     pub(super) fn pose(&self, place: usize) -> Pose {
         self.poses[place]

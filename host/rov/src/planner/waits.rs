@@ -4,6 +4,7 @@
 //! configurations differ in where robots rest that are not docked to the tool.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use reconfiguration::pose::Pose;
@@ -24,11 +25,24 @@ pub(super) struct Waits {
     limits_n: (f64, f64),
     rules: Rules,
     known: Mutex<HashMap<Vec<u16>, Option<f64>>>,
+    /// As bits: such floats, not negative, sort like them.
+    least_met_w: AtomicU64,
 }
 
 impl Waits {
     pub(super) fn new(law: &PowerLaw, limits_n: (f64, f64), rules: &Rules) -> Self {
-        Self { law: law.clone(), limits_n, rules: rules.clone(), known: Mutex::default() }
+        Self {
+            law: law.clone(),
+            limits_n,
+            rules: rules.clone(),
+            known: Mutex::default(),
+            least_met_w: AtomicU64::new(f64::INFINITY.to_bits()),
+        }
+    }
+
+    /// The least that has been told, W.
+    pub(super) fn least_met_w(&self) -> f64 {
+        f64::from_bits(self.least_met_w.load(Ordering::Relaxed))
     }
 
     /// Power that balances what rests, W; why it cannot be balanced otherwise. The reason names no share.
@@ -60,6 +74,7 @@ impl Waits {
             });
             power_w += own_w.ok_or(Unbalanced::OutOfReach { body: cluster[0], served: 0.0 })?;
         }
+        self.least_met_w.fetch_min(power_w.to_bits(), Ordering::Relaxed);
         Ok(power_w)
     }
 }

@@ -125,6 +125,11 @@ fn parking() -> (Problem, Plan) {
 
 /// Executes the plan; robot 2 hears nothing from one time of the plan to another, s. Reasons to hold, in the order in which they come.
 fn executed(problem: &Problem, plan: &Plan, silent_s: [f64; 2]) -> (Executed, Vec<Hold>) {
+    disturbed(problem, plan, silent_s, None)
+}
+
+/// The same; from a time of the plan on, s, both thrusters that push robot 2 ahead are out of order.
+fn disturbed(problem: &Problem, plan: &Plan, silent_s: [f64; 2], fails_s: Option<f64>) -> (Executed, Vec<Hold>) {
     let options = Options { seed: 1, radio: FaultParameters::default(), law: law() };
     let mut fleet = InProcess::<Thrusters>::rovs(problem, options.radio, options.seed).expect("a fleet");
     let mut holds = Vec::new();
@@ -135,6 +140,9 @@ fn executed(problem: &Problem, plan: &Plan, silent_s: [f64; 2]) -> (Executed, Ve
         fleet.modules_mut()[1]
             .radio_mut()
             .set_parameters(FaultParameters { loss, ..FaultParameters::default() });
+        if fails_s.is_some_and(|fails_s| t_s >= fails_s) {
+            [0, 1].into_iter().for_each(|thruster| fleet.modules_mut()[1].set_failed(thruster));
+        }
         if !execution.gets_on() && holds.last() != Some(&execution.hold()) {
             holds.push(execution.hold());
         }
@@ -171,6 +179,21 @@ fn a_robot_under_way_that_is_silent_is_the_reason_to_hold() {
     assert_eq!(summary.failure, None);
     assert_eq!(holds.first(), Some(&Hold::Module), "{holds:?}");
     println!("{holds:?}");
+}
+
+/// A mover that answers and is no longer on its path is another reason: all others wait for it, and the run ends by its name.
+#[test]
+fn a_robot_under_way_that_is_off_its_path_is_the_reason_to_hold() {
+    let (problem, plan) = parking();
+    let from_s = plan.moves[1].start_s + 0.5 * plan.moves[1].duration_s;
+    let (Executed { record, summary, .. }, holds) = disturbed(&problem, &plan, [0.0; 2], Some(from_s));
+    assert_eq!(holds, [Hold::Astray]);
+    let failure = summary.failure.expect("it never arrives");
+    assert!(failure.contains("robot 2") && !failure.contains("robot 1"), "{failure}");
+    println!("{failure}");
+    // Robot 1 does not go on from where it parks.
+    let last = record.samples.last().expect("samples");
+    assert!((last.robots[0].eta[0] - PARKED[0]).abs() < 0.05, "{:?}", last.robots[0].eta);
 }
 
 /// A plan that leads robot 2 out of the water: it waits before, and ends by name.
