@@ -153,7 +153,7 @@ impl Command {
         self.period = span(parameters.period_s);
     }
 
-    /// The turns take so long, with ramps of so much; a ramp of zero is constant speed.
+    /// The turns take this long, with ramps of this length; a ramp of zero is constant speed.
     fn time(&mut self, (duration_s, ramp_s): (f64, f64)) {
         self.transition = span(duration_s);
         self.law = match span(ramp_s) {

@@ -33,8 +33,8 @@ fn python() -> &'static Path {
         let wheels = Path::new(env!("CARGO_TARGET_TMPDIR")).join("wheels");
         let _ = std::fs::remove_dir_all(&wheels);
         let mut build = Command::new(here().join("../../host/python/build"));
-        // Optimised as the program that it is compared with.
-        run(build.args(["--profile", "test", "--out"]).arg(&wheels).arg("native"));
+        // Beside the program that it is compared with, and of the same packages: `test` is no profile of a library.
+        run(build.args(["--profile", "dev", "--out"]).arg(&wheels).arg("native"));
         let wheel = std::fs::read_dir(&wheels).expect("a folder").find_map(|entry| {
             let path = entry.expect("an entry").path();
             path.extension().is_some_and(|extension| extension == "whl").then_some(path)
