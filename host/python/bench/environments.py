@@ -33,8 +33,8 @@ def python_seconds(env: FlotillaVectorEnv, actions: list[NDArray[np.float64]], s
     return time.perf_counter() - began
 
 
-def numpy_rate(steps: int, *, contacts: bool) -> float:
-    """Steps a second of the reference."""
+def numpy_seconds(steps: int, *, contacts: bool) -> tuple[float, float]:
+    """How long a step of the reference takes, and how much of its processor's time."""
     reference = Reference(
         positions_m=np.array([[-0.15, 0.0], [0.0, 0.0], [0.15, 0.0]]),
         position_m=np.zeros(2),
@@ -44,10 +44,10 @@ def numpy_rate(steps: int, *, contacts: bool) -> float:
     if not contacts:
         reference.pairs = reference.pairs[:0]
     actions = np.random.default_rng(1).uniform(-1, 1, (steps, 9)) * np.tile([np.pi, 2.6, 1.0], 3)
-    began = time.perf_counter()
+    began, spent = time.perf_counter(), time.process_time()
     for action in actions:
         reference.step(action)
-    return steps / (time.perf_counter() - began)
+    return (time.perf_counter() - began) / steps, (time.process_time() - spent) / steps
 
 
 def spent_s(process: int) -> float:
@@ -63,7 +63,7 @@ def compare(program: str, fidelity: str, steps: int, rounds: int) -> None:
     env.action_space.seed(1)
     actions = [env.action_space.sample() for _ in range(8)]
     seconds: dict[str, list[float]] = {"python": [], "rust": []}
-    numpy: dict[bool, list[float]] = {False: [], True: []}
+    numpy: dict[bool, list[tuple[float, float]]] = {False: [], True: []}
     from_python_s = 0.0
     command = [program, "serve", fidelity]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as loop:
@@ -79,8 +79,8 @@ def compare(program: str, fidelity: str, steps: int, rounds: int) -> None:
             loop.stdin.flush()
             seconds["rust"].append(float(loop.stdout.readline()))
             if fidelity == "cycle":
-                for contacts, rates in numpy.items():
-                    rates.append(numpy_rate(10, contacts=contacts))
+                for contacts, each in numpy.items():
+                    each.append(numpy_seconds(10, contacts=contacts))
         in_rust_s = spent_s(loop.pid) - in_rust_s
     rate = {name: steps * ENVIRONMENTS / median(all_[1:]) for name, all_ in seconds.items()}
     ratio, effort = rate["python"] / rate["rust"], in_rust_s / from_python_s
@@ -88,11 +88,16 @@ def compare(program: str, fidelity: str, steps: int, rounds: int) -> None:
         f"{fidelity}: {rate['python']:.0f} steps/s from Python, {rate['rust']:.0f} in Rust: {ratio:.3f} "
         f"(medians of {rounds}); by processors' time {effort:.3f}"
     )
-    for contacts, rates in numpy.items():
-        if rates:
-            slow = median(rates[1:])
+    cores = len(os.sched_getaffinity(0))
+    done = steps * ENVIRONMENTS * rounds
+    for contacts, each in numpy.items():
+        if each:
+            slow_s, slow_spent_s = (median(times) for times in zip(*each[1:], strict=True))
             what = "with contacts" if contacts else "without contacts"
-            print(f"{fidelity}: {slow:.0f} steps/s in numpy {what}: {rate['python'] / slow:.0f} times as many from Python")
+            print(
+                f"{fidelity}: {1 / slow_s:.0f} steps/s in numpy {what}: {rate['python'] * slow_s:.0f} times as many from Python; "
+                f"by processors' time {done / from_python_s * slow_spent_s:.0f} on each of {cores} cores"
+            )
 
 
 if __name__ == "__main__":

@@ -90,8 +90,10 @@ fn legs_of_a_scenario_follow_each_other() {
 /// In water this thick no tail follows its reference: modules stop, and take no cycle any more.
 #[test]
 fn an_episode_ends_when_a_module_takes_no_cycle_any_more() {
-    let thick = format!("{}[motor]\ntail_drag_n_m_s2 = 0.01\n", shape("2x1"));
-    let mut batch = Batch::new(&settings(&thick), 1, 1).expect("a batch");
+    let mut thick = settings(&shape("2x1"));
+    // A file that says so is refused.
+    thick.scenario.motor.tail_drag_n_m_s2 = 0.01;
+    let mut batch = Batch::new(&thick, 1, 1).expect("a batch");
     let mut told = Told::of(&batch);
     reset(&mut batch, &[Some(1)], &mut told);
     for step in 1..=3 {
