@@ -10,6 +10,7 @@ use super::asked::Asked;
 use super::neighbours::Rules;
 use super::search::Search;
 use super::*;
+use crate::buffers::Buffers;
 use crate::distance::DistanceToCollision;
 use crate::parameters::Parameters;
 use crate::planner_config::PlannerConfig;
@@ -232,6 +233,7 @@ fn between_free_poses_there_is_always_a_way() {
                 loss_tolerant: true,
                 signs: Signs::Given,
                 once: false,
+                quiet: None,
             };
             let way = approach::find(&mut solver, &mut buffers, &rest, &asked, &tails, &mut cycle)
                 .unwrap_or_else(|| panic!("{word}, seed {seed}: no way"));
