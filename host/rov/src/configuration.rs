@@ -75,19 +75,24 @@ pub fn adjacency(bodies: &[(Pose, &Vehicle)]) -> Vec<Vec<Option<usize>>> {
 /// The clusters of an adjacency matrix: bodies that a chain of connections joins, each in ascending order.
 #[must_use]
 pub fn clusters(adjacency: &[Vec<Option<usize>>]) -> Vec<Vec<usize>> {
-    let mut seen = vec![false; adjacency.len()];
+    clusters_by(adjacency.len(), |body, other| adjacency[body][other].is_some())
+}
+
+/// What a chain of those that are joined joins, each in ascending order.
+#[must_use]
+pub fn clusters_by(count: usize, joined: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+    let mut left: Vec<usize> = (0..count).collect();
     let mut found = Vec::new();
-    for first in 0..adjacency.len() {
-        if std::mem::replace(&mut seen[first], true) {
-            continue;
-        }
-        let (mut cluster, mut next) = (vec![first], 0);
+    while !left.is_empty() {
+        let (mut cluster, mut next) = (vec![left.remove(0)], 0);
         while let Some(&body) = cluster.get(next) {
-            for (other, _) in adjacency[body].iter().enumerate().filter(|(_, held)| held.is_some()) {
-                if !std::mem::replace(&mut seen[other], true) {
+            left.retain(|&other| {
+                let joins = joined(body, other);
+                if joins {
                     cluster.push(other);
                 }
-            }
+                !joins
+            });
             next += 1;
         }
         cluster.sort_unstable();

@@ -7,6 +7,7 @@
 //! | the order of moves, and robots to slots | [`super::order`] |
 //! | places, and what is docked in them | `places` |
 //! | costs and bounds of moves | `pricer`, with `routes`, `finding`, `detours` and `shut` |
+//! | what others draw at least while a robot moves | `least_wait` |
 //! | what keeps robots from moving, in words | `obstacle` |
 //!
 //! At first every robot moves once. If no order of such moves leads to the goal, robots may park on their way, as often

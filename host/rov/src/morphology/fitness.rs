@@ -13,6 +13,8 @@ use reconfiguration::vehicle::Vehicle;
 
 use super::super::balance::balance;
 use super::super::configuration::{TOUCH_M, adjacency, clusters};
+use super::super::order::MOST;
+use super::super::order::assignment::{Assignment, Costs};
 use super::super::planner::{PlanError, engines};
 use super::super::power::PowerLaw;
 use super::super::propulsion::Steady;
@@ -127,23 +129,20 @@ impl<'a> Fitness<'a> {
                 return f64::INFINITY;
             }
         }
-        // The cheapest assignment over sets of robots, place after place.
-        let mut least = HashMap::from([(0_u32, 0.0_f64)]);
+        let mut costs: Costs = [[f64::INFINITY; MOST]; MOST];
         let wanted = places.iter().map(|place| (Some(place), None));
-        for (place, service) in wanted.chain(open.map(|service| (None, Some(service)))) {
-            let mut next: HashMap<u32, f64> = HashMap::new();
-            for (&taken, &sum_j) in &least {
-                for robot in (0..robots.len()).filter(|robot| taken >> robot & 1 == 0) {
-                    let placing_j = place.map_or(0.0, |place| cost_j(place, robot));
-                    let total_j =
-                        sum_j + placing_j + service.map_or(0.0, |service| serving_j(service, robot));
-                    let known = next.entry(taken | 1 << robot).or_insert(f64::INFINITY);
-                    *known = known.min(total_j);
-                }
+        let rows = wanted.chain(open.map(|service| (None, Some(service))));
+        for ((place, service), row) in rows.zip(&mut costs) {
+            for (robot, cost) in row.iter_mut().enumerate().take(robots.len()) {
+                let placing_j = place.map_or(0.0, |place| cost_j(place, robot));
+                *cost = placing_j + service.map_or(0.0, |service| serving_j(service, robot));
             }
-            least = next;
         }
-        least.into_values().fold(f64::INFINITY, f64::min)
+        let count = places.len() + usize::from(open.is_some());
+        if count > robots.len() {
+            return f64::INFINITY;
+        }
+        Assignment::new(&costs, count, robots.len()).map_or(f64::INFINITY, |found| found.cost)
     }
 
     /// The configuration as slots, with its bound, if it does the task.

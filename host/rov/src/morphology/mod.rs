@@ -22,6 +22,7 @@ use reconfiguration::problem::{Problem, Slot};
 use reconfiguration::task::Task;
 use thiserror::Error;
 
+use super::order::MOST;
 use super::planner::{PlanError, Planned, Request, plan};
 use super::power::limits_n;
 
@@ -75,6 +76,10 @@ pub fn goal(problem: &Problem, task: &Task, request: &Request) -> Result<Found, 
         if !problem.robots.iter().any(|robot| robot.capabilities.contains(&service.capability)) {
             return Err(MorphologyError::Incapable { capability: service.capability.clone() });
         }
+    }
+    let count = problem.robots.len();
+    if count > MOST {
+        return Err(PlanError::TooMany { count }.into());
     }
     let limits_n = limits_n(problem.rules.battery_v).map_err(PlanError::from)?;
     let judge = fitness::Fitness::new(problem, task, &request.law, limits_n)?;

@@ -54,6 +54,23 @@ fn what_does_the_task_already_stays_as_it_is() {
     assert_eq!(found.configurations, 12);
 }
 
+/// Five robots, a T around a tool and one more, are to become a row with the sonar ahead.
+#[test]
+fn five_robots_find_a_row_with_the_sonar_ahead() {
+    let starts = [[0.0, -W, 0.0, 0.0], [0.0, W, 0.0, 0.0], [-L, 0.0, 0.0, 0.0], [-2.0 * L, 0.0, 0.0, 0.0]];
+    let problem = problem(&[&starts[..], &[[-3.0 * L, 0.0, 0.0, 0.0]]].concat(), true);
+    let sonar = Service { capability: "sonar".to_owned(), place_m: [L, 0.0, 0.0], within_m: 0.1 };
+    let task = Task { services: vec![sonar], passage: row() };
+    let found = goal(&problem, &task, &request()).expect("a goal");
+    println!(
+        "{} configurations, {} tried, {:.2} J, proved {}",
+        found.configurations, found.tried, found.planned.plan.energy_total_j, found.proved
+    );
+    assert!(judge::verify(&found.problem, &found.planned.plan).is_empty());
+    let [first, ..] = &found.planned.plan.moves[..] else { panic!("nothing moves") };
+    assert!(first.robot > 0 && found.planned.plan.moves.iter().any(|own| own.robot == 1));
+}
+
 /// Two wings of a tool are to pass a door: a row, with the sonar ahead; of all rows the cheapest.
 #[test]
 fn a_row_with_the_sonar_ahead_is_the_cheapest_of_all_rows() {

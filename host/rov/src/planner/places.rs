@@ -7,7 +7,7 @@ use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
 
-use super::super::configuration::{LevelBox, holds};
+use super::super::configuration::{LevelBox, clusters_by, holds};
 use super::super::order::{Layout, State};
 
 /// Places of a problem: starts, slots, parking places.
@@ -129,24 +129,12 @@ impl<'a> Places<'a> {
         taken.iter().any(|&other| own[other])
     }
 
-    /// Clusters of seats, each ascending by the index in `taken`.
+    /// Clusters of seats, each ascending.
     pub(super) fn clusters(&self, taken: &[usize]) -> Vec<Vec<usize>> {
-        let mut left: Vec<usize> = taken.to_vec();
-        let mut found = Vec::new();
-        while !left.is_empty() {
-            let (mut cluster, mut next) = (vec![left.remove(0)], 0);
-            while let Some(&seat) = cluster.get(next) {
-                let row = &self.docked[seat];
-                left.retain(|&other| {
-                    if row[other] {
-                        cluster.push(other);
-                    }
-                    !row[other]
-                });
-                next += 1;
-            }
+        let mut found = clusters_by(taken.len(), |a, b| self.docked[taken[a]][taken[b]]);
+        for cluster in &mut found {
+            cluster.iter_mut().for_each(|member| *member = taken[*member]);
             cluster.sort_unstable();
-            found.push(cluster);
         }
         found
     }
@@ -158,17 +146,8 @@ impl<'a> Places<'a> {
             .iter()
             .map(|&slot| kinds[slot].iter().map(|&kind| self.seat(layout.robots() + slot, kind)).collect());
         let nodes: Vec<Vec<usize>> = tools.chain(filled).collect();
-        let (mut seen, mut next) = (vec![0], 0);
-        while let Some(&node) = seen.get(next) {
-            for other in 0..nodes.len() {
-                let meet = nodes[node].iter().any(|&a| nodes[other].iter().any(|&b| self.docked[a][b]));
-                if meet && !seen.contains(&other) {
-                    seen.push(other);
-                }
-            }
-            next += 1;
-        }
-        seen.len() == nodes.len()
+        let meet = |a: usize, b: usize| nodes[a].iter().any(|&a| nodes[b].iter().any(|&b| self.docked[a][b]));
+        clusters_by(nodes.len(), meet).len() == 1
     }
 }
 

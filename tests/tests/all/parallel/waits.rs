@@ -129,7 +129,12 @@ fn executed(problem: &Problem, plan: &Plan, silent_s: [f64; 2]) -> (Executed, Ve
 }
 
 /// The same; from a time of the plan on, s, both thrusters that push robot 2 ahead are out of order.
-fn disturbed(problem: &Problem, plan: &Plan, silent_s: [f64; 2], fails_s: Option<f64>) -> (Executed, Vec<Hold>) {
+fn disturbed(
+    problem: &Problem,
+    plan: &Plan,
+    silent_s: [f64; 2],
+    fails_s: Option<f64>,
+) -> (Executed, Vec<Hold>) {
     let options = Options { seed: 1, radio: FaultParameters::default(), law: law() };
     let mut fleet = InProcess::<Thrusters>::rovs(problem, options.radio, options.seed).expect("a fleet");
     let mut holds = Vec::new();
