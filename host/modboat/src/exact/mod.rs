@@ -256,8 +256,7 @@ impl ExactPlanner {
         wanted.extend(aimed.cycle.iter().map(|swing| swing.start_rad()));
         let better = aimed.outcome == Outcome::Planned && aimed.error < 0.5 * error;
         self.discard(aimed);
-        let turning = Request { demand: Wrench::default(), ..request };
-        let found = better.then(|| self.leave(turning, Some(&wanted))).flatten();
+        let found = better.then(|| self.leave(request, Some(&wanted))).flatten();
         self.wanted = wanted;
         found
     }
