@@ -113,7 +113,7 @@ fn sets_of(count: usize, size: usize, most: usize) -> Option<Vec<u64>> {
         sets.push(set);
         // The next greater number with as many bits (Warren 2012, 2-1).
         let (low, carried) = (set & set.wrapping_neg(), set + (set & set.wrapping_neg()));
-        set = carried | ((set ^ carried) >> 2) / low;
+        set = carried | (((set ^ carried) >> 2) / low);
     }
     Some(sets)
 }
