@@ -25,7 +25,9 @@ use reconfiguration::vehicle::Vehicle;
 
 use super::super::cluster::Cluster;
 use super::super::configuration_matrix::ConfigurationMatrix;
+use super::super::order::{DESKS, Workers};
 use super::super::power::{PowerLaw, limits_of};
+use super::pricer::{Pricer, is_same};
 
 /// A robot in a place, or a tool.
 type Body<'a> = (Pose, &'a Vehicle);
@@ -35,11 +37,89 @@ const FORCE_W_N: f64 = 20.0;
 const MOMENT_W_NM: f64 = 200.0;
 /// Each step takes e^(−1/14) of the volume: the half axes end at 1e-6 of these.
 const STEPS: usize = 1200;
+/// Most sets of places whose balance is worked out beforehand: those of eight robots are 11 440.
+const SETS_MOST: usize = 12_000;
 /// What rounding may take off it.
 const ROUNDING: f64 = 1.0 - 1e-9;
 
+impl Pricer<'_> {
+    /// What others draw at least while a robot moves, with one tool and robots that feel nothing themselves.
+    pub(super) fn least_balance_w(&self, workers: &dyn Workers) -> f64 {
+        let problem = self.problem;
+        let [tool] = problem.tools.as_slice() else { return 0.0 };
+        if self.layout.berths() > 0 {
+            return 0.0;
+        }
+        // A start and a slot of one pose are one place.
+        let mut seats: Vec<usize> = Vec::new();
+        for place in 0..self.layout.places() {
+            let is_new = |seat: &usize| {
+                let (pose, vehicle) = self.places.body(*seat);
+                let is_same = |&other: &usize| {
+                    let (there, of) = self.places.body(other);
+                    is_same(&there, &pose) && std::ptr::eq(of, vehicle)
+                };
+                !seats.iter().any(is_same)
+            };
+            let own: Vec<usize> = self.places.seats_of(place).filter(is_new).collect();
+            seats.extend(own);
+        }
+        let resting = self.layout.robots() - 1;
+        let tool = (tool.pose, &problem.vehicles[tool.vehicle]);
+        let bound_w = least_power_w(tool, &self.bodies(&seats), resting, &self.request.law, self.limits_n);
+        if !matches!(self.request.law, PowerLaw::Table(_)) || !self.places.has_one_vehicle() {
+            return bound_w;
+        }
+        let sets = sets_of(seats.len(), resting, SETS_MOST).unwrap_or_else(|| {
+            // All, the starts, the slots.
+            let [all, starts] = [seats.len(), self.layout.robots()].map(|count| (1_u64 << count) - 1);
+            vec![all, starts, all & !starts]
+        });
+        let chunks: Vec<&[u64]> = sets.chunks(sets.len().div_ceil(DESKS)).collect();
+        workers.run(chunks.len(), &|chunk| {
+            for set in chunks[chunk] {
+                let chosen =
+                    seats.iter().enumerate().filter(|(k, _)| set >> k & 1 == 1).map(|(_, seat)| *seat);
+                // The least is kept there.
+                let _ = self
+                    .waits
+                    .power_w(&self.places, &self.tools.iter().copied().chain(chosen).collect::<Vec<_>>());
+            }
+        });
+        let met_w = self.waits.least_met_w();
+        if met_w.is_finite() { bound_w.max(met_w) } else { bound_w }
+    }
+
+    /// What share of bounds holds for what others were found to draw; see the module's documentation.
+    pub(super) fn share_of_bounds(&self) -> f64 {
+        if self.lambda_least_w > 0.0 {
+            (self.waits.least_met_w() / self.lambda_least_w).min(1.0)
+        } else {
+            1.0
+        }
+    }
+}
+
+/// All sets of `size` of `count`, as bits; none where there are more than `most`.
+fn sets_of(count: usize, size: usize, most: usize) -> Option<Vec<u64>> {
+    let number = (0..size)
+        .try_fold(1_usize, |number, k| Some(number.checked_mul(count.checked_sub(k)?)? / (k + 1)))?;
+    if number > most {
+        return None;
+    }
+    let mut sets = Vec::with_capacity(number);
+    let mut set = (1_u64 << size) - 1;
+    while size > 0 && set >> count == 0 {
+        sets.push(set);
+        // The next greater number with as many bits (Warren 2012, 2-1).
+        let (low, carried) = (set & set.wrapping_neg(), set + (set & set.wrapping_neg()));
+        set = carried | (((set ^ carried) >> 2) / low);
+    }
+    Some(sets)
+}
+
 /// The least power, W, with at most `resting` of `places` beside the tool; all robots feel nothing themselves.
-pub(super) fn least_power_w(
+fn least_power_w(
     tool: Body<'_>,
     places: &[Body<'_>],
     resting: usize,

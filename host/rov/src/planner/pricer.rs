@@ -19,13 +19,12 @@ use super::super::docking::with_hand_over;
 use super::super::frame::Framed;
 use super::super::order::extra::Extra;
 use super::super::order::{Answer, DESKS, GoesOn, Hop, Layout, MoveCosts, State, Workers};
-use super::super::power::{self, PowerLaw};
+use super::super::power;
 use super::super::propulsion::Steady;
 use super::super::route::{Mover, Route, RouteQuery, Scratch};
 use super::super::search_graph::Lattice;
 use super::super::vector::{length, offset};
 use super::super::water::Water;
-use super::least_wait::least_power_w;
 use super::places::{Places, half_m};
 use super::routes::{self, Routes, nearest_power_w};
 use super::shut::Shut;
@@ -37,8 +36,6 @@ use super::{PlanError, Request};
 const SAME: f64 = 1e-6;
 /// Powers of others, above the least, that bounds are worked out for, W.
 const POWERS_W: [f64; 4] = [0.0, 0.7, 2.0, 5.0];
-/// Most sets of places whose balance is worked out beforehand: those of eight robots are 11 440.
-const SETS_MOST: usize = 12_000;
 /// What rounding may take off a bound.
 const ROUNDING: f64 = 1.0 - 1e-9;
 
@@ -59,9 +56,9 @@ pub(super) struct Pricer<'a> {
     pub(super) layout: Layout,
     pub(super) places: Places<'a>,
     pub(super) limits_n: (f64, f64),
-    waits: Waits,
+    pub(super) waits: Waits,
     shut: Shut,
-    tools: Vec<usize>,
+    pub(super) tools: Vec<usize>,
     /// By vehicle; none for tools.
     movers: Vec<Option<Mover>>,
     /// One for every move that is priced at a time.
@@ -133,62 +130,6 @@ impl<'a> Pricer<'a> {
         pricer.goals = pricer.goals();
         pricer.bounds = pricer.all_bounds(workers);
         Ok(pricer)
-    }
-
-    /// What others draw at least while a robot moves, with one tool and robots that feel nothing themselves.
-    fn least_balance_w(&self, workers: &dyn Workers) -> f64 {
-        let problem = self.problem;
-        let [tool] = problem.tools.as_slice() else { return 0.0 };
-        if self.layout.berths() > 0 {
-            return 0.0;
-        }
-        // A start and a slot of one pose are one place.
-        let mut seats: Vec<usize> = Vec::new();
-        for place in 0..self.layout.places() {
-            let is_new = |seat: &usize| {
-                let (pose, vehicle) = self.places.body(*seat);
-                let is_same = |&other: &usize| {
-                    let (there, of) = self.places.body(other);
-                    is_same(&there, &pose) && std::ptr::eq(of, vehicle)
-                };
-                !seats.iter().any(is_same)
-            };
-            let own: Vec<usize> = self.places.seats_of(place).filter(is_new).collect();
-            seats.extend(own);
-        }
-        let resting = self.layout.robots() - 1;
-        let tool = (tool.pose, &problem.vehicles[tool.vehicle]);
-        let bound_w = least_power_w(tool, &self.bodies(&seats), resting, &self.request.law, self.limits_n);
-        if !matches!(self.request.law, PowerLaw::Table(_)) || !self.places.has_one_vehicle() {
-            return bound_w;
-        }
-        let sets = sets_of(seats.len(), resting, SETS_MOST).unwrap_or_else(|| {
-            // All, the starts, the slots.
-            let [all, starts] = [seats.len(), self.layout.robots()].map(|count| (1_u64 << count) - 1);
-            vec![all, starts, all & !starts]
-        });
-        let chunks: Vec<&[u64]> = sets.chunks(sets.len().div_ceil(DESKS)).collect();
-        workers.run(chunks.len(), &|chunk| {
-            for set in chunks[chunk] {
-                let chosen =
-                    seats.iter().enumerate().filter(|(k, _)| set >> k & 1 == 1).map(|(_, seat)| *seat);
-                // The least is kept there.
-                let _ = self
-                    .waits
-                    .power_w(&self.places, &self.tools.iter().copied().chain(chosen).collect::<Vec<_>>());
-            }
-        });
-        let met_w = self.waits.least_met_w();
-        if met_w.is_finite() { bound_w.max(met_w) } else { bound_w }
-    }
-
-    /// What share of bounds holds for what others were found to draw; see [`least_wait`](super::least_wait).
-    pub(super) fn share_of_bounds(&self) -> f64 {
-        if self.lambda_least_w > 0.0 {
-            (self.waits.least_met_w() / self.lambda_least_w).min(1.0)
-        } else {
-            1.0
-        }
     }
 
     /// Sets of as many slots as there are robots that are one cluster with all tools, where there are more slots.
@@ -452,25 +393,7 @@ impl MoveCosts for Pricer<'_> {
     }
 }
 
-/// All sets of `size` of `count`, as bits; none where there are more than `most`.
-fn sets_of(count: usize, size: usize, most: usize) -> Option<Vec<u64>> {
-    let number = (0..size)
-        .try_fold(1_usize, |number, k| Some(number.checked_mul(count.checked_sub(k)?)? / (k + 1)))?;
-    if number > most {
-        return None;
-    }
-    let mut sets = Vec::with_capacity(number);
-    let mut set = (1_u64 << size) - 1;
-    while size > 0 && set >> count == 0 {
-        sets.push(set);
-        // The next greater number with as many bits (Warren 2012, 2-1).
-        let (low, carried) = (set & set.wrapping_neg(), set + (set & set.wrapping_neg()));
-        set = carried | ((set ^ carried) >> 2) / low;
-    }
-    Some(sets)
-}
-
-fn is_same(from: &Pose, to: &Pose) -> bool {
+pub(super) fn is_same(from: &Pose, to: &Pose) -> bool {
     length(offset(from.position_m, to.position_m)) < SAME
         && quantity::wrap_rad(from.yaw_rad - to.yaw_rad).abs() < SAME
 }
