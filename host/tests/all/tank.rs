@@ -4,8 +4,6 @@
 
 use std::path::Path;
 use std::sync::mpsc;
-use std::thread::sleep;
-use std::time::{Duration, Instant};
 
 use crate::common::{Finished, Process};
 use crate::cores::in_real_time;
