@@ -81,6 +81,8 @@ pub struct Planned {
     pub bound: f64,
     /// Whether no order and assignment is cheaper, given these routes.
     pub proved: bool,
+    /// Whether the bound is no proof: it takes what the sets of robots at rest that were met draw for the least of all sets.
+    pub samples_sets: bool,
     /// How often a robot may move in the orders that were compared.
     pub moves: usize,
     /// How many moves were priced.
@@ -251,7 +253,8 @@ fn ordered(
         finder.rule().or_else(|| (pricer.request.order == OrderRule::Paper).then_some(order.cost));
     let priced = finder.known().priced;
     let share = pricer.share_of_bounds();
-    let (bound, proved) = (share * bound, proved && share >= 1.0);
+    let samples_sets = pricer.samples_sets;
+    let (bound, proved) = (share * bound, proved && share >= 1.0 && !samples_sets);
     let Some(mut plan) = pricer.write(&order) else { return Err(out_of_patience(&finder)) };
     // Its routes are found for what others draw exactly, and may be cheaper than what they were chosen by.
     let cost = match pricer.request.criterion {
@@ -266,6 +269,7 @@ fn ordered(
         rule_cost,
         bound: bound.min(cost),
         proved,
+        samples_sets,
         moves: pricer.layout.moves(),
         priced,
     };

@@ -39,7 +39,7 @@
 pub mod allocation;
 pub mod approach;
 pub mod asked;
-mod cheapest;
+pub mod cheapest;
 pub mod choice;
 pub mod law;
 pub mod leaving;

@@ -14,7 +14,7 @@
 //! watched costs u_i + v_s at least. So D is below every order, and where all places are watched it is the least over all orders at these costs.
 //! Detours around several places at once cost no less than around the one of them that counts. Without parking.
 //!
-//! Places are watched that stand in the way of many cheap pairs, [`WATCHED_MOST`] of them: D has 2^that many values.
+//! Places are watched that stand in the way of many cheap pairs, `WATCHED_MOST` of them: D has 2^that many values.
 
 use std::ops::ControlFlow;
 use std::sync::OnceLock;
@@ -74,7 +74,7 @@ struct Step {
 }
 
 impl Extra {
-    /// Of as many robots as slots, [start][slot]; `None` where a pair is not allowed. None if there is no assignment.
+    /// Of as many robots as slots, `[start][slot]`; `None` where a pair is not allowed. None if there is no assignment.
     ///
     /// # Errors
     /// If `goes_on`, which is asked now and then, says so.

@@ -43,12 +43,13 @@ const SETS_MOST: usize = 12_000;
 const ROUNDING: f64 = 1.0 - 1e-9;
 
 impl Pricer<'_> {
-    /// What others draw at least while a robot moves, with one tool and robots that feel nothing themselves.
-    pub(super) fn least_balance_w(&self, workers: &dyn Workers) -> f64 {
+    /// What others draw at least while a robot moves, W, with one tool and robots that feel nothing themselves; and whether that is the least of
+    /// some sets of robots only.
+    pub(super) fn least_balance_w(&self, workers: &dyn Workers) -> (f64, bool) {
         let problem = self.problem;
-        let [tool] = problem.tools.as_slice() else { return 0.0 };
+        let [tool] = problem.tools.as_slice() else { return (0.0, false) };
         if self.layout.berths() > 0 {
-            return 0.0;
+            return (0.0, false);
         }
         // A start and a slot of one pose are one place.
         let mut seats: Vec<usize> = Vec::new();
@@ -68,9 +69,11 @@ impl Pricer<'_> {
         let tool = (tool.pose, &problem.vehicles[tool.vehicle]);
         let bound_w = least_power_w(tool, &self.bodies(&seats), resting, &self.request.law, self.limits_n);
         if !matches!(self.request.law, PowerLaw::Table(_)) || !self.places.has_one_vehicle() {
-            return bound_w;
+            return (bound_w, false);
         }
-        let sets = sets_of(seats.len(), resting, SETS_MOST).unwrap_or_else(|| {
+        let all_sets = sets_of(seats.len(), resting, SETS_MOST);
+        let samples_sets = all_sets.is_none();
+        let sets = all_sets.unwrap_or_else(|| {
             // All, the starts, the slots.
             let [all, starts] = [seats.len(), self.layout.robots()].map(|count| (1_u64 << count) - 1);
             vec![all, starts, all & !starts]
@@ -87,7 +90,7 @@ impl Pricer<'_> {
             }
         });
         let met_w = self.waits.least_met_w();
-        if met_w.is_finite() { bound_w.max(met_w) } else { bound_w }
+        if met_w.is_finite() { (bound_w.max(met_w), samples_sets) } else { (bound_w, false) }
     }
 
     /// What share of bounds holds for what others were found to draw; see the module's documentation.

@@ -72,6 +72,8 @@ pub(super) struct Pricer<'a> {
     /// Whether what others draw depends on where they rest.
     balances: bool,
     pub(super) lambda_least_w: f64,
+    /// Whether that is the least of some sets of robots that rest, and not of all.
+    pub(super) samples_sets: bool,
     /// [place][kind][place]: at the powers; nothing where a robot may not rest.
     bounds: Vec<Option<[f64; POWERS_W.len()]>>,
     /// Sets of slots that are a goal; none where every one is.
@@ -121,11 +123,12 @@ impl<'a> Pricer<'a> {
             admitted: kinds.admitted,
             balances: !(neutral && problem.tools.is_empty()),
             lambda_least_w: 0.0,
+            samples_sets: false,
             bounds: Vec::new(),
             goals: None,
         };
         if neutral {
-            pricer.lambda_least_w = pricer.least_balance_w(workers);
+            (pricer.lambda_least_w, pricer.samples_sets) = pricer.least_balance_w(workers);
         }
         pricer.goals = pricer.goals();
         pricer.bounds = pricer.all_bounds(workers);

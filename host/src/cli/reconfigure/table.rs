@@ -132,6 +132,10 @@ fn proof(planned: &Planned) -> String {
     };
     match planned.gap() {
         _ if planned.proved => format!(", proved least {over}"),
+        Some(gap) if planned.samples_sets => format!(
+            ", within {:.1} % of the least {over}, unless robots at rest that were not looked at balance for less",
+            100.0 * gap
+        ),
         Some(gap) => format!(", within {:.1} % of the least {over}", 100.0 * gap),
         None => format!(", the best known {over}"),
     }
