@@ -36,12 +36,16 @@ fn planned(problem: &Problem, way: (Manner, Criterion), order: OrderRule) -> Res
     plan(problem, &request(problem, way, order))
 }
 
+/// Moves that a search prices before it is given up without an order. Of 200 problems one takes more than [`PATIENCE`] to prove that there is
+/// none.
+const PRICED_MOST: usize = 50 * PATIENCE;
+
 /// Ends a search with the first order that it knows.
 struct First;
 
 impl Progress for First {
     fn report(&mut self, known: &Known) -> ControlFlow<()> {
-        if known.best.is_some() || known.priced >= PATIENCE {
+        if known.best.is_some() || known.priced >= PRICED_MOST {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
