@@ -358,6 +358,10 @@ fn the_example_of_plan_works() {
 #[test]
 fn loss_tolerance_is_what_was_asked() {
     let folder = scenario(8.0, "[planner]\nloss_tolerant = \"off\"\n");
+    // Eastwards with the surge axis ahead, cycles are not power tolerant by chance.
+    let path = folder.path().join("t.toml");
+    let text = std::fs::read_to_string(&path).expect("a file");
+    std::fs::write(&path, text.replace("heading_rad = 1.5", "heading_rad = 0")).expect("a file");
     let run = |how: &[&str], out: &str| {
         let arguments = [&["run", "t.toml", "--json", "--out", out], how].concat();
         let finished = Process::start(folder.path(), &arguments).finish();
