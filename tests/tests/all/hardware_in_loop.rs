@@ -293,7 +293,8 @@ fn a_jammed_motor_stops_its_module_and_is_not_hidden() {
     let end_s = last.start_s + last.transition_s + last.period_s;
     let (jammed, free) = (within(0, jam_s + 0.5, end_s), within(1, jam_s + 0.5, end_s));
     println!("tail RMS after the jam: {jammed:.3} rad at module 1, {free:.4} rad at module 2");
-    assert!(jammed > 1.0 && free < 0.004, "{jammed} and {free} rad");
+    // A tail that is jammed lies off its swing, of at least 0.9 rad to each side, by more than half of that.
+    assert!(jammed > 0.5 && free < 0.004, "{jammed} and {free} rad");
     assert!(within(0, 0.0, jam_s) < 0.007);
 }
 
