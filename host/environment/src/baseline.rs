@@ -28,14 +28,10 @@ pub struct Allocator {
 
 impl Allocator {
     /// By the planner of this kind, with the scenario's settings; turns go from rest to rest in either.
+    ///
+    /// `distance` has the collision regions of the scenario's modules, which all that is alike shares.
     #[must_use]
-    pub fn new(scenario: &Scenario, kind: PlannerKind) -> Self {
-        Self::with_distance(scenario, kind, Arc::new(DistanceToCollision::new(&scenario.modboat)))
-    }
-
-    /// The same, with the collision regions of the scenario's modules.
-    #[must_use]
-    pub fn with_distance(scenario: &Scenario, kind: PlannerKind, distance: Arc<DistanceToCollision>) -> Self {
+    pub fn new(scenario: &Scenario, kind: PlannerKind, distance: Arc<DistanceToCollision>) -> Self {
         let config =
             PlannerConfig { kind, transition_law: Some(LawOfTime::RestToRest), ..scenario.planner.clone() };
         let planner = Planner::with_distance(&scenario.structure, &scenario.modboat, &config, distance);
@@ -62,18 +58,15 @@ pub struct Baseline {
     /// Which planner it has.
     pub kind: PlannerKind,
     control: Controller,
-    allocator: Allocator,
+    /// Finds the command for a wrench.
+    pub allocator: Allocator,
 }
 
 impl Baseline {
     /// At the start of an episode.
     #[must_use]
     pub fn new(scenario: &Scenario, kind: PlannerKind, distance: Arc<DistanceToCollision>) -> Self {
-        Self {
-            kind,
-            control: control(scenario),
-            allocator: Allocator::with_distance(scenario, kind, distance),
-        }
+        Self { kind, control: control(scenario), allocator: Allocator::new(scenario, kind, distance) }
     }
 
     /// Another episode begins.
@@ -107,18 +100,6 @@ impl Baseline {
         };
         let target = Target { velocity_m_s, heading_rad: asked.heading_rad };
         self.control.demand(&target, &observed, interval_s, horizon_s)
-    }
-
-    /// The command for a wrench; see [`Allocator::allocate`].
-    pub fn allocate(
-        &mut self,
-        demand: Wrench,
-        tails_rad: &[f64],
-        before: &[Swing],
-        scenario: &Scenario,
-        command: &mut Command,
-    ) {
-        self.allocator.allocate(demand, tails_rad, before, scenario, command);
     }
 }
 

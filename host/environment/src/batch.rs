@@ -8,14 +8,15 @@
 //! batch or the number of threads.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::{JoinHandle, available_parallelism, spawn};
+use std::sync::mpsc::Receiver;
+use std::thread::available_parallelism;
 
 use modboat::planner_kind::PlannerKind;
 
 use crate::environment::{Environment, Outcome};
 use crate::layout::{INFO, Layout};
 use crate::settings::{EnvironmentError, Settings};
+use crate::worker::Worker;
 
 /// What a thread is to do with its environments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,13 +39,12 @@ struct Job {
     error: Option<EnvironmentError>,
 }
 
-struct Worker {
+/// A thread's part of the batch.
+struct Share {
     first: usize,
     count: usize,
-    orders: Option<SyncSender<Box<Job>>>,
-    done: Receiver<Box<Job>>,
+    worker: Worker<Box<Job>, Box<Job>>,
     job: Option<Box<Job>>,
-    thread: Option<JoinHandle<()>>,
 }
 
 /// Where a step writes: each array by environment.
@@ -64,7 +64,7 @@ pub struct Seen<'a> {
 /// See the module's documentation.
 pub struct Batch {
     layout: Arc<Layout>,
-    workers: Vec<Worker>,
+    shares: Vec<Share>,
     count: usize,
 }
 
@@ -79,12 +79,12 @@ impl Batch {
         let settings = Arc::new(settings.clone());
         let cores = || available_parallelism().map_or(1, usize::from);
         let threads = if threads == 0 { cores() } else { threads }.clamp(1, count.max(1));
-        let share = |thread: usize| count * thread / threads;
-        let workers = (0..threads).map(|thread| {
-            let (first, end) = (share(thread), share(thread + 1));
-            Worker::new(&settings, &layout, first, end - first)
+        let first = |thread: usize| count * thread / threads;
+        let shares = (0..threads).map(|thread| {
+            let (first, end) = (first(thread), first(thread + 1));
+            Share::new(&settings, &layout, first, end - first)
         });
-        Ok(Self { workers: workers.collect(), layout, count })
+        Ok(Self { shares: shares.collect(), layout, count })
     }
 
     /// Sizes and bounds of one environment.
@@ -186,31 +186,28 @@ impl Batch {
         fill: impl Fn(&mut Job, usize, usize),
         mut take: impl FnMut(&Job, usize),
     ) -> Result<(), EnvironmentError> {
-        for worker in &mut self.workers {
-            let mut job = worker.job.take().ok_or(EnvironmentError::Stopped)?;
+        for share in &mut self.shares {
+            let mut job = share.job.take().ok_or(EnvironmentError::Stopped)?;
             job.work = work;
-            fill(&mut job, worker.first, worker.count);
-            let orders = worker.orders.as_ref().ok_or(EnvironmentError::Stopped)?;
-            orders.send(job).map_err(|_| EnvironmentError::Stopped)?;
+            fill(&mut job, share.first, share.count);
+            share.worker.give(job).map_err(|_| EnvironmentError::Stopped)?;
         }
         let mut failed = None;
-        for worker in &mut self.workers {
-            let mut job = worker.done.recv().map_err(|_| EnvironmentError::Stopped)?;
+        for share in &mut self.shares {
+            let mut job = share.worker.answer().map_err(|_| EnvironmentError::Stopped)?;
             let error = job.error.take();
             if error.is_none() {
-                take(&job, worker.first);
+                take(&job, share.first);
             }
             failed = failed.or(error);
-            worker.job = Some(job);
+            share.job = Some(job);
         }
         failed.map_or(Ok(()), Err)
     }
 }
 
-impl Worker {
+impl Share {
     fn new(settings: &Arc<Settings>, layout: &Arc<Layout>, first: usize, count: usize) -> Self {
-        let (orders, inbox) = sync_channel::<Box<Job>>(1);
-        let (outbox, done) = sync_channel(1);
         let job = Job {
             work: Work::Reset,
             seeds: vec![None; count],
@@ -222,27 +219,17 @@ impl Worker {
             error: None,
         };
         let (settings, layout) = (Arc::clone(settings), Arc::clone(layout));
-        let thread = spawn(move || {
+        let worker = Worker::new(move |orders: Receiver<Box<Job>>, done| {
             let make = |_| Environment::new(Arc::clone(&settings), Arc::clone(&layout));
             let mut environments: Vec<Environment> = (0..count).map(make).collect();
-            while let Ok(mut job) = inbox.recv() {
+            while let Ok(mut job) = orders.recv() {
                 job.error = work_on(&mut environments, &mut job, &layout, first).err();
-                if outbox.send(job).is_err() {
+                if done.send(job).is_err() {
                     return;
                 }
             }
         });
-        Self { first, count, orders: Some(orders), done, job: Some(Box::new(job)), thread: Some(thread) }
-    }
-}
-
-impl Drop for Worker {
-    fn drop(&mut self) {
-        self.orders = None;
-        if let Some(thread) = self.thread.take() {
-            // What it panicked with has been told.
-            let _ = thread.join();
-        }
+        Self { first, count, worker, job: Some(Box::new(job)) }
     }
 }
 

@@ -65,9 +65,8 @@ impl Environment {
         let scenario = settings.scenario.clone();
         let wants_planner = settings.action == ActionKind::Wrench;
         Self {
-            allocator: wants_planner.then(|| {
-                Allocator::with_distance(&scenario, PlannerKind::Exact, Arc::clone(&layout.distance))
-            }),
+            allocator: wants_planner
+                .then(|| Allocator::new(&scenario, PlannerKind::Exact, Arc::clone(&layout.distance))),
             scenario,
             settings,
             layout,
@@ -97,7 +96,6 @@ impl Environment {
         let mut rng = ChaCha8Rng::seed_from_u64(episode);
         let Self { settings, layout, scenario, .. } = self;
         let goal = draw(settings.task, &mut rng, &settings.scenario, &mut scenario.start);
-        let (heading_rad, tail_rad) = (scenario.start_heading_rad(), scenario.start.tail_rad);
         // A run of legs from the seed itself is the run of `flotilla run --seed`.
         let seed = if settings.task == Task::Legs { seed.unwrap_or(episode) } else { episode };
         match (settings.fidelity, &mut self.simulation) {
@@ -111,13 +109,8 @@ impl Environment {
                     let mean = Mean::new(structure, modboat, tank, timing.lead_s, distance)?;
                     *simulation = Some(Simulation::Mean(Box::new(mean)));
                 }
-                let start = PoseSample {
-                    position_m: scenario.start.position_m,
-                    heading_rad,
-                    ..PoseSample::default()
-                };
                 if let Some(Simulation::Mean(mean)) = simulation {
-                    mean.place(&start, tail_rad);
+                    mean.place(&scenario.start_pose(), scenario.start.tail_rad);
                 }
             }
         }
@@ -199,7 +192,7 @@ impl Environment {
             ActionKind::Wrench => action.copy_from_slice(&demand.to_array()),
             ActionKind::Swing => {
                 let before = &self.command.cycle;
-                baseline.allocate(demand, tails_rad, before, &self.scenario, &mut self.next);
+                baseline.allocator.allocate(demand, tails_rad, before, &self.scenario, &mut self.next);
                 self.next.write_swings(action);
             }
         }

@@ -15,6 +15,7 @@
 //! | [`environment`] | one environment: reset, step |
 //! | [`baseline`] | the paper's controller with the exact planner or the potential field |
 //! | [`batch`] | many environments on all cores |
+//! | [`worker`] | a thread that keeps what may not change threads |
 //!
 //! A step is one decision of the fleet: a transition, as long as its longest turn takes, and one period. It is decided `lead_s` before the
 //! cycle before it ends, as the pilot of a run decides, so that what an observation shows is that much older than the cycle that
@@ -29,3 +30,4 @@ pub mod layout;
 pub mod mean;
 pub mod modules;
 pub mod settings;
+pub mod worker;

@@ -37,6 +37,8 @@ use burst::Burst;
 use flight::UnderWay;
 use stranger::Stranger;
 
+use super::spare::Spare;
+
 /// A radio with faults on its sending side.
 #[derive(Debug)]
 pub struct Faulty<R: Radio> {
@@ -46,6 +48,7 @@ pub struct Faulty<R: Radio> {
     burst: Burst,
     stranger: Stranger<R::Address>,
     under_way: UnderWay<R::Address>,
+    spare: Spare,
     count: FaultCount,
 }
 
@@ -69,6 +72,7 @@ impl<R: Radio> Faulty<R> {
             burst: Burst::new(stream(1)),
             stranger: Stranger::new(stream(2)),
             under_way: UnderWay::new(),
+            spare: Spare::default(),
             count: FaultCount::default(),
         }
     }
@@ -104,7 +108,7 @@ impl<R: Radio> Faulty<R> {
         if self.is_full() {
             return;
         }
-        let mut datagram = self.under_way.copied(datagram);
+        let mut datagram = self.spare.copied(datagram);
         let p = &self.parameters;
         // Cut first: a flipped bit that is then cut off would be no flipped bit.
         if strikes(&mut self.rng, p.truncation) && !datagram.is_empty() {
@@ -176,7 +180,7 @@ impl<R: Radio> Faulty<R> {
                 self.count.lost += 1;
                 return Err(error);
             }
-            self.under_way.take_back(flight.datagram);
+            self.spare.take_back(flight.datagram);
             self.count.delivered += 1;
         }
         Ok(())

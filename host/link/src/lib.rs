@@ -10,6 +10,7 @@
 //! | `live` | a session in force |
 //! | `offers` | sessions that a module has not taken up yet |
 //! | `plausible` | numbers in reports that no module can have |
+//! | `spare` | buffers that are filled again |
 //! | `rival` | two modules with one number |
 //! | [`strangers`] | who was heard that is not followed |
 //! | [`delivery`] | how a cycle gets to one module, or to all or none |
@@ -34,5 +35,6 @@ mod offers;
 mod plausible;
 pub mod private_file;
 mod rival;
+mod spare;
 pub mod strangers;
 pub mod udp;

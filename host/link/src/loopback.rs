@@ -10,17 +10,19 @@ use std::rc::Rc;
 use protocol::Radio;
 use protocol::time::FleetInstant;
 
+use super::spare::Spare;
+
 /// A node's address on the loopback: 0 is the host, module ids follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Node(pub u16);
 
 type Inbox = VecDeque<(Node, Vec<u8>)>;
 
-/// What is on its way, by whom it is for, and buffers that were emptied, to be filled again.
+/// What is on its way, by the node that it is for.
 #[derive(Debug, Default)]
 struct Shared {
     inboxes: HashMap<Node, Inbox>,
-    spare: Vec<Vec<u8>>,
+    spare: Spare,
 }
 
 /// The medium that all loopback radios of one fleet share.
@@ -53,10 +55,7 @@ impl Radio for LoopbackRadio {
         // A datagram to an address without a receiver is lost, as on any radio.
         let Shared { inboxes, spare } = &mut *self.ether.shared.borrow_mut();
         if let Some(inbox) = inboxes.get_mut(&to) {
-            let mut bytes = spare.pop().unwrap_or_default();
-            bytes.clear();
-            bytes.extend_from_slice(datagram);
-            inbox.push_back((self.address, bytes));
+            inbox.push_back((self.address, spare.copied(datagram)));
         }
         Ok(())
     }
@@ -70,7 +69,7 @@ impl Radio for LoopbackRadio {
         Ok(inboxes.get_mut(&self.address).and_then(VecDeque::pop_front).map(|(from, datagram)| {
             let length = datagram.len().min(buffer.len());
             buffer[..length].copy_from_slice(&datagram[..length]);
-            spare.push(datagram);
+            spare.take_back(datagram);
             (length, from)
         }))
     }

@@ -3,15 +3,16 @@
 //! Each is the simulation of `flotilla run` without its pilot ([`environment::modules`]): the firmware crate on simulated motors at
 //! 1 kHz, the link, and the tank. A simulated module does not change threads, so each thread makes and keeps its share.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::{JoinHandle, spawn};
 
 use environment::baseline::Allocator;
 use environment::command::Command;
 use environment::modules::Modules;
+use environment::worker::{Gone, Worker};
 use host::answer::plan::check_demand;
 use host::run::scenario::Scenario;
+use modboat::distance::DistanceToCollision;
 use modboat::motion::Wrench;
 use modboat::planner_kind::PlannerKind;
 use pyo3::prelude::*;
@@ -51,11 +52,16 @@ struct Tank {
 }
 
 impl Tank {
-    fn new(scenario: &Arc<Scenario>, kind: PlannerKind, seed: u64) -> Result<Self, String> {
+    fn new(
+        scenario: &Arc<Scenario>,
+        kind: PlannerKind,
+        distance: &Arc<DistanceToCollision>,
+        seed: u64,
+    ) -> Result<Self, String> {
         let modules = Modules::new(scenario, seed).map_err(|error| error.to_string())?;
         Ok(Self {
             modules,
-            allocator: Allocator::new(scenario, kind),
+            allocator: Allocator::new(scenario, kind, Arc::clone(distance)),
             command: Command::default(),
             next: Command::default(),
             positions_m: scenario.structure.positions_m(scenario.modboat.pitch_m),
@@ -92,20 +98,22 @@ impl Tank {
 
 type Answer = Result<Vec<Seen>, String>;
 
-struct Worker {
+/// A thread's part of the tanks. Its first answer comes without an order.
+struct Share {
     count: usize,
-    orders: Option<SyncSender<Vec<Order>>>,
-    answers: Receiver<Answer>,
-    thread: Option<JoinHandle<()>>,
+    worker: Worker<Vec<Order>, Answer>,
 }
 
-impl Worker {
-    fn new(scenario: Arc<Scenario>, kind: PlannerKind, seeds: Vec<u64>) -> Self {
-        let (orders, ordered) = sync_channel::<Vec<Order>>(1);
-        let (answered, answers) = sync_channel::<Answer>(1);
+impl Share {
+    fn new(
+        scenario: Arc<Scenario>,
+        kind: PlannerKind,
+        distance: Arc<DistanceToCollision>,
+        seeds: Vec<u64>,
+    ) -> Self {
         let count = seeds.len();
-        let thread = spawn(move || {
-            let tanks = seeds.iter().map(|&seed| Tank::new(&scenario, kind, seed));
+        let worker = Worker::new(move |ordered: Receiver<Vec<Order>>, answered: SyncSender<Answer>| {
+            let tanks = seeds.iter().map(|&seed| Tank::new(&scenario, kind, &distance, seed));
             let made: Result<Vec<Tank>, String> = tanks.collect();
             let mut tanks = match made {
                 Ok(tanks) => tanks,
@@ -121,25 +129,20 @@ impl Worker {
                 open = answered.send(outcome.map(|()| all(&tanks))).is_ok();
             }
         });
-        Self { count, orders: Some(orders), answers, thread: Some(thread) }
+        Self { count, worker }
     }
 
     fn answer(&self) -> Answer {
-        self.answers.recv().map_err(|_| "a thread of this simulation has ended".to_owned())?
+        self.worker.answer().map_err(gone)?
     }
 }
 
-impl Drop for Worker {
-    fn drop(&mut self) {
-        self.orders = None;
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
+fn gone(_: Gone) -> String {
+    "a thread of this simulation has ended".to_owned()
 }
 
 struct State {
-    workers: Vec<Worker>,
+    shares: Vec<Share>,
     seen: Vec<Seen>,
 }
 
@@ -202,15 +205,12 @@ impl Simulation {
         py.detach(|| {
             let mut state = self.state();
             let mut orders = orders.into_iter();
-            for worker in &state.workers {
-                let own: Vec<Order> = orders.by_ref().take(worker.count).collect();
-                let sent = worker.orders.as_ref().is_some_and(|way| way.send(own).is_ok());
-                if !sent {
-                    return Err("a thread of this simulation has ended".to_owned());
-                }
+            for share in &state.shares {
+                let own = orders.by_ref().take(share.count).collect();
+                share.worker.give(own).map_err(gone)?;
             }
             // All are heard, so that none speaks of this step in the next.
-            let answers: Vec<Answer> = state.workers.iter().map(Worker::answer).collect();
+            let answers: Vec<Answer> = state.shares.iter().map(Share::answer).collect();
             state.seen = answers.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
             Ok(())
         })
@@ -236,13 +236,14 @@ impl Simulation {
         let (modules, boat) = (scenario.structure.len(), &scenario.modboat);
         let amplitude_rad = [boat.amplitude_min_rad, boat.amplitude_max_rad];
         let state = py.detach(|| {
-            let share = seeds.len().div_ceil(threads).max(1);
-            let shares = seeds.chunks(share);
-            let workers: Vec<Worker> =
-                shares.map(|seeds| Worker::new(Arc::clone(&scenario), kind, seeds.to_vec())).collect();
-            let answers: Vec<Answer> = workers.iter().map(Worker::answer).collect();
+            let distance = Arc::new(DistanceToCollision::new(&scenario.modboat));
+            let one = |seeds: &[u64]| {
+                Share::new(Arc::clone(&scenario), kind, Arc::clone(&distance), seeds.to_vec())
+            };
+            let shares: Vec<Share> = seeds.chunks(seeds.len().div_ceil(threads).max(1)).map(one).collect();
+            let answers: Vec<Answer> = shares.iter().map(Share::answer).collect();
             let seen = answers.into_iter().collect::<Result<Vec<_>, _>>()?.concat();
-            Ok(Mutex::new(State { workers, seen }))
+            Ok(Mutex::new(State { shares, seen }))
         });
         Ok(Self { modules, amplitude_rad, state: state.map_err(|error: String| could(error))? })
     }

@@ -25,6 +25,7 @@
 //! Integrated by RK4 with wrench and water held over a step.
 
 use modboat::motion::Wrench;
+use record::PoseSample;
 
 /// What resists motion. Axes are sway (x) and surge (y).
 #[derive(Clone, Debug, PartialEq)]
@@ -98,6 +99,27 @@ struct Inertia {
 }
 
 impl BodyState {
+    /// That of `sample`.
+    pub(crate) fn of(sample: &PoseSample) -> Self {
+        Self {
+            position_m: sample.position_m,
+            heading_rad: sample.heading_rad,
+            velocity_s_m_s: to_structure(sample.heading_rad, sample.velocity_m_s),
+            yaw_rate_rad_s: sample.yaw_rate_rad_s,
+        }
+    }
+
+    /// Pose and velocity over ground, at `t_s`.
+    pub(crate) fn sample(&self, t_s: f64) -> PoseSample {
+        PoseSample {
+            t_s,
+            position_m: self.position_m,
+            heading_rad: self.heading_rad,
+            velocity_m_s: to_world(self.heading_rad, self.velocity_s_m_s),
+            yaw_rate_rad_s: self.yaw_rate_rad_s,
+        }
+    }
+
     fn plus(&self, rates: &Rates, dt_s: f64) -> Self {
         Self {
             position_m: [self.position_m[0] + rates[0] * dt_s, self.position_m[1] + rates[1] * dt_s],

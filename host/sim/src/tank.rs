@@ -79,18 +79,12 @@ impl Tank {
         let flippers = Thrust::new(&real, &tank.thrust);
         let thrusts = shares.into_iter().zip(neighbours(structure));
         let thrusts = thrusts.map(|(share, sides)| flippers.clone().on_module(share, sides)).collect();
-        let state = BodyState {
-            position_m: initial.position_m,
-            heading_rad: initial.heading_rad,
-            velocity_s_m_s: to_structure(initial.heading_rad, initial.velocity_m_s),
-            yaw_rate_rad_s: initial.yaw_rate_rad_s,
-        };
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let gust_m_s = [normal(&mut rng), normal(&mut rng)].map(|n| tank.gust_m_s * n);
         Ok(Self {
             parameters: tank.clone(),
             body,
-            state,
+            state: BodyState::of(initial),
             t_s: initial.t_s,
             positions_m: structure.positions_m(real.pitch_m),
             thrusts,
@@ -162,13 +156,7 @@ impl Tank {
     /// True pose and velocity over ground, now, of the mean of the modules' centres: what a motion capture sees.
     #[must_use]
     pub fn pose(&self) -> PoseSample {
-        PoseSample {
-            t_s: self.t_s,
-            position_m: self.state.position_m,
-            heading_rad: self.state.heading_rad,
-            velocity_m_s: to_world(self.state.heading_rad, self.state.velocity_s_m_s),
-            yaw_rate_rad_s: self.state.yaw_rate_rad_s,
-        }
+        self.state.sample(self.t_s)
     }
 
     /// Thrust of all tails on the water over the last step, in S, without the rotors' reaction torque.

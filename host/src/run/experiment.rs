@@ -7,7 +7,7 @@ use std::time::Instant;
 use modboat::observer::Fix;
 use protocol::time::FleetInstant;
 use quantity::ParameterError;
-use record::{PoseSample, RunRecord};
+use record::RunRecord;
 use sim::TailState;
 use sim::mocap::Mocap;
 use sim::tank::Tank;
@@ -67,13 +67,8 @@ impl Site<Cameras> {
 /// # Errors
 /// [`ParameterError`] for numbers that cannot be.
 pub fn water(scenario: &Scenario, seed: u64) -> Result<Tank, ParameterError> {
-    let start = PoseSample {
-        position_m: scenario.start.position_m,
-        heading_rad: scenario.start_heading_rad(),
-        ..PoseSample::default()
-    };
     let Scenario { structure, modboat, tank, .. } = scenario;
-    Tank::new(structure, modboat, tank, &start, seed ^ 0x7A4B)
+    Tank::new(structure, modboat, tank, &scenario.start_pose(), seed ^ 0x7A4B)
 }
 
 /// Runs `scenario` with modules in this process, from `seed`, as fast as the machine can.

@@ -14,6 +14,7 @@ use quantity::bounds::Bounds;
 use quantity::{ParameterError, check_within};
 use reader::file::{self, Source};
 use reader::{Document, FileError, Mistake};
+use record::PoseSample;
 use serde::{Deserialize, Serialize};
 use sim::clock::ClockParameters;
 use sim::mocap::MocapParameters;
@@ -337,6 +338,16 @@ impl Scenario {
     pub fn start_heading_rad(&self) -> f64 {
         let first = self.legs.first().map_or(FRAC_PI_2, |leg| leg.heading_rad);
         self.start.heading_rad.unwrap_or(first)
+    }
+
+    /// Where the structure rests at the start.
+    #[must_use]
+    pub fn start_pose(&self) -> PoseSample {
+        PoseSample {
+            position_m: self.start.position_m,
+            heading_rad: self.start_heading_rad(),
+            ..PoseSample::default()
+        }
     }
 }
 

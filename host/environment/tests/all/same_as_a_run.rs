@@ -103,7 +103,7 @@ fn mean_cycles_are_near_to_simulated_modules() {
     let Scenario { structure, modboat, tank, timing, .. } = &scenario;
     let distance = Arc::new(DistanceToCollision::new(modboat));
     let mut mean = Mean::new(structure, modboat, tank, timing.lead_s, distance).expect("a hull");
-    mean.place(&PoseSample { heading_rad: scenario.start_heading_rad(), ..PoseSample::default() }, 0.0);
+    mean.place(&scenario.start_pose(), 0.0);
     let positions_m = structure.positions_m(modboat.pitch_m);
     for decision in &decisions {
         let command = command(decision);

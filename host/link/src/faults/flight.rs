@@ -8,9 +8,6 @@ use protocol::time::FleetInstant;
 /// No more than this are under way at a time; what comes on top is lost. 32 MiB of the longest datagrams.
 pub(super) const UNDER_WAY_MAX: usize = 1 << 16;
 
-/// No more buffers than this are kept.
-const SPARE_MAX: usize = 64;
-
 /// One datagram under way. Ordered by arrival, then by the order of sending.
 #[derive(Debug)]
 pub(super) struct Flight<Address> {
@@ -45,13 +42,11 @@ impl<Address> Ord for Flight<Address> {
 pub(super) struct UnderWay<Address> {
     flights: BinaryHeap<Reverse<Flight<Address>>>,
     order: u64,
-    /// Buffers of datagrams that have arrived, to be filled again.
-    spare: Vec<Vec<u8>>,
 }
 
 impl<Address> UnderWay<Address> {
     pub(super) fn new() -> Self {
-        Self { flights: BinaryHeap::new(), order: 0, spare: Vec::new() }
+        Self { flights: BinaryHeap::new(), order: 0 }
     }
 
     pub(super) fn len(&self) -> u64 {
@@ -60,21 +55,6 @@ impl<Address> UnderWay<Address> {
 
     pub(super) fn is_full(&self) -> bool {
         self.flights.len() >= UNDER_WAY_MAX
-    }
-
-    /// A copy of `datagram`, in a buffer that was used before if there is one.
-    pub(super) fn copied(&mut self, datagram: &[u8]) -> Vec<u8> {
-        let mut bytes = self.spare.pop().unwrap_or_default();
-        bytes.clear();
-        bytes.extend_from_slice(datagram);
-        bytes
-    }
-
-    /// Takes back the buffer of a datagram that has arrived.
-    pub(super) fn take_back(&mut self, datagram: Vec<u8>) {
-        if self.spare.len() < SPARE_MAX {
-            self.spare.push(datagram);
-        }
     }
 
     /// Sends `datagram` on its way; it arrives `delay_s` after `now`.

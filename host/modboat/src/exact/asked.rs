@@ -40,6 +40,12 @@ pub(super) struct Quiet {
 }
 
 impl<'a> Asked<'a> {
+    /// A way there, and no more.
+    pub(super) fn plainly(case: Case<'a>, demand: Wrench, tails: Option<&'a [f64]>) -> Self {
+        let signs = Signs::PerModule;
+        Self { case, demand, tails, loss_tolerant: false, signs, once: false, quiet: None }
+    }
+
     pub(super) fn rules(&self) -> Rules<'a> {
         Rules { case: self.case, loss_tolerant: self.loss_tolerant }
     }

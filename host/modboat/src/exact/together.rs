@@ -19,7 +19,6 @@ use super::turning::Best;
 use crate::envelope::Envelope;
 use crate::motion::Wrench;
 use crate::setting::Case;
-use crate::transition::solver::Signs;
 
 /// Patterns of signs over the lattice: one for all, then by cell, by column, by row.
 const PATTERNS: usize = 4;
@@ -48,15 +47,7 @@ impl Search {
     ) -> Option<CycleCandidate> {
         let mut thrusts_n = std::mem::take(&mut self.thrusts_n);
         envelope.thrusts(demand, &mut thrusts_n);
-        let asked = Asked {
-            case,
-            demand,
-            tails,
-            loss_tolerant: false,
-            signs: Signs::PerModule,
-            once: false,
-            quiet: None,
-        };
+        let asked = Asked::plainly(case, demand, tails);
         let mut best = Best::default();
         for pattern in 0..if thrusts_n.is_empty() { 0 } else { PATTERNS } {
             let met = self.swing_in_step(case, demand, pattern, &thrusts_n);

@@ -22,7 +22,6 @@ use super::orientation::may_hold;
 use super::search::{CycleCandidate, Search};
 use crate::motion::{Swing, Wrench, ends};
 use crate::setting::Case;
-use crate::transition::solver::Signs;
 
 /// How long few modules are looked for.
 #[derive(Clone, Copy)]
@@ -279,15 +278,7 @@ impl Search {
             distance.along_bounded(offset, ends(i, j), margin_rad)
         };
         let aim = Aim { recentre: 0.0, ..self.aim(&case, demand) };
-        let asked = Asked {
-            case,
-            demand,
-            tails,
-            loss_tolerant: false,
-            signs: Signs::PerModule,
-            once: false,
-            quiet: None,
-        };
+        let asked = Asked::plainly(case, demand, tails);
         let rules = asked.rules();
         let mut best = Best::default();
         for candidate in field.solve(demand, previous, &swim) {

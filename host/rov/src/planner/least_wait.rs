@@ -67,7 +67,8 @@ impl Pricer<'_> {
         }
         let resting = self.layout.robots() - 1;
         let tool = (tool.pose, &problem.vehicles[tool.vehicle]);
-        let bound_w = least_power_w(tool, &self.bodies(&seats), resting, &self.request.law, self.limits_n);
+        let bound_w =
+            bound_w(tool, &self.bodies(&seats), resting, &self.request.law, self.limits_n).unwrap_or(0.0);
         if !matches!(self.request.law, PowerLaw::Table(_)) || !self.places.has_one_vehicle() {
             return (bound_w, false);
         }
@@ -121,17 +122,6 @@ fn sets_of(count: usize, size: usize, most: usize) -> Option<Vec<u64>> {
     Some(sets)
 }
 
-/// The least power, W, with at most `resting` of `places` beside the tool; all robots feel nothing themselves.
-fn least_power_w(
-    tool: Body<'_>,
-    places: &[Body<'_>],
-    resting: usize,
-    law: &PowerLaw,
-    limits_n: (f64, f64),
-) -> f64 {
-    bound_w(tool, places, resting, law, limits_n).unwrap_or(0.0)
-}
-
 /// Wrenches of a newton of the thrusters that work, about an origin.
 fn pushes(body: Body<'_>, origin: &Pose, limits_n: (f64, f64)) -> Option<Vec<Vector6<f64>>> {
     let matrix = ConfigurationMatrix::of_cluster(&[(body.1, body.0)], origin).ok()?;
@@ -148,7 +138,8 @@ fn pushes_everywhere(vehicle: &Vehicle, limits_n: (f64, f64)) -> bool {
     gram.is_some_and(|gram: Matrix6<f64>| gram.rank(1e-9 * gram.norm()) == 6)
 }
 
-/// y·τ less the greatest φ; `None` for what is no cluster.
+/// The least power, W, with at most `resting` of `places` beside the tool, by y·τ less the greatest φ; all robots feel nothing themselves. `None`
+/// for what is no cluster.
 fn bound_w(
     tool: Body<'_>,
     places: &[Body<'_>],
@@ -236,8 +227,8 @@ mod tests {
                 };
                 let places: Vec<_> = cells(&mut rng, 8).into_iter().map(at).collect();
                 let own = (Pose { position_m: [0.0; 3], yaw_rad: 0.0 }, &tool);
-                let bound_w = least_power_w(own, &places, 4, &law, limits_n);
-                let whole_w = least_power_w(own, &places, 8, &law, limits_n);
+                let bounds_w = [4, 8].map(|resting| bound_w(own, &places, resting, &law, limits_n));
+                let [bound_w, whole_w] = bounds_w.map(|bound_w| bound_w.expect("a cluster"));
                 let mut least_w = f64::INFINITY;
                 for set in (0..1_u32 << 8).filter(|set| set.count_ones() == 4) {
                     let chosen = (0..8).filter(|k| set >> k & 1 == 1).map(|k| places[k]);

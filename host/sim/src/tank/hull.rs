@@ -13,7 +13,7 @@ use quantity::ParameterError;
 use record::PoseSample;
 
 use super::TankParameters;
-use crate::body::{Body, BodyState, to_structure, to_world};
+use crate::body::{Body, BodyState};
 
 /// A structure that a given wrench moves.
 #[derive(Clone, Debug)]
@@ -38,30 +38,12 @@ impl Hull {
         tank.validate(structure.len()).map_err(|(_, error)| error)?;
         tank.has_mean_alone()?;
         let body = tank.body(structure, &tank.real(believed));
-        let mut hull = Self {
-            body,
-            state: BodyState {
-                position_m: [0.0; 2],
-                heading_rad: 0.0,
-                velocity_s_m_s: [0.0; 2],
-                yaw_rate_rad_s: 0.0,
-            },
-            current_m_s: tank.current_m_s,
-            t_s: 0.0,
-        };
-        hull.place(initial);
-        Ok(hull)
+        Ok(Self { body, state: BodyState::of(initial), current_m_s: tank.current_m_s, t_s: initial.t_s })
     }
 
     /// Pose, velocity and time are those of `sample` from now on.
     pub fn place(&mut self, sample: &PoseSample) {
-        self.t_s = sample.t_s;
-        self.state = BodyState {
-            position_m: sample.position_m,
-            heading_rad: sample.heading_rad,
-            velocity_s_m_s: to_structure(sample.heading_rad, sample.velocity_m_s),
-            yaw_rate_rad_s: sample.yaw_rate_rad_s,
-        };
+        (self.t_s, self.state) = (sample.t_s, BodyState::of(sample));
     }
 
     /// Goes on by `dt_s` under `wrench` in S.
@@ -73,13 +55,7 @@ impl Hull {
     /// Pose and velocity over ground, as [`Tank::pose`](super::Tank::pose).
     #[must_use]
     pub fn pose(&self) -> PoseSample {
-        PoseSample {
-            t_s: self.t_s,
-            position_m: self.state.position_m,
-            heading_rad: self.state.heading_rad,
-            velocity_m_s: to_world(self.state.heading_rad, self.state.velocity_s_m_s),
-            yaw_rate_rad_s: self.state.yaw_rate_rad_s,
-        }
+        self.state.sample(self.t_s)
     }
 }
 
