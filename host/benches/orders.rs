@@ -1,8 +1,8 @@
 //! How long the order of many robots takes: rows and random clusters, each line a problem.
 //!
 //! ```sh
-//! cargo bench -p rov --bench orders                              # 4, 6 and 8 robots 10 s each, 16 robots 60 s
-//! cargo bench -p rov --bench orders -- 16 --seconds 20 --seeds 1 --family random
+//! cargo bench -p host --bench orders                              # 4, 6 and 8 robots 10 s each, 16 robots 60 s
+//! cargo bench -p host --bench orders -- 16 --seconds 20 --seeds 1 --family random
 //! ```
 //!
 //! *first* is when the first plan is known; *gap* is how far above the least the plan may still be when the time is up, 0 where it is proved
@@ -10,43 +10,19 @@
 //! programs on the machine do not count.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
+use host::answer::threads::Threads;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 use reconfiguration::plan::{Criterion, Manner};
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::{Problem, Robot, Rules, Slot, Tool};
 use reconfiguration::vehicle::Vehicle;
-use rov::order::{Known, Progress, Workers};
+use rov::order::{Known, Progress};
 use rov::planner::{OrderRule, Request, plan_with};
 use rov::power::PowerLaw;
 
 type Cell = [i32; 3];
-
-/// As many threads as there are cores.
-struct Threads(usize);
-
-impl Workers for Threads {
-    fn run(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
-        let next = AtomicUsize::new(0);
-        let work = || {
-            loop {
-                let own = next.fetch_add(1, Ordering::Relaxed);
-                if own >= jobs {
-                    break;
-                }
-                job(own);
-            }
-        };
-        std::thread::scope(|scope| {
-            for _ in 0..self.0.min(jobs).saturating_sub(1) {
-                scope.spawn(work);
-            }
-            work();
-        });
-    }
-}
 
 /// What all threads have computed, s.
 fn computed_s() -> f64 {
@@ -168,7 +144,7 @@ fn main() {
     if families.is_empty() {
         families = FAMILIES.map(str::to_owned).to_vec();
     }
-    let workers = Threads(std::thread::available_parallelism().map_or(1, usize::from));
+    let workers = Threads::new();
     println!("robots family     seed   first s   first J    best J  at least   gap %    s      priced  MB");
     for robots in counts {
         for family in &families {
