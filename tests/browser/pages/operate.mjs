@@ -46,7 +46,8 @@ async function station(page, judge) {
   await judge.until("three tails move", (snapshot) => snapshot.modules.every((module, index) => Math.abs(module.tail_rad - tails[index]) > 0.2));
   // Tails turn to where the first cycle begins; with that cycle the log begins to tell where the structure is.
   const arrived = await judge.until("the structure arrives within 30 mm", ({ truth }) => truth !== null && distance(truth.position_m, target.station_m) < 0.03, 150_000);
-  check(distance(await shownPlace(page), arrived.truth.position_m) < 0.03, "the page shows it there");
+  // A page draws when its machine lets it.
+  await until("the page shows it there", async () => distance(await shownPlace(page), judge.latest.truth.position_m) < 0.03);
   console.log(`station of ${(distance(before, target.station_m) * 1000).toFixed(0)} mm reached after ${(arrived.fleet_s - started.fleet_s).toFixed(1)} s`);
 }
 
@@ -75,7 +76,7 @@ async function dragVelocity(page, judge) {
   await page.mouse.move(map.x + map.width - 40, map.y + map.height / 2 - 20, { steps: 5 });
   await judge.until("the velocity is the target, and leads east", ({ target }) => target.kind === "velocity" && target.velocity_m_s[0] > 0.01);
   await judge.until("modules swim with it", (snapshot) => snapshot.modules.every((module) => module.state === "Executing"));
-  check(judge.latest.deadman === null, "the deadman is content while the pointer is held");
+  await judge.until("the deadman is content while the pointer is held", (snapshot) => snapshot.deadman === null);
 }
 
 /** An arrow key that is released when something else has the focus: the fleet holds all the same. */
@@ -101,7 +102,7 @@ async function emergencyStop(page, judge) {
   // What is known of the key is the snapshot before it: 50 ms, or as long as the machine stalled.
   check(late <= 0.3 + Math.max(50, judge.stall(before.n)) / 1000, "that took no more than 0.3 s");
   await page.mouse.up();
-  check((await page.locator("#alarms").textContent()).includes("Emergency stop"), "the page says so");
+  await until("the page says so", async () => (await page.locator("#alarms").textContent()).includes("Emergency stop"));
   const still = judge.latest.modules.map((module) => module.tail_rad);
   await page.waitForTimeout(1500);
   check(judge.latest.modules.every((module, index) => Math.abs(module.tail_rad - still[index]) < 0.1), "tails stay where they stopped");
