@@ -13,6 +13,7 @@
 //! | [`reconfigure`] | seeded reconfigurations of ROVs |
 //! | [`seeds`] | many seeds on all cores, and numbers from the environment |
 //! | [`spoil`] | ways to spoil a plan of ROVs |
+//! | [`statistics`] | the suite's own statistics as campaigns, a row a run |
 //! | [`storm`] | whole fleets on a bad medium, with reboots, and the checks on them |
 //! | [`stream`] | planners asked demand after demand, and what came of it |
 //! | [`turned`] | seeded reconfigurations of ROVs at any heading, of two kinds |
@@ -30,6 +31,7 @@ pub mod reconfigure;
 pub mod seeds;
 pub mod shifted;
 pub mod spoil;
+pub mod statistics;
 pub mod storm;
 pub mod stream;
 pub mod turned;

@@ -125,22 +125,6 @@ pub struct KindCount {
     pub liars: u64,
 }
 
-impl std::ops::Add for KindCount {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            send_errors: self.send_errors + other.send_errors,
-            pauses: self.pauses + other.pauses,
-            doubled: self.doubled + other.doubled,
-            played: self.played + other.played,
-            called: self.called + other.called,
-            lies: self.lies + other.lies,
-            liars: self.liars + other.liars,
-        }
-    }
-}
-
 /// Everything of one storm.
 struct World<'a> {
     storm: &'a Storm,

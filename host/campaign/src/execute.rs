@@ -15,9 +15,8 @@ use thiserror::Error;
 
 use crate::folder::{Folder, Shard};
 use crate::journal::{Head, Journal, JournalError};
-use crate::row::row;
-use crate::study::Study;
 use crate::table::{Table, TableError};
+use crate::work::Work;
 
 /// Why a shard is not done.
 #[derive(Debug, Error)]
@@ -59,12 +58,12 @@ pub trait Watch: Sync {
     fn rows(&self, done: usize, total: usize);
 }
 
-/// Runs `shard` of `study` on `jobs` threads.
+/// Runs `shard` of `work` on `jobs` threads.
 ///
 /// # Errors
 /// [`ExecuteError`].
 pub fn execute(
-    study: &Study,
+    work: &dyn Work,
     folder: &Folder,
     shard: Shard,
     jobs: usize,
@@ -72,10 +71,10 @@ pub fn execute(
 ) -> Result<Outcome, ExecuteError> {
     let file = folder.file(shard);
     if file.exists() {
-        return finished(study, folder, shard);
+        return finished(work, folder, shard);
     }
     let head = Head {
-        campaign: study.name.clone(),
+        campaign: work.name().to_owned(),
         fingerprint: folder.manifest.fingerprint.clone(),
         shard: shard.index,
         shards: shard.count,
@@ -83,19 +82,19 @@ pub fn execute(
     let journal = Journal::open(&folder.journal(shard), &head, || watch.waits())?;
     // Another process may have come to the end while this one waited.
     if file.exists() {
-        return finished(study, folder, shard);
+        return finished(work, folder, shard);
     }
-    let total = shard.runs(study.runs()).count();
-    let left: Vec<usize> = shard.runs(study.runs()).filter(|run| !journal.rows().contains_key(run)).collect();
+    let total = shard.runs(work.runs()).count();
+    let left: Vec<usize> = shard.runs(work.runs()).filter(|run| !journal.rows().contains_key(run)).collect();
     watch.rows(total - left.len(), total);
     let began = Instant::now();
     let journal = Mutex::new(journal);
     let next = AtomicUsize::new(0);
     let failure = Mutex::new(None);
-    let work = || {
+    let runs = || {
         while let Some(&number) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let row = row(&study.run(number), study.times);
-            // A panic is in no lock: `row` catches those of a run.
+            let row = work.row(number);
+            // A panic is in no lock: rows are made outside of it.
             let mut journal = journal.lock().unwrap_or_else(PoisonError::into_inner);
             match journal.add(number, row) {
                 Ok(()) => watch.rows(journal.rows().len(), total),
@@ -108,9 +107,9 @@ pub fn execute(
     };
     thread::scope(|scope| {
         for _ in 1..jobs.clamp(1, left.len().max(1)) {
-            scope.spawn(work);
+            scope.spawn(runs);
         }
-        work();
+        runs();
     });
     if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err(error.into());
@@ -137,10 +136,10 @@ fn told(rows: &BTreeMap<usize, Map<String, Value>>) -> Outcome {
 }
 
 /// A shard that has its file.
-fn finished(study: &Study, folder: &Folder, shard: Shard) -> Result<Outcome, ExecuteError> {
+fn finished(work: &dyn Work, folder: &Folder, shard: Shard) -> Result<Outcome, ExecuteError> {
     let path = folder.file(shard);
     let table = Table::read(&path)?;
-    if !table.runs().eq(shard.runs(study.runs()).map(|run| run as i64)) {
+    if !table.runs().eq(shard.runs(work.runs()).map(|run| run as i64)) {
         return Err(ExecuteError::Rows { path });
     }
     // Left behind by a process that was killed between the two.

@@ -14,15 +14,15 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::journal::replace_by;
-use crate::study::Study;
 use crate::table::Format;
+use crate::work::Work;
 
 /// What a folder is of: `campaign.json`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
     /// The campaign's name.
     pub campaign: String,
-    /// See [`Study::fingerprint`].
+    /// See [`Work::fingerprint`].
     pub fingerprint: String,
     /// How many runs.
     pub runs: usize,
@@ -80,19 +80,19 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// The folder of `study` at `path`, made if it is not there.
+    /// The folder of `work` at `path`, made if it is not there.
     ///
     /// # Errors
     /// [`FolderError`].
-    pub fn of(study: &Study, path: &Path, shards: usize, format: Format) -> Result<Self, FolderError> {
+    pub fn of(work: &dyn Work, path: &Path, shards: usize, format: Format) -> Result<Self, FolderError> {
         let manifest = Manifest {
-            campaign: study.name.clone(),
-            fingerprint: study.fingerprint(),
-            runs: study.runs(),
+            campaign: work.name().to_owned(),
+            fingerprint: work.fingerprint(),
+            runs: work.runs(),
             shards,
             format: format.extension().to_owned(),
-            grid: study.on_grid().map(str::to_owned).collect(),
-            sampled: study.sampled.clone(),
+            grid: work.grid(),
+            sampled: work.sampled(),
         };
         let file = path.join("campaign.json");
         if file.exists() {

@@ -6,6 +6,7 @@
 //!
 //! | module | what |
 //! |---|---|
+//! | [`work`] | numbered runs that make a row each |
 //! | [`study`] | the campaign's file, and the runs that it makes |
 //! | [`sampling`] | Sobol's sequence and Latin hypercubes |
 //! | [`row`], [`cell`] | a run, executed, as a row |
@@ -31,5 +32,6 @@ pub mod slurm;
 mod statistics;
 pub mod study;
 pub mod table;
+pub mod work;
 
 pub use cli::main;

@@ -10,17 +10,47 @@ use host::run::scenario::Scenario;
 use serde_json::{Map, Value};
 
 use crate::cell::flatten;
-use crate::study::Run;
+use crate::study::{Run, Study};
+use crate::work::Work;
 
 /// The columns that come first, where they are there; those of the keys that are varied follow.
 pub const HEAD: [&str; 7] = ["run", "scenario", "modules", "controller", "planner", "seed", "error"];
 /// Figures of time on this machine.
 const TIMES: [&str; 3] = ["wall_s", "cycles.solve_us_median", "cycles.solve_us_max"];
 
+impl Work for Study {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn runs(&self) -> usize {
+        self.runs()
+    }
+
+    fn told(&self) -> String {
+        self.told()
+    }
+
+    fn fingerprint(&self) -> String {
+        self.fingerprint()
+    }
+
+    fn grid(&self) -> Vec<String> {
+        self.on_grid().map(str::to_owned).collect()
+    }
+
+    fn sampled(&self) -> Vec<String> {
+        self.sampled.clone()
+    }
+
+    fn row(&self, number: usize) -> Map<String, Value> {
+        row(&self.run(number), self.times)
+    }
+}
+
 /// The row of `run`; without what was measured of time on this machine unless `times`. A run that cannot be begun, or panics, has a row
 /// too, that says why.
-#[must_use]
-pub fn row(run: &Run<'_>, times: bool) -> Map<String, Value> {
+fn row(run: &Run<'_>, times: bool) -> Map<String, Value> {
     let mut row = Map::new();
     if let Some(controller) = run.controller {
         row.insert("controller".to_owned(), controller.into());

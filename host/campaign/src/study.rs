@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use modboat::planner_kind::PlannerKind;
 use reader::{Document, FileError, Mistake, file};
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
 use toml::Value;
 
 use crate::sampling::Method;
+use crate::work::fingerprint;
 use axis::{Axis, Set, Setting};
 pub use base::Base;
 pub use run::Run;
@@ -285,13 +285,9 @@ impl Study {
     /// A number that is another for every other campaign: of its file, the text of its scenarios, and this program's version.
     #[must_use]
     pub fn fingerprint(&self) -> String {
-        let mut hash = Sha256::new();
         let scenarios = self.bases.iter().map(|base| base.text.as_ref());
-        for part in [env!("CARGO_PKG_VERSION"), &self.text].into_iter().chain(scenarios) {
-            hash.update((part.len() as u64).to_le_bytes());
-            hash.update(part.as_bytes());
-        }
-        hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+        let parts = [env!("CARGO_PKG_VERSION"), &self.text].into_iter().chain(scenarios);
+        fingerprint(parts.map(str::as_bytes))
     }
 
     /// Where results go when nothing else is said.

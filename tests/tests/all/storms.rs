@@ -1,8 +1,9 @@
 //! Fleets of 3, 9 and 25 modules in storms. 200 seeds as they are; `FLOTILLA_SEEDS=10000` runs a night's worth, `FLOTILLA_SEED=N`
 //! one storm alone. A seed and a commit reproduce everything.
 
-use link::faults::FaultCount;
-use tests::seeds::{number, on_all_cores};
+use serde_json::json;
+use tests::seeds::number;
+use tests::statistics::{Rows, Statistic, rows};
 use tests::storm::{KindCount, Outcome, Storm, THREE_CYCLES_S};
 
 /// Of each ten storms seven are of three modules, two of nine, one of twenty-five.
@@ -14,42 +15,63 @@ fn modules(seed: u64) -> usize {
     }
 }
 
+/// Kinds of a storm's own, as columns, each with its name.
+const KINDS: [(&str, &str); 7] = [
+    ("kinds.send_errors", "sends refused"),
+    ("kinds.pauses", "pauses of the host"),
+    ("kinds.doubled", "runs that met a doubled module"),
+    ("kinds.played", "recorded announcements"),
+    ("kinds.called", "forged calls"),
+    ("kinds.lies", "lies"),
+    ("kinds.liars", "runs that named a liar"),
+];
+
 #[test]
 fn fleets_survive_storms() {
     let (first, count) = match number("FLOTILLA_SEED") {
         Some(seed) => (seed, 1),
         None => (number("FLOTILLA_FIRST").unwrap_or(0), number("FLOTILLA_SEEDS").unwrap_or(200)),
     };
-    let all = on_all_cores(first..first + count, |seed| {
+    assert!(count > 0, "no storm was asked for");
+    let row = |number: usize| {
+        let seed = first + number as u64;
         let storm = Storm::new(modules(seed), seed);
-        let outcome = storm.run();
-        if !outcome.violations.is_empty() {
-            eprintln!("seed {seed} ({} modules): {:#?} in {storm:?}", storm.modules, outcome.violations);
+        let Outcome {
+            violations,
+            powerless_contacts,
+            powerless,
+            swam_after_s,
+            decisions,
+            received,
+            faults,
+            kinds,
+        } = storm.run();
+        if !violations.is_empty() {
+            eprintln!("seed {seed} ({} modules): {violations:#?} in {storm:?}", storm.modules);
         }
-        (storm, outcome)
-    });
-    assert!(!all.is_empty(), "no storm was asked for");
-    report(&all);
-    let bad: Vec<u64> = all
+        let KindCount { send_errors, pauses, doubled, played, called, lies, liars } = kinds;
+        let kinds = json!({
+            "send_errors": send_errors, "pauses": pauses, "doubled": doubled, "played": played, "called": called, "lies": lies,
+            "liars": liars,
+        });
+        json!({
+            "seed": seed, "modules": storm.modules, "radio_only": storm.is_radio_only(), "violations": violations,
+            "powerless_contacts": powerless_contacts, "powerless": powerless, "swam_after_s": swam_after_s,
+            "decisions": decisions, "received": received, "faults": faults, "kinds": kinds,
+        })
+    };
+    let varied = format!("from seed {first}");
+    let rows = rows(&Statistic { name: "storms", of: "storms", runs: count as usize, varied, row });
+    report(&rows);
+    let bad: Vec<String> = rows
         .iter()
-        .filter(|(_, outcome)| !outcome.violations.is_empty())
-        .map(|(storm, _)| storm.seed)
+        .filter(|row| row.count("violations.count") > 0)
+        .map(|row| format!("{}: {}", row.count("seed"), row.text("violations.list")))
         .collect();
-    assert!(bad.is_empty(), "{} of {} storms: seeds {bad:?}", bad.len(), all.len());
+    assert!(bad.is_empty(), "{} of {count} storms, by seed:\n{}", bad.len(), bad.join("\n"));
     // A share of them that is smaller need not have every kind.
-    if count >= 200 {
-        let KindCount { send_errors, pauses, doubled, played, called, lies, liars } = kinds(&all);
-        for (what, struck) in [
-            ("send errors", send_errors),
-            ("pauses", pauses),
-            ("runs that met a doubled module", doubled),
-            ("announcements", played),
-            ("forged calls", called),
-            ("lies", lies),
-            ("runs that named a liar", liars),
-        ] {
-            assert!(struck > 0, "{what}: none in {count} storms");
-        }
+    for (column, what) in KINDS.iter().filter(|_| count >= 200) {
+        assert!(rows.sum(column) > 0, "{what}: none in {count} storms");
     }
 }
 
@@ -67,35 +89,30 @@ fn what_storms_have_found_does_not_come_back() {
     }
 }
 
-fn kinds(all: &[(Storm, Outcome)]) -> KindCount {
-    all.iter().fold(KindCount::default(), |sum, (_, outcome)| sum + outcome.kinds)
-}
-
-fn report(all: &[(Storm, Outcome)]) {
-    let sum = |of: &dyn Fn(&Outcome) -> u64| -> u64 { all.iter().map(|(_, outcome)| of(outcome)).sum() };
-    let faults = all.iter().fold(FaultCount::default(), |sum, (_, outcome)| sum + outcome.faults);
-    let mut swam: Vec<f64> = all.iter().filter_map(|(_, outcome)| outcome.swam_after_s).collect();
+fn report(rows: &Rows) {
+    let sum = |column: &str| rows.sum(column);
+    let faults = |column: &str| rows.sum(&format!("faults.{column}"));
+    let mut swam: Vec<f64> = rows.iter().filter_map(|row| row.perhaps("swam_after_s")).collect();
     swam.sort_by(f64::total_cmp);
     let quantile =
         |share: f64| swam.get(((swam.len() as f64 * share) as usize).min(swam.len().saturating_sub(1)));
-    println!(
-        "\nstorms            {} ({} of the radio alone)",
-        all.len(),
-        all.iter().filter(|(s, _)| s.is_radio_only()).count()
-    );
-    println!("decisions         {}", sum(&|o| o.decisions as u64));
+    println!("\nstorms            {} ({} of the radio alone)", rows.iter().len(), sum("radio_only"));
+    println!("decisions         {}", sum("decisions"));
     println!(
         "medium            {} sent, {} lost, {} doubled, {} damaged, {} cut, {} late or reordered, {} replayed, {} forged",
-        faults.sent,
-        faults.lost,
-        faults.duplicated,
-        faults.corrupted,
-        faults.truncated,
-        faults.late + faults.reordered,
-        faults.replayed,
-        faults.forged.total()
+        faults("sent"),
+        faults("lost"),
+        faults("duplicated"),
+        faults("corrupted"),
+        faults("truncated"),
+        faults("late") + faults("reordered"),
+        faults("replayed"),
+        ["noise", "remade", "misdirected", "reflected"]
+            .iter()
+            .map(|kind| faults(&format!("forged.{kind}")))
+            .sum::<u64>()
     );
-    let class = |k: usize| sum(&|o| o.received[k]);
+    let class = |k: usize| sum(&format!("received.{k}"));
     println!(
         "received          {} = {} accepted + {} duplicate + {} stale + {} corrupt + {} forged + {} foreign",
         class(0),
@@ -106,15 +123,12 @@ fn report(all: &[(Storm, Outcome)]) {
         class(5),
         class(6)
     );
-    let KindCount { send_errors, pauses, doubled, played, called, lies, liars } = kinds(all);
-    println!(
-        "ends              {send_errors} sends refused, {pauses} pauses of the host, {doubled} runs met a doubled module, {lies} lies, {liars} runs named a liar"
-    );
-    println!("strangers         {played} recorded announcements, {called} forged calls");
+    let kinds: Vec<String> = KINDS.iter().map(|(column, what)| format!("{} {what}", sum(column))).collect();
+    println!("kinds             {}", kinds.join(", "));
     println!(
         "power lost        {} times in mid-swing; {} contacts with such a tail, all in cycles that could not be power tolerant",
-        sum(&|o| o.powerless as u64),
-        sum(&|o| o.powerless_contacts as u64)
+        sum("powerless"),
+        sum("powerless_contacts")
     );
     println!(
         "swim again after  {:.2} s median, {:.2} s 99 %, {:.2} s at most (three cycles: {THREE_CYCLES_S} s)\n",

@@ -25,6 +25,9 @@ const SNAPSHOT_EVERY: Duration = Duration::from_millis(50);
 const CLIENTS: usize = 64;
 /// Connections that are taken in at one look.
 const ACCEPT_AT_ONCE: usize = 16;
+/// Sending ends a look after this time, and goes on at the next one: what the scheduler lets the server run through is time that the loop
+/// may wait for its core. *Assumed.*
+const SEND_AT_ONCE: Duration = Duration::from_micros(200);
 /// What one is told that has not shown the token.
 const LOOKS: &str = "this page only looks: open the address that the program printed";
 /// The same, of the stream.
@@ -41,6 +44,8 @@ pub(super) struct Hub {
     due: Instant,
     number: u64,
     staged: bool,
+    /// The client that is sent to next.
+    next: usize,
     /// Tells this run from others.
     session: String,
     came: Vec<Came>,
@@ -58,6 +63,7 @@ impl Hub {
             due: now,
             number: 0,
             staged: false,
+            next: 0,
             came: Vec::new(),
         };
         if let Source::Log(player) = &hub.source {
@@ -120,9 +126,12 @@ impl Hub {
         }
     }
 
-    /// Sends what they take, forgets those that are gone.
+    /// Sends what they take, to one after the other for [`SEND_AT_ONCE`]; forgets those that are gone.
     fn write(&mut self, now: Instant) {
-        for index in 0..self.audience.sessions.len() {
+        let (began, clients) = (Instant::now(), self.audience.sessions.len());
+        for _ in 0..clients {
+            let index = self.next % clients;
+            self.next = index + 1;
             let mut came = std::mem::take(&mut self.came);
             if let Some(session) = self.audience.sessions.get_mut(index) {
                 session.client.write(now, &mut came);
@@ -133,6 +142,9 @@ impl Hub {
             self.came = came;
             if let Some(session) = self.audience.sessions.get_mut(index).filter(|_| opened) {
                 session.client.write(now, &mut Vec::new());
+            }
+            if began.elapsed() >= SEND_AT_ONCE {
+                break;
             }
         }
         self.sweep();

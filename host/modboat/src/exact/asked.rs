@@ -37,6 +37,8 @@ pub(super) struct Quiet {
     pub(super) about_rad: f64,
     /// Price of [`Wobble::unrest_rad`](super::wobble::Wobble::unrest_rad), 1/rad.
     pub(super) price_1_rad: f64,
+    /// Merit that cycles have at least: with little room about them they are soon left for others.
+    pub(super) room: f64,
 }
 
 impl<'a> Asked<'a> {

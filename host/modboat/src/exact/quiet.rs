@@ -10,9 +10,9 @@ use crate::setting::Case;
 const QUIETER: f64 = 0.75;
 /// What turns the structure by less than this, rad, is not made quieter. *Assumed.*
 const QUIET_RAD: f64 = 8e-4;
-/// What turning the structure costs where little of that is looked for, against the share of demands about one that are met, 1/rad: first
-/// with room in mind, then hardly. *Assumed.*
-const UNREST_1_RAD: [f64; 2] = [100.0, 500.0];
+/// Room about the demand, a merit, that cycles must have, and what turning the structure costs against it, 1/rad: cycles with more room first,
+/// for those with little are soon left when the demand changes a little. *Assumed.*
+const WAYS: [(f64, f64); 3] = [(0.3, 100.0), (0.15, 200.0), (f64::NEG_INFINITY, 500.0)];
 
 impl Search {
     /// Once the demand of few modules has settled: cycles that turn the structure much less to and fro than those that start where the tails
@@ -35,16 +35,19 @@ impl Search {
         if now_rad < QUIET_RAD {
             return None;
         }
-        let ways =
-            UNREST_1_RAD.map(|price| [LossTolerance::Power, LossTolerance::Prefer].map(|kept| (kept, price)));
-        for (tolerance, price_1_rad) in ways.into_iter().flatten() {
+        let tolerances = [LossTolerance::Power, LossTolerance::Prefer];
+        for ((room, price_1_rad), tolerance) in
+            WAYS.into_iter().flat_map(|way| tolerances.map(|kept| (way, kept)))
+        {
             let case = Case { tolerance, before: None, ..case };
-            let quiet = Quiet { about_rad, price_1_rad };
-            let Some(found) = self.quietest(case, demand, tails, quiet) else { continue };
-            if found.met && self.unrest_rad(&found.cycle, tails, about_rad) < QUIETER * now_rad {
-                return Some(found);
+            let quiet = Quiet { about_rad, price_1_rad, room };
+            for search in [Self::stay_still, Self::quietest] {
+                let Some(found) = search(self, case, demand, tails, quiet) else { continue };
+                if found.met && self.unrest_rad(&found.cycle, tails, about_rad) < QUIETER * now_rad {
+                    return Some(found);
+                }
+                found.discard(&mut self.buffers);
             }
-            found.discard(&mut self.buffers);
         }
         None
     }

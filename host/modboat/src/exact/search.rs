@@ -13,6 +13,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 
 use super::allocation::{Aim, Allocation, GOAL, Met, Poses};
+use super::asked::Quiet;
 use super::choice::{Choice, FEW, SMALL};
 use super::law::{Law, Sign};
 use super::merit::Merit;
@@ -107,6 +108,17 @@ pub struct Search {
     pub(super) choices: Vec<Choice>,
     /// What cycles found, and plans, are held in.
     pub(super) buffers: Buffers,
+}
+
+/// What is taken off the merit of cycles that start where the tails rest.
+#[derive(Clone, Copy)]
+enum Change {
+    /// Nothing.
+    Free,
+    /// ΣA was this, rad: the structure turns by its change as the mean of the tails' angles does.
+    Net(f64),
+    /// How far they turn the structure.
+    Quiet(Quiet),
 }
 
 impl Search {
@@ -217,21 +229,41 @@ impl Search {
             && margin >= 0.0
         {
             met = if tails.len() <= SMALL {
-                let net_rad =
-                    continued.and(previous).map(|cycle| cycle.iter().map(|swing| swing.amplitude_rad).sum());
-                self.all_signs(case, &aim, demand, tails, loss_tolerant, net_rad)
+                let net_rad = |cycle: &[Swing]| cycle.iter().map(|swing| swing.amplitude_rad).sum();
+                let change =
+                    continued.and(previous).map_or(Change::Free, |cycle| Change::Net(net_rad(cycle)));
+                self.all_signs(Rules { case, loss_tolerant }, &aim, demand, tails, change)
             } else {
                 self.descend(case, &aim, tails, loss_tolerant, continued.is_some(), margin)
             };
         }
+        Some(self.stayed(case, demand, tails, met))
+    }
+
+    /// Of few modules, cycles that start where the tails rest and turn the structure little; `None` if none meets the demand.
+    pub(super) fn stay_still(
+        &mut self,
+        case: Case<'_>,
+        demand: Wrench,
+        tails: &[f64],
+        quiet: Quiet,
+    ) -> Option<CycleCandidate> {
+        let aim = self.aim(&case, demand);
+        let rules = Rules { case, loss_tolerant: true };
+        let met = self.all_signs(rules, &aim, demand, tails, Change::Quiet(quiet));
+        (met == Met::Yes).then(|| self.stayed(case, demand, tails, met))
+    }
+
+    /// The cycles of the allocation, with no way to go.
+    fn stayed(&mut self, case: Case<'_>, demand: Wrench, tails: &[f64], met: Met) -> CycleCandidate {
         let turns = self.buffers.turns(tails.iter().map(|&tail| Turn { from_rad: tail, to_rad: tail }));
         let cycle = self.buffers.cycle(self.allocation.cycles.iter().map(|cycle| cycle.swing()));
-        Some(CycleCandidate {
+        CycleCandidate {
             error: case.error(demand, case.wrench(&cycle)),
             cycle,
             approach: Some(Approach { turns, ..Approach::default() }),
             met: met == Met::Yes,
-        })
+        }
     }
 
     /// From the amplitudes of the cycle before, where they start at the tails; `None` if they are not allowed there.
@@ -292,15 +324,13 @@ impl Search {
     /// aim the one with most room about it.
     fn all_signs(
         &mut self,
-        case: Case<'_>,
+        rules: Rules<'_>,
         aim: &Aim,
         demand: Wrench,
         tails: &[f64],
-        loss_tolerant: bool,
-        before_rad: Option<f64>,
+        change: Change,
     ) -> Met {
-        let Self { rest, law, allocation, orientation, best, merit, patterns, .. } = self;
-        let rules = Rules { case, loss_tolerant };
+        let Self { rest, law, allocation, orientation, wobble, best, merit, patterns, .. } = self;
         let sign = |pattern: u32, module: usize| f64::from(pattern / 3_u32.pow(module as u32) % 3) - 1.0;
         patterns.clear();
         for pattern in 0..3_u32.pow(tails.len() as u32) {
@@ -312,10 +342,11 @@ impl Search {
         }
         patterns.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         // Where they are asked for, all are.
-        let preferred = if case.tolerance == LossTolerance::Prefer { STOPS_CLEAR } else { 0.0 };
+        let preferred = if rules.case.tolerance == LossTolerance::Prefer { STOPS_CLEAR } else { 0.0 };
         let (mut score, mut compared) = (f64::NEG_INFINITY, 0);
+        let enough = if matches!(change, Change::Quiet(_)) { usize::MAX } else { COMPARED };
         for &(at_most, pattern) in patterns.iter() {
-            if at_most + preferred <= score || compared >= COMPARED {
+            if at_most + preferred <= score || compared >= enough {
                 break;
             }
             let met = STARTS_RAD.iter().any(|&start_rad| {
@@ -328,12 +359,20 @@ impl Search {
             });
             compared += usize::from(met);
             let about = (aim, demand.to_array());
-            // The structure turns by the change of ΣA as the mean of the tails' angles does.
-            let net_rad: f64 = allocation.cycles.iter().map(|cycle| cycle.amplitude_rad).sum();
-            let jump = JUMP_1_RAD * before_rad.map_or(0.0, |before_rad| (net_rad - before_rad).abs());
+            let jump = match change {
+                Change::Free => 0.0,
+                Change::Net(before_rad) => {
+                    let net_rad: f64 = allocation.cycles.iter().map(|cycle| cycle.amplitude_rad).sum();
+                    JUMP_1_RAD * (net_rad - before_rad).abs()
+                }
+                Change::Quiet(Quiet { about_rad, price_1_rad, .. }) => {
+                    price_1_rad * wobble.unrest_rad(&allocation.cycles, tails, about_rad)
+                }
+            };
             let stops = met && preferred > 0.0 && allocation.allowed(&rules.stopping(), law);
             let bonus = if stops { preferred } else { 0.0 };
             let least = score + jump - bonus;
+            let least = if let Change::Quiet(Quiet { room, .. }) = change { least.max(room) } else { least };
             if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, least) {
                 score = own - jump + bonus;
                 best.clone_from(&allocation.cycles);

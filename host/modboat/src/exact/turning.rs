@@ -40,7 +40,7 @@ const FIRST: Effort = Effort { choices: 120, tried: 120, compared: 120 };
 const FEWER: Effort = Effort { choices: 64, tried: 24, compared: 10 };
 const AS_SMALL: Effort = Effort { choices: 36, tried: 14, compared: 6 };
 /// Of as few, where the quietest is looked for.
-const QUIET: Effort = Effort { choices: 120, tried: 120, compared: 120 };
+const QUIET: Effort = Effort { choices: 300, tried: 300, compared: 300 };
 const MORE: Effort = Effort { choices: 10, tried: 10, compared: 1 };
 
 impl Effort {
@@ -197,7 +197,7 @@ impl Search {
         let modules = self.order.len();
         self.choices.clear();
         // Once for all that may come.
-        self.choices.reserve(FIRST.choices);
+        self.choices.reserve(QUIET.choices);
         for number in 0..choices {
             self.choose(asked, number, rng);
             let Self { law, orientation, merit, poses_rad, .. } = &mut *self;
@@ -242,12 +242,13 @@ impl Search {
             let poses_rad = || self.allocation.cycles.iter().map(|cycle| cycle.rest_rad);
             let price = match (asked.quiet, asked.tails) {
                 (Some(_), _) if asked.pushes(poses_rad()) => return,
-                (Some(Quiet { about_rad, price_1_rad }), Some(tails)) => {
+                (Some(Quiet { about_rad, price_1_rad, .. }), Some(tails)) => {
                     price_1_rad * self.wobble.unrest_rad(&self.allocation.cycles, tails, about_rad)
                 }
                 _ => asked.price(poses_rad()),
             };
             let least = if best.met() { best.score + price } else { f64::NEG_INFINITY };
+            let least = asked.quiet.map_or(least, |quiet| least.max(quiet.room));
             // No merit is above one: what travels too far need not be looked at.
             if least >= 1.0 {
                 return;

@@ -4,7 +4,9 @@ use std::sync::OnceLock;
 
 use modboat::parameters::Parameters;
 use modboat::planner_kind::PlannerKind;
-use tests::stream::{DemandStream, Kind, Rows, Sequence, on_both_cores, settings};
+use serde_json::{Value, json};
+use tests::statistics::{self, Row, Statistic};
+use tests::stream::{DemandStream, Kind, Sequence, settings};
 
 use super::{EXACT, FAR, NEAR, SHAPES, SHARE, alone, finish, full, structure};
 
@@ -13,54 +15,72 @@ struct Pair {
     shape: &'static str,
     share: f64,
     sequence: Sequence,
-    exact: Rows,
-    field: Rows,
+    exact: Row<'static>,
+    field: Row<'static>,
+}
+
+/// A stream of demands and a planner.
+type Stream = (&'static str, f64, Sequence, PlannerKind);
+
+/// All of them, those of the exact planner first.
+fn streams() -> Vec<Stream> {
+    let mut streams = Vec::new();
+    for planner in [PlannerKind::Exact, PlannerKind::PotentialField] {
+        for shape in SHAPES {
+            for share in [SHARE, 0.8, 0.95] {
+                streams
+                    .extend([Sequence::Apart, NEAR, FAR].map(|sequence| (shape, share, sequence, planner)));
+            }
+        }
+    }
+    streams
+}
+
+/// The figures of one stream.
+fn row(kind: &Kind, (shape, share, sequence, planner): Stream) -> Value {
+    // What is only printed may be less.
+    let (walks, each) = match (full(), share <= SHARE) {
+        (true, true) => (20, 500),
+        (true, false) => (10, 200),
+        (false, true) => (10, 120),
+        (false, false) => (10, 25),
+    };
+    let (structure, kind, config) = (structure(shape), kind.clone(), settings(planner));
+    let rows = DemandStream { structure, kind, config, share, sequence, walks, each, times: 1 }.run();
+    let errors = rows.quantiles(|row| row.error);
+    json!({
+        "shape": shape, "share": share, "sequence": sequence.to_string(), "planner": planner.name(), "plans": rows.0.len(),
+        "error": { "median": errors.median, "p99": errors.p99, "most": errors.most },
+        "exact_percent": rows.percent(|row| row.error <= EXACT),
+        "near_percent": rows.percent(|row| row.error <= 1e-2),
+        "planned_percent": rows.percent(|row| row.planned),
+        "still_percent": rows.percent(|row| row.still),
+        "two_steps_percent": rows.percent(|row| row.two_steps),
+        "travel_rad": rows.mean(|row| row.travel_rad),
+        "interval_s": rows.mean(|row| row.interval_s),
+        "loss_tolerant_percent": rows.percent(|row| row.loss_tolerant),
+    })
 }
 
 /// The streams that tables (a), (b) and (c) are about, run once.
 fn pairs() -> &'static [Pair] {
+    static ROWS: OnceLock<statistics::Rows> = OnceLock::new();
     static PAIRS: OnceLock<Vec<Pair>> = OnceLock::new();
     PAIRS.get_or_init(|| {
-        let kind = Kind::new(Parameters::default());
-        let mut jobs = Vec::new();
-        for shape in SHAPES {
-            for share in [SHARE, 0.8, 0.95] {
-                for sequence in [Sequence::Apart, NEAR, FAR] {
-                    jobs.push((shape, share, sequence));
-                }
-            }
-        }
-        on_both_cores(&jobs, |&(shape, share, sequence)| {
-            // What is only printed may be less.
-            let promised = share <= SHARE;
-            let (walks, each) = match (full(), promised) {
-                (true, true) => (20, 500),
-                (true, false) => (10, 200),
-                (false, true) => (10, 120),
-                (false, false) => (10, 25),
-            };
-            let stream = |planner| {
-                let (structure, kind) = (structure(shape), kind.clone());
-                DemandStream {
-                    structure,
-                    kind,
-                    config: settings(planner),
-                    share,
-                    sequence,
-                    walks,
-                    each,
-                    times: 1,
-                }
-                .run()
-            };
-            Pair {
-                shape,
-                share,
-                sequence,
-                exact: stream(PlannerKind::Exact),
-                field: stream(PlannerKind::PotentialField),
-            }
-        })
+        let streams = streams();
+        let rows = ROWS.get_or_init(|| {
+            let kind = Kind::new(Parameters::default());
+            let row = |number: usize| row(&kind, streams[number]);
+            let varied = format!("full: {}", full());
+            let runs = streams.len();
+            statistics::rows(&Statistic { name: "planner", of: "streams of demands", runs, varied, row })
+        });
+        let half = streams.len() / 2;
+        let pair = |(number, &(shape, share, sequence, _)): (usize, &Stream)| {
+            let [exact, field] = [number, half + number].map(|number| rows.row(number));
+            Pair { shape, share, sequence, exact, field }
+        };
+        streams[..half].iter().enumerate().map(pair).collect()
     })
 }
 
@@ -73,24 +93,23 @@ fn table_a_errors() {
         "                              |             exact                      |        potential field\n";
     table += "structure  share demands      | plans  <= 1e-6     p99     most planned | plans <= 1e-6 <= 1e-2    p50    p99 planned\n";
     for Pair { shape, share, sequence, exact, field } in pairs() {
-        let (own, other) = (exact.quantiles(|row| row.error), field.quantiles(|row| row.error));
-        let met = exact.percent(|row| row.error <= EXACT);
+        let (met, most) = (exact.number("exact_percent"), exact.number("error.most"));
         table += &format!(
             "{shape:<10} {:>3.0} % {sequence:<12} | {:>5} {met:>6.2} % {:>7.1e} {:>8.1e} {:>5.1} % | {:>5} {:>5.1} % {:>5.1} % {:>6.4} {:>6.3} {:>5.1} %\n",
             100.0 * share,
-            exact.0.len(),
-            own.p99,
-            own.most,
-            exact.percent(|row| row.planned),
-            field.0.len(),
-            field.percent(|row| row.error <= EXACT),
-            field.percent(|row| row.error <= 1e-2),
-            other.median,
-            other.p99,
-            field.percent(|row| row.planned),
+            exact.number("plans"),
+            exact.number("error.p99"),
+            most,
+            exact.number("planned_percent"),
+            field.number("plans"),
+            field.number("exact_percent"),
+            field.number("near_percent"),
+            field.number("error.median"),
+            field.number("error.p99"),
+            field.number("planned_percent"),
         );
-        if *share == SHARE && (exact.0.is_empty() || own.most > EXACT) {
-            broken.push(format!("{shape}, {sequence}: an error of {:e}, above 1e-6", own.most));
+        if *share == SHARE && (exact.count("plans") == 0 || most > EXACT) {
+            broken.push(format!("{shape}, {sequence}: an error of {most:e}, above 1e-6"));
         }
     }
     finish(&table, &broken);
@@ -104,18 +123,18 @@ fn table_b_transitions() {
     table += "                              |            exact                      |     potential field              | travel\n";
     table += "structure  share demands      |   none two steps  travel   interval | none     travel     interval | ratio\n";
     for Pair { shape, share, sequence, exact, field } in pairs() {
-        let still = exact.percent(|row| row.still);
-        let travels = [exact, field].map(|rows| rows.mean(|row| row.travel_rad));
+        let still = exact.number("still_percent");
+        let travels = [exact, field].map(|figures| figures.number("travel_rad"));
         let ratio = travels[0] / travels[1];
         table += &format!(
             "{shape:<10} {:>3.0} % {sequence:<12} | {still:>5.1} % {:>5.1} % {:>7.4} rad {:>6.3} s | {:>4.1} % {:>7.4} rad {:>6.3} s | {ratio:.4}\n",
             100.0 * share,
-            exact.percent(|row| row.two_steps),
+            exact.number("two_steps_percent"),
             travels[0],
-            exact.mean(|row| row.interval_s),
-            field.percent(|row| row.still),
+            exact.number("interval_s"),
+            field.number("still_percent"),
             travels[1],
-            field.mean(|row| row.interval_s),
+            field.number("interval_s"),
         );
         // 93.6 % and 97.4 % were seen.
         let least = if *shape == "3x1" { 88.0 } else { 96.0 };
@@ -140,13 +159,13 @@ fn table_c_loss() {
     table += "(c) Loss tolerant plans, default geometry, `prefer`\n";
     table += "structure  share demands      |    exact | potential field\n";
     for Pair { shape, share, sequence, exact, field } in pairs() {
-        let own = exact.percent(|row| row.loss_tolerant);
+        let own = exact.number("loss_tolerant_percent");
         table += &format!(
             "{shape:<10} {:>3.0} % {sequence:<12} | {own:>6.2} % | {:>5.1} %\n",
             100.0 * share,
-            field.percent(|row| row.loss_tolerant)
+            field.number("loss_tolerant_percent")
         );
-        if *share == SHARE && exact.0.iter().any(|row| !row.loss_tolerant) {
+        if *share == SHARE && own < 100.0 {
             broken.push(format!("{shape}, {sequence}: {own:.2} % loss tolerant, not all"));
         }
     }
