@@ -32,6 +32,9 @@ const STALLED: usize = 5;
 /// Turn about, so that a busy machine is busy for both.
 const TURNS: usize = 5;
 
+/// Time from one tick to the next.
+const TICK_MS: f64 = 1.0;
+
 const SCENARIO: &str = "name = \"nine\"\n[structure]\nsize = \"3x3\"\n[[leg]]\nduration_s = 12\nvelocity_m_s = [0.03, 0]\n\
                         heading_rad = 1.57\n";
 
@@ -258,4 +261,7 @@ fn main() {
         let ratio = with / without.max(1e-3);
         println!("{name}: {without:.3} ms without, {with:.3} ms with: {ratio:.2} times");
     }
+    let [without, with] =
+        pooled_ms.each_ref().map(|late_ms| late_ms.iter().filter(|late| **late > TICK_MS).count());
+    println!("later than a tick: {without} without, {with} with, of {}", pooled_ms[0].len());
 }
