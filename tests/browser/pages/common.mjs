@@ -47,7 +47,7 @@ export class Listener {
     });
     this.socket.on("message", (data) => {
       const message = JSON.parse(data);
-      if (message.kind === "snapshot") this.snapshots.push({ ...message, came_ms: performance.now() });
+      if (message.kind === "snapshot") this.snapshots.push({ ...message, came_ms: Date.now() });
       if (message.kind === "scene") this.scene = message;
       if (message.kind === "answer") this.answers.push(message);
     });
