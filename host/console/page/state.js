@@ -99,10 +99,10 @@ export class State {
     return truth ?? estimate ?? null;
   }
 
-  /** Snapshots a second over the last two seconds. */
+  /** Snapshots a second over the last two seconds. What comes at once after a pause is not taken for a rate. */
   rate() {
     const { arrivals } = this;
-    return arrivals.length < 2 ? 0 : ((arrivals.length - 1) * 1000) / (arrivals.at(-1) - arrivals[0]);
+    return arrivals.length < 2 ? 0 : ((arrivals.length - 1) * 1000) / Math.max(1000, arrivals.at(-1) - arrivals[0]);
   }
 }
 
