@@ -3,15 +3,14 @@
 //! Rows go to a folder that is removed, or with `FLOTILLA_STATISTICS=FOLDER` to one that stays: there a run that was stopped goes on, and
 //! `flotilla campaign report` shows it. A program of other code begins again.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use campaign::cell::{Cell, flatten};
 use campaign::execute::{Watch, execute};
-use campaign::folder::{Folder, Shard};
+use campaign::folder::{Folder, FolderError, Shard};
 use campaign::table::{Format, Table};
-use campaign::work::{Work, fingerprint};
+use campaign::work::{Work, caught, fingerprint};
 use serde_json::{Map, Value};
 
 /// Numbered runs of a test.
@@ -42,15 +41,16 @@ impl<F: Fn(usize) -> Value + Sync> Work for Statistic<F> {
     }
 
     fn fingerprint(&self) -> String {
-        let program = std::env::current_exe().and_then(std::fs::read).expect("this program can be read");
-        fingerprint([self.name.as_bytes(), self.varied.as_bytes(), &program])
+        let program = std::env::current_exe().and_then(std::fs::metadata).expect("this program is a file");
+        let built = program.modified().expect("files have a time");
+        fingerprint([self.name, &self.varied, &format!("{built:?}")].map(str::as_bytes))
     }
 
     fn row(&self, number: usize) -> Map<String, Value> {
         let mut row = Map::new();
-        match catch_unwind(AssertUnwindSafe(|| (self.row)(number))) {
+        match caught(|| (self.row)(number)) {
             Ok(value) => flatten(&mut row, "", value),
-            Err(_) => drop(row.insert("error".to_owned(), "a panic, told above".into())),
+            Err(panic) => drop(row.insert("error".to_owned(), format!("a panic: {panic}").into())),
         }
         row
     }
@@ -144,11 +144,12 @@ pub fn rows(statistic: &dyn Work) -> Rows {
 }
 
 fn rows_in(path: &Path, statistic: &dyn Work) -> Rows {
-    let folder = Folder::of(statistic, path, 1, Format::Parquet).or_else(|_| {
-        // Of other code, or of another number of runs.
+    let mut folder = Folder::of(statistic, path, 1, Format::Parquet);
+    // Of other code, or of another number of runs.
+    if let Err(FolderError::Other { .. }) = folder {
         std::fs::remove_dir_all(path).expect("a folder of this test");
-        Folder::of(statistic, path, 1, Format::Parquet)
-    });
+        folder = Folder::of(statistic, path, 1, Format::Parquet);
+    }
     let folder = folder.unwrap_or_else(|error| panic!("{error}"));
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let outcome = execute(statistic, &folder, Shard::WHOLE, cores, &Quiet);

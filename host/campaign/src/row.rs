@@ -3,15 +3,13 @@
 //! A row has `run`, the number of the run, then what was asked: `scenario`, `modules`, `controller`, `planner`, `seed` and the keys that
 //! are varied; then `error`, why there was no run at all, if so; then every figure of `summary.json`.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use host::run::experiment::simulate;
 use host::run::scenario::Scenario;
 use serde_json::{Map, Value};
 
 use crate::cell::flatten;
 use crate::study::{Run, Study};
-use crate::work::Work;
+use crate::work::{Work, caught};
 
 /// The columns that come first, where they are there; those of the keys that are varied follow.
 pub const HEAD: [&str; 7] = ["run", "scenario", "modules", "controller", "planner", "seed", "error"];
@@ -76,12 +74,8 @@ fn row(run: &Run<'_>, times: bool) -> Map<String, Value> {
 }
 
 fn summary(row: &mut Map<String, Value>, scenario: &Scenario, seed: u64) -> Result<(), String> {
-    let outcome = catch_unwind(AssertUnwindSafe(|| simulate(scenario, seed)));
-    let result = outcome.map_err(|panic| {
-        let text = panic.downcast_ref::<String>().map(String::as_str);
-        let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-        format!("a defect of this program: {}", text.unwrap_or("panic"))
-    })?;
+    let result = caught(|| simulate(scenario, seed));
+    let result = result.map_err(|panic| format!("a defect of this program: {panic}"))?;
     let result = result.map_err(|error| error.to_string())?;
     let summary = serde_json::to_value(&result.summary).map_err(|error| error.to_string())?;
     flatten(row, "", summary);

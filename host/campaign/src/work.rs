@@ -2,6 +2,8 @@
 //!
 //! A [`Study`](crate::study::Study) is such work, from a file. Programs have work of their own: the test suite's statistics are made so.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 
@@ -42,4 +44,15 @@ pub fn fingerprint<'p>(parts: impl IntoIterator<Item = &'p [u8]>) -> String {
         hash.update(part);
     }
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// What `run` gives, or what its panic says: a run that panics takes no other with it.
+///
+/// # Errors
+/// The panic's message.
+pub fn caught<T>(run: impl FnOnce() -> T) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(run)).map_err(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("panic").to_owned()
+    })
 }

@@ -359,20 +359,19 @@ impl Search {
             });
             compared += usize::from(met);
             let about = (aim, demand.to_array());
-            let jump = match change {
-                Change::Free => 0.0,
+            let (jump, room) = match change {
+                Change::Free => (0.0, f64::NEG_INFINITY),
                 Change::Net(before_rad) => {
                     let net_rad: f64 = allocation.cycles.iter().map(|cycle| cycle.amplitude_rad).sum();
-                    JUMP_1_RAD * (net_rad - before_rad).abs()
+                    (JUMP_1_RAD * (net_rad - before_rad).abs(), f64::NEG_INFINITY)
                 }
-                Change::Quiet(Quiet { about_rad, price_1_rad, .. }) => {
-                    price_1_rad * wobble.unrest_rad(&allocation.cycles, tails, about_rad)
+                Change::Quiet(Quiet { about_rad, price_1_rad, room }) => {
+                    (price_1_rad * wobble.unrest_rad(&allocation.cycles, tails, about_rad), room)
                 }
             };
             let stops = met && preferred > 0.0 && allocation.allowed(&rules.stopping(), law);
             let bonus = if stops { preferred } else { 0.0 };
-            let least = score + jump - bonus;
-            let least = if let Change::Quiet(Quiet { room, .. }) = change { least.max(room) } else { least };
+            let least = (score + jump - bonus).max(room);
             if met && let Some(own) = merit.of(allocation, orientation, &rules, rest, law, about, least) {
                 score = own - jump + bonus;
                 best.clone_from(&allocation.cycles);
