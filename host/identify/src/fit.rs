@@ -15,10 +15,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::constants::{Layout, RATIO, ROTOR};
-use super::filter::{Errors, errors};
-use super::log::Prepared;
-use super::strokes::Instant;
+use super::binning::BIN_S;
+use super::filter::Errors;
 
 /// Difference for derivatives, in units of θ.
 const DIFFERENCE: f64 = 1e-4;
@@ -31,21 +29,40 @@ const STEP_MAX: f64 = 0.7;
 /// Width of the blocks that scores are summed over, s. *Assumed*: longer than gusts remember.
 const BLOCK_S: f64 = 6.0;
 
+/// What the search needs of a model: prediction errors of each log at any θ.
+pub(crate) trait Likelihood {
+    /// What few elements of θ change, of one log: made once for many derivatives.
+    type Setting;
+    /// Coordinates of a bin.
+    const COORDINATES: usize;
+
+    /// How many there are.
+    fn logs(&self) -> usize;
+    /// Of θ.
+    fn elements(&self) -> usize;
+    /// The log whose own constant this is, if it is one's.
+    fn log_of(&self, index: usize) -> Option<usize>;
+    /// The setting of a log at θ.
+    fn setting(&self, theta: &[f64], log: usize) -> Self::Setting;
+    /// Whether this element changes it.
+    fn sets(&self, index: usize, log: usize) -> bool;
+    /// Prediction errors of a log in order.
+    fn errors(&self, theta: &[f64], setting: &Self::Setting, log: usize) -> Errors;
+}
+
 /// What the search is in.
-pub(crate) struct Problem<'a> {
-    pub logs: &'a [Prepared],
-    /// Bins of each log that count.
-    pub bins: Vec<usize>,
-    pub layout: Layout,
+#[derive(Clone)]
+pub(crate) struct Problem<M> {
+    pub model: M,
     pub prior: Vec<f64>,
     pub deviation: Vec<f64>,
     /// Elements of θ that stay as they are.
     pub fixed: Vec<usize>,
-    /// Mean of ln κᵢ, where that is taken as known.
-    pub mean_slope: Option<f64>,
+    /// Sets of elements whose mean is taken as known, and what it is.
+    pub known_means: Vec<(Vec<usize>, f64)>,
 }
 
-/// How exactly a mean slope that is taken as known is kept, in its logarithm.
+/// How exactly a mean that is taken as known is kept, in units of θ.
 const PIN: f64 = 1e-4;
 
 /// What the search has found.
@@ -63,35 +80,35 @@ pub(crate) struct Fit {
     pub converged: bool,
 }
 
-/// Errors and instants of all logs at one θ.
-struct Point {
+/// Errors and settings of all logs at one θ.
+struct Point<S> {
     theta: Vec<f64>,
-    instants: Vec<Vec<Vec<Instant>>>,
+    settings: Vec<S>,
     errors: Vec<Errors>,
     cost: f64,
 }
 
-impl Problem<'_> {
-    /// By how much the mean slope is off, where it is taken as known.
-    fn pin(&self, theta: &[f64]) -> Option<f64> {
-        let modules = self.layout.modules;
-        let mean = (0..modules).map(|module| theta[self.layout.slope(module)]).sum::<f64>() / modules as f64;
-        self.mean_slope.map(|known| mean - known)
+impl<M: Likelihood> Problem<M> {
+    /// By how much each mean is off that is taken as known, with its elements.
+    fn pins<'a>(&'a self, theta: &'a [f64]) -> impl Iterator<Item = (&'a [usize], f64)> {
+        self.known_means.iter().map(|(elements, known)| {
+            let mean = elements.iter().map(|&index| theta[index]).sum::<f64>() / elements.len() as f64;
+            (elements.as_slice(), mean - known)
+        })
     }
 
     /// What prior and pin add to slope and curvature of (i8) at `theta`; what is fixed is taken out.
     pub(crate) fn with_prior(&self, theta: &[f64], slope: &mut DVector<f64>, curvature: &mut DMatrix<f64>) {
-        for index in 0..self.layout.len() {
+        for index in 0..self.model.elements() {
             let weight = self.deviation[index].powi(-2);
             slope[index] += weight * (theta[index] - self.prior[index]);
             curvature[(index, index)] += weight;
         }
-        if let Some(off) = self.pin(theta) {
-            let share = 1.0 / self.layout.modules as f64;
-            let slopes = || (0..self.layout.modules).map(|module| self.layout.slope(module));
-            for index in slopes() {
+        for (elements, off) in self.pins(theta) {
+            let share = 1.0 / elements.len() as f64;
+            for &index in elements {
                 slope[index] += share * off * PIN.powi(-2);
-                slopes().for_each(|other| curvature[(index, other)] += (share / PIN).powi(2));
+                elements.iter().for_each(|&other| curvature[(index, other)] += (share / PIN).powi(2));
             }
         }
         for &index in &self.fixed {
@@ -101,60 +118,55 @@ impl Problem<'_> {
         }
     }
 
-    fn instants(&self, theta: &[f64], log: usize) -> Vec<Vec<Instant>> {
-        self.logs[log].instants(super::constants::LATENCY_UNIT * theta[self.layout.latency(log)])
-    }
-
-    fn errors(&self, theta: &[f64], instants: &[Vec<Instant>], log: usize) -> Errors {
-        errors(&self.logs[log], instants, theta, self.layout, log, self.bins[log], &mut ())
-    }
-
-    fn point(&self, theta: Vec<f64>) -> Point {
-        let instants: Vec<_> = (0..self.logs.len()).map(|log| self.instants(&theta, log)).collect();
-        let errors: Vec<Errors> =
-            instants.iter().enumerate().map(|(log, instants)| self.errors(&theta, instants, log)).collect();
+    fn point(&self, theta: Vec<f64>) -> Point<M::Setting> {
+        let settings: Vec<_> = (0..self.model.logs()).map(|log| self.model.setting(&theta, log)).collect();
+        let errors: Vec<Errors> = settings
+            .iter()
+            .enumerate()
+            .map(|(log, setting)| self.model.errors(&theta, setting, log))
+            .collect();
         let likelihood: f64 = errors.iter().map(Errors::cost).sum();
         let prior: f64 = (0..theta.len())
             .map(|index| ((theta[index] - self.prior[index]) / self.deviation[index]).powi(2))
             .sum();
-        let pin = self.pin(&theta).map_or(0.0, |off| (off / PIN).powi(2));
+        let pin: f64 = self.pins(&theta).map(|(_, off)| (off / PIN).powi(2)).sum();
         let cost = 0.5 * (likelihood + prior + pin);
-        Point { theta, instants, errors, cost: if cost.is_finite() { cost } else { f64::INFINITY } }
+        Point { theta, settings, errors, cost: if cost.is_finite() { cost } else { f64::INFINITY } }
     }
 
     /// Derivatives of e and s of one log by each element of θ; empty where there are none.
-    fn slopes(&self, point: &Point, log: usize) -> Vec<Errors> {
+    fn slopes(&self, point: &Point<M::Setting>, log: usize) -> Vec<Errors> {
         let base = &point.errors[log];
         let difference = |index: usize| {
-            let own = self.layout.log_of(index).is_none_or(|own| own == log);
+            let own = self.model.log_of(index).is_none_or(|own| own == log);
             if !own || self.fixed.contains(&index) {
                 return Errors::default();
             }
             let mut theta = point.theta.clone();
             theta[index] += DIFFERENCE;
-            let mut moved = if index == self.layout.latency(log) {
-                self.errors(&theta, &self.instants(&theta, log), log)
+            let mut moved = if self.model.sets(index, log) {
+                self.model.errors(&theta, &self.model.setting(&theta, log), log)
             } else {
-                self.errors(&theta, &point.instants[log], log)
+                self.model.errors(&theta, &point.settings[log], log)
             };
             moved.e.iter_mut().zip(&base.e).for_each(|(moved, base)| *moved = (*moved - base) / DIFFERENCE);
             moved.s.iter_mut().zip(&base.s).for_each(|(moved, base)| *moved = (*moved - base) / DIFFERENCE);
             moved
         };
-        (0..self.layout.len()).map(difference).collect()
+        (0..self.model.elements()).map(difference).collect()
     }
 
     /// (i9), (i10) and the scores of blocks.
-    fn linearized(&self, point: &Point) -> (DVector<f64>, DMatrix<f64>, DMatrix<f64>) {
-        let size = self.layout.len();
+    fn linearized(&self, point: &Point<M::Setting>) -> (DVector<f64>, DMatrix<f64>, DMatrix<f64>) {
+        let size = self.model.elements();
         let mut gradient = DVector::zeros(size);
         let mut information = DMatrix::zeros(size, size);
         let mut scores = DMatrix::zeros(size, size);
-        for log in 0..self.logs.len() {
+        for log in 0..self.model.logs() {
             let slopes = self.slopes(point, log);
             let active: Vec<usize> = (0..size).filter(|&index| !slopes[index].e.is_empty()).collect();
             let base = &point.errors[log];
-            let per_block = 3 * (BLOCK_S / super::log::BIN_S) as usize;
+            let per_block = M::COORDINATES * (BLOCK_S / BIN_S) as usize;
             for from in (0..base.e.len()).step_by(per_block) {
                 let to = (from + per_block).min(base.e.len());
                 let mut block = vec![0.0; active.len()];
@@ -196,7 +208,7 @@ impl Problem<'_> {
 
     /// Searches from `start`.
     pub(crate) fn search(&self, start: Vec<f64>) -> Fit {
-        let size = self.layout.len();
+        let size = self.model.elements();
         let mut point = self.point(start);
         let mut damping = 1e-2;
         let (mut steps, mut converged) = (0, false);
@@ -249,17 +261,12 @@ impl Problem<'_> {
     }
 
     /// The same, and first with what is hardest to tell apart held.
-    pub(crate) fn search_in_stages(&self, start: Vec<f64>) -> Fit {
-        let held: Vec<usize> = self.fixed.iter().copied().chain([RATIO, ROTOR]).collect();
-        let first = Problem {
-            logs: self.logs,
-            bins: self.bins.clone(),
-            layout: self.layout,
-            prior: self.prior.clone(),
-            deviation: self.deviation.clone(),
-            fixed: held,
-            mean_slope: self.mean_slope,
-        };
+    pub(crate) fn search_in_stages(&self, start: Vec<f64>, held: &[usize]) -> Fit
+    where
+        M: Clone,
+    {
+        let mut first = self.clone();
+        first.fixed.extend(held);
         let begun = first.search(start);
         let rest = self.search(begun.theta);
         Fit { steps: begun.steps + rest.steps, ..rest }

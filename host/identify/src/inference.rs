@@ -11,8 +11,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::constants::Layout;
-use super::fit::{Fit, Problem};
+use super::fit::{Fit, Likelihood, Problem};
 use super::outcome::Indistinct;
 
 /// Half the width of a 95 % interval in deviations.
@@ -29,8 +28,8 @@ pub(crate) struct Covariance {
 }
 
 impl Covariance {
-    pub(crate) fn new(problem: &Problem<'_>, fit: &Fit) -> Option<Self> {
-        let size = problem.layout.len();
+    pub(crate) fn new<M: Likelihood>(problem: &Problem<M>, fit: &Fit) -> Option<Self> {
+        let size = problem.model.elements();
         let mut curvature = fit.information.clone();
         problem.with_prior(&fit.theta, &mut DVector::zeros(size), &mut curvature);
         let mut fisher = curvature.cholesky()?.inverse();
@@ -64,7 +63,7 @@ impl Covariance {
     }
 
     /// Directions of θ that are known worse than [`INDISTINCT`], of these elements.
-    pub(crate) fn indistinct(&self, elements: &[usize], layout: Layout, ids: &[u16]) -> Vec<Indistinct> {
+    pub(crate) fn indistinct(&self, elements: &[usize], name: impl Fn(usize) -> String) -> Vec<Indistinct> {
         let size = elements.len();
         let part = DMatrix::from_fn(size, size, |i, j| self.fisher[(elements[i], elements[j])]);
         let eigen = SymmetricEigen::new(part);
@@ -75,7 +74,7 @@ impl Covariance {
                 (deviation > INDISTINCT).then(|| {
                     let mut terms: Vec<(String, f64)> = (0..size)
                         .filter(|&row| vector[row].abs() > NAMED)
-                        .map(|row| (layout.name(elements[row], ids), vector[row]))
+                        .map(|row| (name(elements[row]), vector[row]))
                         .collect();
                     terms.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
                     // The sign of a direction means nothing: the greatest element counts up.

@@ -1,38 +1,15 @@
 //! One log made ready: fixes averaged in bins, tails in strokes.
-//!
-//! Fixes come at 120 Hz or more and are averaged over [`BIN_S`]: the mean stamp, the mean pose, and how many they were. The structure
-//! wobbles at the swim frequency (0.67 Hz) and at twice that, which bins of 40 ms leave as it is; noise of a mean of n is 1/√n of that of a
-//! fix.
 
-use modboat::observer::Fix;
-use quantity::wrap_rad;
-
+use super::binning::{self, Bin, bins};
 use super::constants::Values;
 use super::data::{Boat, Recording};
 use super::strokes::{Instant, Past, Track};
 
-/// Width of a bin, s.
-pub(crate) const BIN_S: f64 = 0.04;
-/// Poses are not joined over a pause longer than this, s. *Assumed*.
-const PAUSE_S: f64 = 1.0;
-
-/// The mean of some fixes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bin {
-    /// As stamped, s.
-    pub t_s: f64,
-    /// x, y and Θ, unwrapped: m, m, rad.
-    pub pose: [f64; 3],
-    /// How many.
-    pub count: f64,
-    /// Nothing is joined to what was before.
-    pub begins: bool,
-}
-
 /// See the module's documentation.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
-    pub bins: Vec<Bin>,
+    /// East, north (m) and Θ (rad).
+    pub bins: Vec<Bin<3>>,
     tracks: Vec<Track>,
     past: Vec<Vec<Past>>,
     positions_m: Vec<[f64; 2]>,
@@ -61,7 +38,10 @@ impl Prepared {
             finite && known.contains(&fix.t_s)
         });
         Self {
-            bins: bins(fixes, &recording.gaps),
+            bins: bins(
+                fixes.map(|fix| (fix.t_s, [fix.position_m[0], fix.position_m[1], fix.heading_rad])),
+                &recording.gaps,
+            ),
             tracks,
             past,
             positions_m: boat.structure.positions_m(boat.belief.pitch_m),
@@ -71,11 +51,7 @@ impl Prepared {
 
     /// Time from one bin to before another, s.
     pub(crate) fn span_s(&self, from: usize, to: usize) -> f64 {
-        let times = self.bins.get(from..to).unwrap_or_default();
-        match (times.first(), times.last()) {
-            (Some(first), Some(last)) => last.t_s - first.t_s,
-            _ => 0.0,
-        }
+        binning::span_s(&self.bins, from, to)
     }
 
     /// How each tail stood half way to and at each bin, whose stamps are `latency_s` late, by module.
@@ -119,74 +95,5 @@ impl Prepared {
             }
         }
         sums
-    }
-}
-
-/// Means of `fixes` over [`BIN_S`]; none is joined over a gap or a pause.
-fn bins<'a>(fixes: impl Iterator<Item = &'a Fix>, gaps: &[[f64; 2]]) -> Vec<Bin> {
-    let mut bins: Vec<Bin> = Vec::new();
-    let mut sum: Option<(f64, Bin)> = None;
-    let mut last: Option<Fix> = None;
-    let mut heading_rad = 0.0;
-    let close = |bins: &mut Vec<Bin>, sum: &mut Option<(f64, Bin)>| {
-        if let Some((_, mut bin)) = sum.take() {
-            let share = 1.0 / bin.count;
-            (bin.t_s, bin.pose) = (bin.t_s * share, bin.pose.map(|part| part * share));
-            bins.push(bin);
-        }
-    };
-    for fix in fixes {
-        let apart = last.is_none_or(|last| {
-            let gap = gaps.iter().any(|&[from, to]| last.t_s < to && from < fix.t_s);
-            gap || fix.t_s - last.t_s > PAUSE_S
-        });
-        if last.is_some_and(|last| fix.t_s <= last.t_s) {
-            continue;
-        }
-        let turned_rad = last.map_or(fix.heading_rad, |last| wrap_rad(fix.heading_rad - last.heading_rad));
-        heading_rad += turned_rad;
-        last = Some(*fix);
-        if apart || sum.as_ref().is_some_and(|(from_s, _)| fix.t_s - from_s >= BIN_S - 1e-6) {
-            close(&mut bins, &mut sum);
-        }
-        let pose = [fix.position_m[0], fix.position_m[1], heading_rad];
-        let (_, bin) =
-            sum.get_or_insert((fix.t_s, Bin { t_s: 0.0, pose: [0.0; 3], count: 0.0, begins: apart }));
-        bin.t_s += fix.t_s;
-        bin.pose = [0, 1, 2].map(|axis| bin.pose[axis] + pose[axis]);
-        bin.count += 1.0;
-    }
-    close(&mut bins, &mut sum);
-    bins
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn fix(t_s: f64, x: f64, heading_rad: f64) -> Fix {
-        Fix { t_s, position_m: [x, -x], heading_rad: wrap_rad(heading_rad) }
-    }
-
-    #[test]
-    fn bins_are_means_and_headings_go_on_over_the_cut() {
-        let fixes: Vec<Fix> =
-            (0..120).map(|n| f64::from(n) / 120.0).map(|t_s| fix(t_s, t_s, 3.0 + t_s)).collect();
-        let made = bins(fixes.iter(), &[]);
-        assert!((made.iter().map(|bin| bin.count).sum::<f64>() - 120.0).abs() < 1e-9);
-        for bin in &made {
-            assert!((bin.pose[0] - bin.t_s).abs() < 1e-12 && (bin.pose[2] - 3.0 - bin.t_s).abs() < 1e-12);
-        }
-        assert!(made[0].begins && made.iter().skip(1).all(|bin| !bin.begins));
-    }
-
-    #[test]
-    fn nothing_is_joined_over_a_gap_or_a_pause_and_stale_fixes_are_dropped() {
-        let fixes = [fix(0.0, 0.0, 0.0), fix(0.01, 0.0, 0.0), fix(0.005, 9.0, 0.0), fix(2.0, 0.0, 0.0)];
-        let made = bins(fixes.iter(), &[]);
-        assert_eq!(made.iter().map(|bin| bin.begins).collect::<Vec<_>>(), [true, true]);
-        assert!(made[0].pose[0].abs() < 1e-12 && (made[0].count - 2.0).abs() < 1e-9);
-        let gapped = bins([fix(0.0, 0.0, 0.0), fix(0.1, 0.0, 0.0)].iter(), &[[0.02, 0.09]]);
-        assert!(gapped[1].begins);
     }
 }

@@ -16,19 +16,67 @@
 //!
 //! Assumptions: a gust acts by drag alone; drag has no cross terms between the axes.
 
-use nalgebra::{SMatrix, SVector};
-
 use super::constants::Values;
+use super::filter::{Motion, Square, State, propagate, squared};
+use super::log::{Impulse, PER_BIN};
 
-/// East, north (m), Θ (rad), w_x, w_y (m/s), Ω (rad/s), g east, g north (m/s).
-pub(crate) type State = SVector<f64, 8>;
-/// Covariance or transition of states.
-pub(crate) type Square = SMatrix<f64, 8, 8>;
+/// Where a stretch of poses begins: deviation of each velocity, m/s and rad/s. *Assumed*.
+const BEGINS_M_S: f64 = 0.05;
+const BEGINS_RAD_S: f64 = 0.1;
 
-/// q of (i7), and its derivative.
-fn drag(r: f64, variance: f64) -> (f64, f64) {
-    let root = (r * r + 2.0 * variance).sqrt().max(1e-12);
-    (r * root, (2.0 * r * r + 2.0 * variance) / root)
+/// The structure under the impulses of its tails. States: east, north (m), Θ (rad), w_x, w_y (m/s), Ω (rad/s), g east, g north (m/s).
+pub(crate) struct Swimming<'a> {
+    pub values: &'a Values,
+    /// Up to [`PER_BIN`] instants of each bin.
+    pub impulses: &'a [Impulse],
+}
+
+impl Motion<3> for Swimming<'_> {
+    /// Sway, surge, N, yaw, N·m.
+    type Force = [f64; 3];
+
+    /// At rest over ground.
+    fn begin(&self, pose: [f64; 3]) -> State {
+        let (sin, cos) = pose[2].sin_cos();
+        let [east, north] = self.values.current_m_s;
+        let mut state = State::zeros();
+        (state[0], state[1], state[2]) = (pose[0], pose[1], pose[2]);
+        (state[3], state[4]) = (-(sin * east - cos * north), -(cos * east + sin * north));
+        state
+    }
+
+    fn begins(&self) -> State {
+        let gust = self.values.gust_m_s;
+        State::from([0.0, 0.0, 0.0, BEGINS_M_S, BEGINS_M_S, BEGINS_RAD_S, gust, gust])
+    }
+
+    fn noise(&self) -> [f64; 3] {
+        [self.values.position_noise_m, self.values.position_noise_m, self.values.heading_noise_rad]
+    }
+
+    fn halves(&self, index: usize, span_s: f64) -> [[f64; 3]; 2] {
+        let at = PER_BIN * index;
+        let [before, half, now] = [self.impulses[at - 1], self.impulses[at], self.impulses[at + 1]];
+        let mean = |from: Impulse, to: Impulse| [0, 1, 2].map(|axis| 2.0 * (to[axis] - from[axis]) / span_s);
+        [mean(before, half), mean(half, now)]
+    }
+
+    fn step(
+        &self,
+        state: &State,
+        covariance: Option<&mut Square>,
+        halves: [[f64; 3]; 2],
+        dt_s: f64,
+    ) -> State {
+        let values = self.values;
+        let spread = covariance.as_deref().map_or([0.0; 3], |covariance| spread(state, covariance));
+        let fresh = || {
+            let gust = values.gust_m_s.powi(2) * -(-2.0 * dt_s / values.gust_time_s).exp_m1();
+            let (push, twist) = (values.push.powi(2) * dt_s, values.twist.powi(2) * dt_s);
+            [(3, push), (4, push), (5, twist), (6, gust), (7, gust)]
+        };
+        propagate(state, covariance, halves, dt_s, |at, force| rates(values, at, force, spread), fresh)
+    }
 }
 
 /// Rates of change and their derivatives by the state, at `state`; `spread` are the variances of r_x, r_y and Ω.
@@ -40,9 +88,9 @@ fn rates(values: &Values, state: &State, force: [f64; 3], spread: [f64; 3]) -> (
     // x_S = (sin Θ, −cos Θ), y_S = (cos Θ, sin Θ)
     let axes = [[sin, -cos], [cos, sin]];
     let gust = axes.map(|axis| axis[0] * state[6] + axis[1] * state[7]);
-    let (qx, dqx) = drag(w[0] - gust[0], spread[0]);
-    let (qy, dqy) = drag(w[1] - gust[1], spread[1]);
-    let (qt, dqt) = drag(omega, spread[2]);
+    let (qx, dqx) = squared(w[0] - gust[0], spread[0]);
+    let (qy, dqy) = squared(w[1] - gust[1], spread[1]);
+    let (qt, dqt) = squared(omega, spread[2]);
     let mut rate = State::zeros();
     let mut by = Square::zeros();
     rate[0] = axes[0][0] * w[0] + axes[1][0] * w[1] + values.current_m_s[0];
@@ -91,37 +139,4 @@ fn spread(state: &State, covariance: &Square) -> [f64; 3] {
         (p(axis, axis) + gust - 2.0 * both).max(0.0)
     };
     [of(3, [sin, -cos]), of(4, [cos, sin]), covariance[(5, 5)].max(0.0)]
-}
-
-/// The state `dt_s` later, under the mean forces of each half of it (a midpoint rule for each); with a covariance, that goes along.
-///
-/// Strokes push for a few tenths of a second: one mean force over a bin of 40 ms would take a quarter of a percent off what they move.
-pub(crate) fn step(
-    values: &Values,
-    state: &State,
-    covariance: Option<&mut Square>,
-    forces: [[f64; 3]; 2],
-    dt_s: f64,
-) -> State {
-    let spread = covariance.as_deref().map_or([0.0; 3], |covariance| spread(state, covariance));
-    let mut next = *state;
-    let mut by = Square::zeros();
-    for force in forces {
-        let (first, _) = rates(values, &next, force, spread);
-        let (rate, along) = rates(values, &(next + first * (0.25 * dt_s)), force, spread);
-        next += rate * (0.5 * dt_s);
-        by += along * 0.5;
-    }
-    if let Some(covariance) = covariance {
-        // Φ = I + A·dt + ½(A·dt)²,   P ← Φ·P·Φᵀ + Q
-        let small = by * dt_s;
-        let transition = Square::identity() + small + small * small * 0.5;
-        *covariance = transition * *covariance * transition.transpose();
-        let fresh = values.gust_m_s.powi(2) * -(-2.0 * dt_s / values.gust_time_s).exp_m1();
-        let (push, twist) = (values.push.powi(2) * dt_s, values.twist.powi(2) * dt_s);
-        for (index, more) in [(3, push), (4, push), (5, twist), (6, fresh), (7, fresh)] {
-            covariance[(index, index)] += more;
-        }
-    }
-    next
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::filter::Errors;
 use super::prediction::{Foretold, Prediction};
 
 /// What the scale of all forces, masses and drags rests on. Poses show ratios of them only.
@@ -57,14 +58,39 @@ pub struct Indistinct {
 }
 
 /// How much is left of the poses once they are predicted a bin ahead.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Residuals {
-    /// Root mean square of east, north (m) and heading (rad).
-    pub rms: [f64; 3],
+    /// Root mean square of each coordinate: east, north (m) and heading (rad); of ROVs north, east, down, yaw.
+    pub rms: Vec<f64>,
     /// Mean square over what the filter expects: 1 where the noise is as it is taken to be.
-    pub normalized: [f64; 3],
+    pub normalized: Vec<f64>,
     /// Correlation of one with the next: 0 where nothing is left to explain.
-    pub correlation: [f64; 3],
+    pub correlation: Vec<f64>,
+}
+
+impl Residuals {
+    /// Of all logs, whose bins have so many coordinates.
+    pub(crate) fn of(logs: &[Errors], coordinates: usize) -> Self {
+        let mut residuals = Self::default();
+        for axis in 0..coordinates {
+            let of =
+                |values: &[f64]| values.iter().skip(axis).step_by(coordinates).copied().collect::<Vec<f64>>();
+            let (mut square, mut normal, mut next, mut count) = (0.0, 0.0, 0.0, 0.0);
+            for log in logs {
+                let (e, s) = (of(&log.e), of(&log.s));
+                let scaled: Vec<f64> = e.iter().zip(&s).map(|(e, s)| e / s.sqrt()).collect();
+                square += e.iter().map(|e| e * e).sum::<f64>();
+                normal += scaled.iter().map(|e| e * e).sum::<f64>();
+                next += scaled.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
+                count += e.len() as f64;
+            }
+            let count = f64::max(count, 1.0);
+            residuals.rms.push((square / count).sqrt());
+            residuals.normalized.push(normal / count);
+            residuals.correlation.push(next / normal.max(1e-12));
+        }
+        residuals
+    }
 }
 
 /// Everything.

@@ -5,10 +5,11 @@
 
 use serde::Serialize;
 
+use super::binning::BIN_S;
 use super::constants::{Layout, Values};
-use super::filter::{errors, forces};
-use super::log::{BIN_S, Prepared};
-use super::model::{State, step};
+use super::filter::{Motion, State, errors};
+use super::log::Prepared;
+use super::model::Swimming;
 
 /// How far ahead, s.
 pub const HORIZON_S: f64 = 20.0;
@@ -42,8 +43,9 @@ pub(crate) fn foretold(
     let bins = &prepared.bins;
     let mut states: Vec<Option<State>> = vec![None; bins.len()];
     let mut keep = |index: usize, state: &State| states[index] = Some(*state);
-    errors(prepared, &instants, theta, layout, log, bins.len(), &mut keep);
     let impulses = prepared.impulses(&values, &instants);
+    let motion = Swimming { values: &values, impulses: &impulses };
+    errors(bins, &motion, &mut keep);
     let (window, stride, horizon) =
         (whole(period_s / BIN_S), whole(EVERY_S / BIN_S), whole(HORIZON_S / BIN_S));
     let mut found = Vec::new();
@@ -56,7 +58,7 @@ pub(crate) fn foretold(
         let mut poses = vec![[state[0], state[1], state[2]]];
         for index in begin + 1..=begin + horizon {
             let span_s = bins[index].t_s - bins[index - 1].t_s;
-            state = step(&values, &state, None, forces(&impulses, index, span_s), span_s);
+            state = motion.step(&state, None, motion.halves(index, span_s), span_s);
             poses.push([state[0], state[1], state[2]]);
         }
         for low in (0..horizon - window).step_by(window) {

@@ -4,20 +4,22 @@ use thiserror::Error;
 
 use super::constants::{
     CURRENT_UNIT, DRAG, GUST, GUST_TIME, INERTIA, LATENCY_UNIT, Layout, MASS, RATIO, ROTOR, TAIL_DRAG,
-    TAIL_DRAG_UNIT, YAW_DRAG,
+    TAIL_DRAG_UNIT, Values, YAW_DRAG,
 };
 use super::data::{Boat, Recording};
-use super::fit::{Fit, Problem};
+use super::estimate::Quantity;
+use super::filter::{Errors, errors};
+use super::fit::{Fit, Likelihood, Problem};
 use super::inference::{Covariance, WIDTH};
 use super::lag::lag;
 use super::log::Prepared;
+use super::model::Swimming;
 use super::outcome::{Constant, Module, Outcome, Residuals, Scale};
 use super::prediction::{Prediction, foretold};
+use super::strokes::Instant;
 
 /// Share of each log that is held back for predictions. *Assumed*.
 pub const HELD_BACK: f64 = 0.25;
-/// What bins and steps of 40 ms leave in a logarithm, *measured* against the simulated water: biases of up to three parts in a thousand.
-const STEPS: f64 = 2e-3;
 /// Least length of a log, s.
 pub const LEAST_S: f64 = 10.0;
 
@@ -32,6 +34,17 @@ pub enum IdentifyError {
         /// How long it is, s.
         has_s: f64,
     },
+    /// Too little of it, of a kind of ROV.
+    #[error("{vehicle}: swims alone for {has_s:.1} s: {LEAST_S} s are needed")]
+    FewSwims {
+        /// Which kind.
+        vehicle: String,
+        /// How long it swims alone, s.
+        has_s: f64,
+    },
+    /// Thrusters that cannot be.
+    #[error("{0}")]
+    Vehicle(String),
     /// No log at all.
     #[error("no log was given")]
     Nothing,
@@ -40,48 +53,44 @@ pub enum IdentifyError {
     Senseless,
 }
 
-/// What is known of one element or a sum of elements of θ.
-struct Quantity {
-    name: String,
-    terms: Vec<(usize, f64)>,
-    /// Of a logarithm: a factor on the exponential. Else a factor on the sum.
-    logarithm: bool,
-    factor: f64,
-    /// Subtracted at the end.
-    less: f64,
-    belief: Option<f64>,
-    /// What is not a logarithm is shown where its interval is narrower than this either way.
-    narrow: f64,
-    /// A deviation that (i13) and (i14) do not have.
-    besides: f64,
+/// Logs of Modboats at any θ.
+#[derive(Clone)]
+struct Boats<'a> {
+    logs: &'a [Prepared],
+    /// Bins of each that count.
+    bins: Vec<usize>,
+    layout: Layout,
 }
 
-impl Quantity {
-    fn log(name: &str, terms: &[(usize, f64)], factor: f64, belief: f64) -> Self {
-        let terms = terms.to_vec();
-        let (name, belief) = (name.to_owned(), Some(belief));
-        Self { name, terms, logarithm: true, factor, less: 0.0, belief, narrow: 0.0, besides: STEPS }
+impl Likelihood for Boats<'_> {
+    type Setting = Vec<Vec<Instant>>;
+    const COORDINATES: usize = 3;
+
+    fn logs(&self) -> usize {
+        self.logs.len()
     }
 
-    fn linear(name: String, index: usize, factor: f64, belief: Option<f64>, narrow: f64) -> Self {
-        let terms = vec![(index, 1.0)];
-        Self { name, terms, logarithm: false, factor, less: 0.0, belief, narrow, besides: 0.0 }
+    fn elements(&self) -> usize {
+        self.layout.len()
     }
 
-    fn constant(&self, theta: &[f64], covariance: &Covariance) -> Constant {
-        let at: f64 = self.terms.iter().map(|&(index, weight)| weight * theta[index]).sum();
-        let deviation = covariance.deviation(&self.terms);
-        let value = |x: f64| self.factor * if self.logarithm { x.exp() } else { x } - self.less;
-        let half = WIDTH * deviation.hypot(self.besides);
-        let shown = if self.logarithm { half < 0.5 } else { half * self.factor < self.narrow };
-        Constant {
-            name: self.name.clone(),
-            value: value(at),
-            low: value(at - half),
-            high: value(at + half),
-            belief: self.belief,
-            shown,
-        }
+    fn log_of(&self, index: usize) -> Option<usize> {
+        self.layout.log_of(index)
+    }
+
+    fn setting(&self, theta: &[f64], log: usize) -> Self::Setting {
+        self.logs[log].instants(LATENCY_UNIT * theta[self.layout.latency(log)])
+    }
+
+    fn sets(&self, index: usize, log: usize) -> bool {
+        index == self.layout.latency(log)
+    }
+
+    fn errors(&self, theta: &[f64], setting: &Self::Setting, log: usize) -> Errors {
+        let (prepared, values) = (&self.logs[log], Values::new(theta, self.layout, log));
+        let impulses = prepared.impulses(&values, setting);
+        let bins = &prepared.bins[..self.bins[log]];
+        errors(bins, &Swimming { values: &values, impulses: &impulses }, &mut ())
     }
 }
 
@@ -102,22 +111,23 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
     }
     let layout = Layout { modules: boat.modules(), logs: logs.len() };
     let (prior, deviation) = layout.prior(boat);
-    let (fixed, mean_slope) = match scale {
-        Scale::Rotor => (vec![ROTOR], None),
-        Scale::Thrust => (Vec::new(), Some(boat.belief.force_slope_n_rad.ln())),
+    let (fixed, known_means) = match scale {
+        Scale::Rotor => (vec![ROTOR], Vec::new()),
+        Scale::Thrust => {
+            let slopes = (0..layout.modules).map(|module| layout.slope(module)).collect();
+            (Vec::new(), vec![(slopes, boat.belief.force_slope_n_rad.ln())])
+        }
     };
     let whole: Vec<usize> = logs.iter().map(|log| log.bins.len()).collect();
     let part: Vec<usize> = whole.iter().map(|&bins| (bins as f64 * (1.0 - HELD_BACK)) as usize).collect();
     let problem = |bins: Vec<usize>| Problem {
-        logs: &logs,
-        bins,
-        layout,
+        model: Boats { logs: &logs, bins, layout },
         prior: prior.clone(),
         deviation: deviation.clone(),
         fixed: fixed.clone(),
-        mean_slope,
+        known_means: known_means.clone(),
     };
-    let first = problem(part.clone()).search_in_stages(prior.clone());
+    let first = problem(part.clone()).search_in_stages(prior.clone(), &[RATIO, ROTOR]);
     let foretold: Vec<_> = logs
         .iter()
         .zip(&part)
@@ -151,7 +161,7 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
     for constant in constants.iter().filter(|constant| !constant.shown) {
         notes.push(format!("{} is hardly shown by these data", constant.name));
     }
-    let residuals = residuals(&fit);
+    let residuals = Residuals::of(&fit.errors, Boats::COORDINATES);
     if residuals.correlation.iter().any(|correlation| *correlation > 0.3) {
         notes.push(
             "prediction errors hang together: the water does what the model has no word for".to_owned(),
@@ -168,7 +178,7 @@ pub fn identify(boat: &Boat, recordings: &[Recording], scale: Scale) -> Result<O
         constants,
         ratios,
         modules,
-        indistinct: covariance.indistinct(&elements, layout, &boat.ids),
+        indistinct: covariance.indistinct(&elements, |index| layout.name(index, &boat.ids)),
         correlated: elements.iter().map(|&index| layout.name(index, &boat.ids)).collect(),
         correlations: covariance.correlations(&elements),
         prediction,
@@ -290,30 +300,9 @@ fn modules(
         .collect()
 }
 
-fn residuals(fit: &Fit) -> Residuals {
-    let mut residuals = Residuals::default();
-    for axis in 0..3 {
-        let of = |values: &[f64]| values.iter().skip(axis).step_by(3).copied().collect::<Vec<f64>>();
-        let (mut square, mut normal, mut next, mut count) = (0.0, 0.0, 0.0, 0.0);
-        for log in &fit.errors {
-            let (e, s) = (of(&log.e), of(&log.s));
-            let scaled: Vec<f64> = e.iter().zip(&s).map(|(e, s)| e / s.sqrt()).collect();
-            square += e.iter().map(|e| e * e).sum::<f64>();
-            normal += scaled.iter().map(|e| e * e).sum::<f64>();
-            next += scaled.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
-            count += e.len() as f64;
-        }
-        let count = f64::max(count, 1.0);
-        residuals.rms[axis] = (square / count).sqrt();
-        residuals.normalized[axis] = normal / count;
-        residuals.correlation[axis] = next / normal.max(1e-12);
-    }
-    residuals
-}
-
 /// Errors over time; a bin that begins a stretch has none.
 fn traces(logs: &[Prepared], fit: &Fit) -> Vec<Vec<(f64, [f64; 3])>> {
-    let of = |(log, errors): (&Prepared, &super::filter::Errors)| {
+    let of = |(log, errors): (&Prepared, &Errors)| {
         let bins = log.bins.iter().filter(|bin| !bin.begins);
         bins.zip(errors.e.chunks_exact(3)).map(|(bin, e)| (bin.t_s, [e[0], e[1], e[2]])).collect()
     };

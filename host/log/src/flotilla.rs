@@ -11,7 +11,7 @@ pub const FORMAT: u32 = 1;
 
 pub use holds::Holds;
 pub use poses::{Poses, Trouble};
-pub use rovs::{DeadThrusters, Energy, Move, Moves, PARKED, Pauses, Place, Robot, Robots};
+pub use rovs::{DeadThrusters, Energy, Move, Moves, PARKED, Pauses, Place, Robot, Robots, Sighted, Sighting};
 pub use status::{Bodies, Body, Goal, ModuleStatus, Order, Status};
 
 mod holds;

@@ -30,7 +30,7 @@ pub fn identify(py: Python<'_>, logs: Vec<PathBuf>, scale: &str) -> PyResult<Ide
         other => return Err(bad(format!("scale: unknown variant `{other}`, expected `rotor` or `thrust`"))),
     };
     py.detach(|| {
-        let (boat, recordings) = logged_files(&logs, |_| Quiet)?;
+        let (boat, recordings) = logged_files(&logs, |_| Quiet)?.boats()?;
         let outcome = ::identify::identify(&boat, &recordings, scale).map_err(|error| error.to_string())?;
         Ok(Identified { boat, outcome })
     })

@@ -1,4 +1,4 @@
-//! Identified constants as tables of a scenario.
+//! Identified constants as tables of a scenario, or keys of a vehicle file.
 //!
 //! `[modboat]` has one drag for both axes, the mean of the two, and a drag of each module about its own axis, which is what is left of the
 //! structure's yaw drag C_R once the strip sum over the modules is taken off (see `modboat::structure`):
@@ -12,7 +12,9 @@
 use std::fmt::Write;
 
 use identify::data::Boat;
-use identify::outcome::Outcome;
+use identify::outcome::{Constant, Outcome};
+use identify::rov;
+use reconfiguration::vehicle::Vehicle;
 
 /// The tables, with what is to be said of them as comments.
 #[must_use]
@@ -63,4 +65,44 @@ fn factor(key: &str, value: f64, least: f64) -> String {
         String::new()
     };
     format!("{key} = {taken:.4}{doubt}")
+}
+
+/// Keys of a vehicle file: what these swims show, beside what the file has for what they do not.
+#[must_use]
+pub fn keys(vehicle: &Vehicle, outcome: &rov::outcome::Outcome) -> String {
+    let body = &vehicle.body;
+    let mut text = format!("# {}: {}\n", vehicle.name, outcome.logs.join(", "));
+    let mut unshown = Vec::new();
+    // What is hardly shown stays as it was believed.
+    let mut of = |name: &str, belief: f64| match outcome.constant(name) {
+        Some(Constant { value, shown: true, .. }) => *value,
+        _ => {
+            unshown.push(name.to_owned());
+            belief
+        }
+    };
+    let axes = [("surge", 0), ("sway", 1), ("heave", 2)];
+    let mut lists = [
+        ("added_mass", body.added_mass),
+        ("linear_damping", body.linear_damping),
+        ("quadratic_damping", body.quadratic_damping),
+    ];
+    for (name, axis) in axes {
+        lists[0].1[axis] = of(&format!("added_mass_{name}_kg"), body.added_mass[axis]).max(0.0);
+        lists[1].1[axis] = of(&format!("linear_damping_{name}_n_s_m"), body.linear_damping[axis]);
+        lists[2].1[axis] = of(&format!("quadratic_damping_{name}_n_s2_m2"), body.quadratic_damping[axis]);
+    }
+    lists[0].1[5] = of("added_inertia_yaw_kg_m2", body.added_mass[5]).max(0.0);
+    lists[1].1[5] = of("linear_damping_yaw_n_m_s", body.linear_damping[5]);
+    lists[2].1[5] = of("quadratic_damping_yaw_n_m_s2", body.quadratic_damping[5]);
+    let weight_n = of("weight_in_water_n", body.weight_n - body.buoyancy_n);
+    let _ = writeln!(text, "weight_in_water_n = {weight_n:.3}");
+    for (key, values) in lists {
+        let values: Vec<String> = values.iter().map(|value| format!("{value:.4}")).collect();
+        let _ = writeln!(text, "{key} = [{}]", values.join(", "));
+    }
+    if !unshown.is_empty() {
+        let _ = writeln!(text, "# hardly shown, and left as they were: {}", unshown.join(", "));
+    }
+    text
 }

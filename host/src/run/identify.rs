@@ -1,107 +1,55 @@
-//! From a log to what constants are identified from: measured poses, reported tails, planned cycles, batteries. Nothing that only a
-//! simulation knows is read (`/truth/…`, `[tank]`, `/cycle`).
+//! From a log to what constants are identified from. Nothing that only a simulation knows is read (`/truth/…`, `[tank]`, `/cycle`), but for
+//! the poses of ROVs that were simulated without a motion capture.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use identify::data::{Boat, Cycle, Recording, Tails};
-use modboat::motion::Swing;
-use modboat::observer::Fix;
-use runlog::flotilla::{Decision, Fix as FixMessage, Gap, Scenario as Head};
+use identify::data::{Boat, Recording};
+use identify::rov::data::Recording as Swims;
+use reconfiguration::vehicle::Vehicle;
+use runlog::flotilla::Scenario as Head;
 use runlog::reader::{LogError, read};
-use runlog::ros::{BatteryState, JointState};
 
-use super::log::instant;
 use super::log::replay::{ReplayError, head};
+use super::log::rovs::Document;
 use super::progress::Progress;
-use super::scenario::Scenario;
 
-/// A run of Modboats, as its log has it.
-pub struct Logged {
-    /// What was run.
-    pub scenario: Scenario,
-    /// The structure, and what was believed of it.
-    pub boat: Boat,
-    /// What was measured.
-    pub recording: Recording,
+pub use boats::Logged as Boats;
+pub use rovs::Kind;
+
+mod boats;
+mod rovs;
+
+/// What a log says.
+pub enum Logged {
+    /// Of a run of Modboats.
+    Boats(Box<Boats>),
+    /// Of a reconfiguration: each kind of robot that is in it.
+    Rovs(Vec<Kind>),
 }
 
-#[derive(Default)]
-struct Taken {
-    recording: Recording,
-    /// By index: one that is given up is told again.
-    decisions: BTreeMap<u32, Decision>,
-    gaps: BTreeMap<u32, [f64; 2]>,
-    voltage: (f64, u32),
+/// What is taken of a log, message by message.
+enum Begun {
+    Boats(Head, boats::Taken),
+    Rovs(Box<Document>, rovs::Taken),
 }
 
-impl Taken {
-    fn take(&mut self, entry: &runlog::reader::Entry<'_>) -> Result<(), LogError> {
-        match entry.topic {
-            "/fix" => {
-                let fix: FixMessage = entry.read()?;
-                let FixMessage { captured_s: t_s, position_m, heading_rad, .. } = fix;
-                self.recording.fixes.push(Fix { t_s, position_m, heading_rad });
+impl Begun {
+    fn new(head: Head) -> Result<Self, ReplayError> {
+        match head.fleet.as_str() {
+            "modboats" => Ok(Self::Boats(head, boats::Taken::default())),
+            "rovs" => {
+                let document = serde_json::from_str(&head.document)
+                    .map_err(|error| ReplayError::Senseless(format!("/scenario: {error}")))?;
+                Ok(Self::Rovs(Box::new(document), rovs::Taken::default()))
             }
-            "/tails" => {
-                let tails: JointState = entry.read()?;
-                let t_s = instant(&tails.header.stamp).as_secs_f64();
-                let (angle_rad, rate_rad_s) = (tails.position, tails.velocity);
-                self.recording.tails.push(Tails { t_s, angle_rad, rate_rad_s });
-            }
-            "/decision" => {
-                let decision: Decision = entry.read()?;
-                self.decisions.insert(decision.index, decision);
-            }
-            "/gap" => {
-                let gap: Gap = entry.read()?;
-                self.gaps.insert(gap.index, [gap.start_us, gap.end_us].map(|us| us as f64 * 1e-6));
-            }
-            topic if topic.starts_with("/module_") && topic.ends_with("/battery") => {
-                let voltage = f64::from(entry.read::<BatteryState>()?.voltage);
-                if voltage.is_finite() && voltage > 0.0 {
-                    self.voltage = (self.voltage.0 + voltage, self.voltage.1 + 1);
-                }
-            }
-            _ => {}
+            fleet => Err(ReplayError::Senseless(format!("/scenario: a fleet of {fleet:?}"))),
         }
-        Ok(())
-    }
-
-    fn finish(self, name: &str, modules: usize) -> Result<Recording, ReplayError> {
-        let Self { mut recording, decisions, gaps, voltage } = self;
-        name.clone_into(&mut recording.name);
-        let wrong = |count: usize| count != modules;
-        if recording.tails.iter().any(|tails| wrong(tails.angle_rad.len()) || wrong(tails.rate_rad_s.len())) {
-            let message = format!("/tails of another number of modules than {modules}");
-            return Err(ReplayError::Senseless(message));
-        }
-        recording.cycles = decisions.values().filter(|decision| decision.period_us > 0).map(cycle).collect();
-        recording.gaps = gaps.into_values().collect();
-        recording.battery_v = (voltage.1 > 0).then(|| voltage.0 / f64::from(voltage.1));
-        Ok(recording)
     }
 }
 
-/// The swim cycle of a decision; a module that was missing rests.
-fn cycle(decision: &Decision) -> Cycle {
-    let start_us = decision.start_us + u64::from(decision.transition_us);
-    let missing = |place: usize| decision.missing.get(place).copied().unwrap_or(false);
-    let swings = decision.centerline_rad.iter().zip(&decision.amplitude_rad).enumerate();
-    let swings = swings.map(|(place, (&centerline_rad, &amplitude_rad))| Swing {
-        centerline_rad,
-        amplitude_rad: if missing(place) { 0.0 } else { amplitude_rad },
-    });
-    Cycle {
-        start_s: start_us as f64 * 1e-6,
-        period_s: f64::from(decision.period_us) * 1e-6,
-        swings: swings.collect(),
-    }
-}
-
-/// Reads a log of a run of Modboats.
+/// Reads a log.
 ///
 /// # Errors
 /// [`ReplayError`]. A log that is cut is read as far as it goes.
@@ -111,35 +59,22 @@ pub fn logged(
     length: u64,
     progress: &mut dyn Progress,
 ) -> Result<Logged, ReplayError> {
-    let mut begun: Option<(Head, Taken)> = None;
+    let mut begun: Option<Begun> = None;
     read(source, |entry, extent| {
         if extent.messages.is_multiple_of(4096) {
             progress.preparing("reading", extent.bytes, length);
         }
         match &mut begun {
-            Some((_, taken)) => taken.take(entry)?,
-            None => begun = Some((head(entry)?, Taken::default())),
+            Some(Begun::Boats(_, taken)) => taken.take(entry)?,
+            Some(Begun::Rovs(_, taken)) => taken.take(entry)?,
+            None => begun = Some(Begun::new(head(entry)?)?),
         }
         Ok::<(), ReplayError>(())
     })?;
-    let (head, taken) = begun.ok_or(ReplayError::Empty)?;
-    if head.fleet != "modboats" {
-        return Err(ReplayError::Senseless(format!(
-            "a log of {}: only those of Modboats are read",
-            head.fleet
-        )));
+    match begun.ok_or(ReplayError::Empty)? {
+        Begun::Boats(head, taken) => Ok(Logged::Boats(Box::new(taken.finish(name, head)?))),
+        Begun::Rovs(document, taken) => Ok(Logged::Rovs(taken.finish(name, &document))),
     }
-    let scenario = Scenario::parse("/scenario", &head.document)
-        .map_err(|error| ReplayError::Senseless(error.to_string()))?;
-    let modules = scenario.structure.len();
-    let recording = taken.finish(name, modules)?;
-    let boat = Boat {
-        structure: scenario.structure.clone(),
-        ids: head.modules,
-        belief: scenario.modboat.clone(),
-        rotor_inertia_kg_m2: scenario.motor.rotor_inertia_kg_m2,
-    };
-    Ok(Logged { scenario, boat, recording })
 }
 
 /// [`logged`] of a file.
@@ -152,28 +87,66 @@ pub fn logged_file(path: &Path, progress: &mut dyn Progress) -> Result<Logged, R
     logged(&path.display().to_string(), BufReader::new(file), length, progress)
 }
 
-/// The structure and the recordings of all logs, which must be of one structure. `progress` makes what shows how far each is read.
+/// What several logs say together.
+pub enum Logs {
+    /// Of one structure.
+    Boats(Boat, Vec<Recording>),
+    /// Each kind of robot, with what its robots did in each log.
+    Rovs(Vec<(Vehicle, Vec<Swims>)>),
+}
+
+impl Logs {
+    /// Of Modboats.
+    ///
+    /// # Errors
+    /// They are of ROVs.
+    pub fn boats(self) -> Result<(Boat, Vec<Recording>), String> {
+        match self {
+            Self::Boats(boat, recordings) => Ok((boat, recordings)),
+            Self::Rovs(_) => Err("logs of ROVs: Modboats are asked for".to_owned()),
+        }
+    }
+
+    /// Adds a log to those before.
+    fn add(known: Option<Self>, logged: Logged) -> Result<Self, &'static str> {
+        match (known, logged) {
+            (None, Logged::Boats(logged)) => Ok(Self::Boats(logged.boat, vec![logged.recording])),
+            (None, Logged::Rovs(kinds)) => {
+                let of = |kind: Kind| (kind.vehicle, vec![kind.recording]);
+                Ok(Self::Rovs(kinds.into_iter().map(of).collect()))
+            }
+            (Some(Self::Boats(boat, mut recordings)), Logged::Boats(logged)) => {
+                if boat.structure.cells() != logged.boat.structure.cells() || boat.ids != logged.boat.ids {
+                    return Err("of other modules or another shape than the first log");
+                }
+                recordings.push(logged.recording);
+                Ok(Self::Boats(boat, recordings))
+            }
+            (Some(Self::Rovs(mut known)), Logged::Rovs(kinds)) => {
+                for kind in kinds {
+                    match known.iter_mut().find(|(vehicle, _)| *vehicle == kind.vehicle) {
+                        Some((_, recordings)) => recordings.push(kind.recording),
+                        None => known.push((kind.vehicle, vec![kind.recording])),
+                    }
+                }
+                Ok(Self::Rovs(known))
+            }
+            (Some(Self::Boats(..)), Logged::Rovs(_)) => Err("of ROVs, and the first log of Modboats"),
+            (Some(Self::Rovs(_)), Logged::Boats(_)) => Err("of Modboats, and the first log of ROVs"),
+        }
+    }
+}
+
+/// All logs together, which must be of one fleet. `progress` makes what shows how far each is read.
 ///
 /// # Errors
-/// Which log is not read, or is of another structure.
-pub fn logged_files<P: Progress>(
-    paths: &[PathBuf],
-    progress: impl Fn(&Path) -> P,
-) -> Result<(Boat, Vec<Recording>), String> {
-    let mut known: Option<Boat> = None;
-    let mut recordings = Vec::with_capacity(paths.len());
+/// Which log is not read, or is of another fleet or structure.
+pub fn logged_files<P: Progress>(paths: &[PathBuf], progress: impl Fn(&Path) -> P) -> Result<Logs, String> {
+    let mut known: Option<Logs> = None;
     for path in paths {
-        let of_log = |reason: String| format!("{}: {reason}", path.display());
-        let logged = logged_file(path, &mut progress(path));
-        let Logged { boat, recording, .. } = logged.map_err(|error| of_log(error.to_string()))?;
-        match &known {
-            Some(known) if known.structure.cells() != boat.structure.cells() || known.ids != boat.ids => {
-                return Err(of_log("of other modules or another shape than the first log".to_owned()));
-            }
-            Some(_) => {}
-            None => known = Some(boat),
-        }
-        recordings.push(recording);
+        let of_log = |reason: &str| format!("{}: {reason}", path.display());
+        let logged = logged_file(path, &mut progress(path)).map_err(|error| of_log(&error.to_string()))?;
+        known = Some(Logs::add(known, logged).map_err(of_log)?);
     }
-    known.map(|boat| (boat, recordings)).ok_or_else(|| "no log was given".to_owned())
+    known.ok_or_else(|| "no log was given".to_owned())
 }

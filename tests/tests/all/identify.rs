@@ -10,7 +10,7 @@ use host::run::closed_loop::Drive;
 use host::run::experiment::{Pace, run_into, simulate};
 use host::run::fleet::InProcess;
 use host::run::identified::tables;
-use host::run::identify::logged_file;
+use host::run::identify::{Logged, logged_file};
 use host::run::log::Log;
 use host::run::orders::Unattended;
 use host::run::progress::Quiet;
@@ -37,9 +37,9 @@ fn found(name: &str, seed: u64) -> (Hidden, Outcome, String) {
     let result = run_into(log, &scenario, seed, &mut fleet, drive, &mut Quiet).expect("a run");
     assert!(result.log_failure.is_none(), "{:?}", result.log_failure);
     assert!(result.summary.contacts.is_empty(), "{name}, seed {seed}: {:?}", result.summary.contacts);
-    let logged = logged_file(&path, &mut Quiet).expect("the log");
+    let Logged::Boats(logged) = logged_file(&path, &mut Quiet).expect("the log") else { panic!("of ROVs") };
     let _ = std::fs::remove_file(&path);
-    let recordings = [logged.recording];
+    let recordings = [logged.recording.clone()];
     let outcome = ::identify::identify(&logged.boat, &recordings, Scale::Rotor).expect("identified");
     if seed == 1 {
         // The same log, the same outcome to the last digit.

@@ -55,6 +55,24 @@ messages! {
         robots: Vec<Robot>,
     }
 
+    /// One ROV as a motion capture saw it: NED.
+    Sighted = "flotilla_msgs" {
+        /// Its number.
+        id: u16,
+        /// Position, m; roll, pitch, yaw, rad.
+        eta: [f64; 6],
+    }
+
+    /// All ROVs that one frame of a motion capture shows.
+    Sighting = "flotilla_msgs" {
+        /// Fleet time.
+        stamp: Time,
+        /// When it was captured, fleet time, s.
+        captured_s: f64,
+        /// Those that it shows.
+        robots: Vec<Sighted>,
+    }
+
     /// Energies and the time they were drawn in.
     Energy = "flotilla_msgs" {
         /// Of the mover, J.

@@ -4,6 +4,7 @@
 //! | topics | how often |
 //! |---|---|
 //! | `/robots`, `/tf` | 20 Hz of the plan's time |
+//! | `/sighting` | 50 Hz at most, of the fixes of a motion capture |
 //! | odometry of each, for others' tools | 10 Hz |
 //! | `/markers` | 5 Hz |
 //! | `/status` | 5 Hz, and at once when something changes |
@@ -12,12 +13,14 @@
 
 use std::cell::RefCell;
 
+use nalgebra::Vector6;
 use protocol::time::{Duration, FleetInstant};
 use reconfiguration::plan::Plan;
 use reconfiguration::pose::Pose;
 use reconfiguration::problem::Problem;
 use reconfiguration::vehicle::Vehicle;
 use rov::configuration_matrix::{ConfigurationMatrix, ThrusterError};
+use rov::dynamics::State;
 use runlog::flotilla;
 use serde::{Deserialize, Serialize};
 use sim::rov::RovActuation;
@@ -30,6 +33,7 @@ use super::super::pose_source::PoseSource;
 use super::super::reconfigure::accounts::Accounts;
 use super::super::reconfigure::conductor::PERIOD;
 use super::super::reconfigure::controller::Execution;
+use super::super::reconfigure::estimator::Sighting;
 use super::super::reconfigure::water::{ExactPoses, STEP, STEP_S, Water, is_step};
 use super::super::watch::Watch;
 use super::shown::modules;
@@ -42,6 +46,8 @@ pub use reading::{Outcome, Reading};
 
 mod reading;
 
+/// Fixes that come sooner after the last one that was written are left out, s.
+const SIGHTED_EVERY_S: f64 = 0.019;
 /// Pause between two sets of counts.
 const COUNTS_EVERY: Duration = Duration(1_000_000);
 /// Every so manyth set of robots is written in others' form too: most of it is covariances.
@@ -102,6 +108,7 @@ pub struct RovLog<'a> {
     /// The beginning of the next step, whose thrusts are not known yet.
     open: Option<flotilla::Robots>,
     sampled_s: Option<f64>,
+    sighted_s: f64,
     samples: u32,
     /// The moves that were under way when the step began, with their robots.
     moving: Vec<(usize, usize)>,
@@ -144,6 +151,7 @@ impl<'a> RovLog<'a> {
             matrices,
             open: None,
             sampled_s: None,
+            sighted_s: f64::NEG_INFINITY,
             samples: 0,
             moving: Vec::new(),
             counted: None,
@@ -331,6 +339,7 @@ impl<F: Fleet<Actuation = RovActuation>, P: PoseSource<Water>> Observer<RovRun<'
     fn observe(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) -> Result<(), RunError> {
         self.events(now);
         self.stand(now, run);
+        self.sight(now, run.host.controller.sighting());
         self.step(now, run);
         self.watch.observe(now, run)?;
         let controller = &run.host.controller;
@@ -348,6 +357,21 @@ impl<F: Fleet<Actuation = RovActuation>, P: PoseSource<Water>> Observer<RovRun<'
 }
 
 impl RovLog<'_> {
+    /// Where a motion capture shows the robots.
+    fn sight(&mut self, now: FleetInstant, sighting: Option<&Sighting>) {
+        let is_due = |sighting: &&Sighting| sighting.at_s - self.sighted_s >= SIGHTED_EVERY_S;
+        let Some(sighting) = sighting.filter(is_due).filter(|_| self.log.is_kept()) else { return };
+        self.sighted_s = sighting.at_s;
+        let seen = self.ids.iter().zip(&sighting.bodies).filter_map(|(&id, body)| {
+            let (position_m, attitude) = body.as_ref()?;
+            let state = State { position_m: *position_m, attitude: *attitude, nu: Vector6::zeros() };
+            Some(flotilla::Sighted { id, eta: state.eta() })
+        });
+        let (stamp, captured_s) = (stamp(now), sighting.at_s);
+        let sighting = flotilla::Sighting { stamp, captured_s, robots: seen.collect() };
+        self.log.show(now, Shown::Sighting(&sighting));
+    }
+
     fn step<F: Fleet<Actuation = RovActuation>, P>(&mut self, now: FleetInstant, run: &RovRun<'_, '_, F, P>) {
         let controller = &run.host.controller;
         let Some(origin) = controller.origin().filter(|_| is_step(now)) else { return };

@@ -134,6 +134,8 @@ topics! {
         Status, status: flotilla::Status = "/status";
         /// What the fleet is steered by.
         Goal, goal: flotilla::Goal = "/goal";
+        /// ROVs as a motion capture sees them.
+        Sighting, sighting: flotilla::Sighting = "/sighting";
         /// Bodies as a motion capture sees them.
         Bodies, bodies: flotilla::Bodies = "/bodies";
         /// What happened, in words.

@@ -28,7 +28,7 @@ use super::super::host::{Controller, Dispatch, Patience, Step};
 use super::super::orders::Order;
 use super::ExecutionError;
 use super::conductor::{AHEAD_S, Conductor, Coupling, HAND_OVER_S, PERIOD, apart};
-use super::estimator::{Estimator, Seen, Verdict};
+use super::estimator::{Estimator, Seen, Sighting, Verdict};
 use super::water::{STEP, STEP_S, is_step};
 
 /// Time that thrusts hold without another packet: five periods, so that four lost ones in a row do no harm.
@@ -129,6 +129,12 @@ impl<'a> Execution<'a> {
     #[must_use]
     pub fn states(&self) -> &[State] {
         &self.states
+    }
+
+    /// The fix that was taken last, where states are estimated.
+    #[must_use]
+    pub fn sighting(&self) -> Option<&Sighting> {
+        self.estimated.as_ref().map(|estimated| estimated.estimator.sighting())
     }
 
     /// How far from its slot, and turned, the robot was held to be that took hold last.

@@ -108,6 +108,7 @@ pub struct Estimator {
     lease_ends_s: f64,
     lease_s: f64,
     newest_s: Option<f64>,
+    sighting: Sighting,
     states: Vec<State>,
     unknown: Vec<Vector6<f64>>,
     trial: Option<Trial>,
@@ -143,6 +144,7 @@ impl Estimator {
             lease_ends_s: 0.0,
             lease_s,
             newest_s: None,
+            sighting: Sighting::default(),
             states: Vec::new(),
             unknown: Vec::new(),
             trial: None,
@@ -164,6 +166,12 @@ impl Estimator {
     #[must_use]
     pub fn unknown(&self) -> &[Vector6<f64>] {
         &self.unknown
+    }
+
+    /// The fix that was taken last.
+    #[must_use]
+    pub fn sighting(&self) -> &Sighting {
+        &self.sighting
     }
 
     /// How old the newest fix is at `now`, s; infinite before the first.
@@ -286,6 +294,7 @@ impl Estimator {
 
     /// Takes a fix. A docked body that is far from where its cluster has it is no fix of the cluster.
     pub fn take(&mut self, sighting: &Sighting, begun: bool) {
+        self.sighting.clone_from(sighting);
         for (body, seen) in self.bodies.iter_mut().zip(&sighting.bodies) {
             if let Some((position_m, attitude)) = seen {
                 body.seen_s = Some(sighting.at_s);

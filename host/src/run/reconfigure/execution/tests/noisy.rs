@@ -1,5 +1,8 @@
 //! Poses by simulated cameras in simulated time: 100 Hz, 2 mm and 0.01 rad of noise, 30 ms of latency, a current, a thruster that fails.
 
+use std::path::PathBuf;
+
+use identify::rov::outcome::Scale;
 use pose::axes::{Axes, Unit, Up};
 use pose::frame::Label;
 use pose::roster::{Entry, Name, Roster};
@@ -9,7 +12,8 @@ use reconfiguration::vehicle::Vehicle;
 use rov::configuration::LevelBox;
 use sim::lab::{CameraParameters, Cameras, Fault};
 
-use super::super::super::super::progress::Progress;
+use super::super::super::super::identify::{Logged, logged_file};
+use super::super::super::super::progress::{Progress, Quiet};
 use super::super::super::conductor::{DOCK_M, DOCK_RAD};
 use super::super::super::phases::Phases;
 use super::super::super::poses::SimulatedBodies;
@@ -36,7 +40,11 @@ struct Trouble {
     dead: Option<(usize, usize)>,
     /// Weight in water that no model knows, N, of every robot.
     heavier_n: f64,
+    /// Damping over what the model has, of every robot.
+    drag: f64,
     faults: Vec<Fault>,
+    /// Where the log goes, if it is wanted.
+    log: Option<PathBuf>,
     seed: u64,
 }
 
@@ -51,7 +59,12 @@ fn executed(name: &str, trouble: Trouble) -> (Executed, Vec<String>, Option<(usi
     let conductor = Conductor::new(&problem, &plan, options.law.clone()).expect("fits");
     let heavier = |&(pose, vehicle): &(_, &Vehicle)| {
         let mut vehicle = vehicle.clone();
-        vehicle.body.weight_n += if vehicle.thrusters.is_empty() { 0.0 } else { trouble.heavier_n };
+        if !vehicle.thrusters.is_empty() {
+            vehicle.body.weight_n += trouble.heavier_n;
+            vehicle.body.linear_damping = vehicle.body.linear_damping.map(|damping| trouble.drag * damping);
+            vehicle.body.quadratic_damping =
+                vehicle.body.quadratic_damping.map(|damping| trouble.drag * damping);
+        }
         (pose, vehicle)
     };
     let real: Vec<_> = conductor.bodies().iter().map(heavier).collect();
@@ -108,7 +121,8 @@ fn executed(name: &str, trouble: Trouble) -> (Executed, Vec<String>, Option<(usi
     };
     let drive = Drive { pace: Pace::Simulated, operator: &mut Unattended, hook: &mut hook };
     let mut heard = Heard::default();
-    let log = (Log::default(), Title::default());
+    let log = trouble.log.as_deref().map_or_else(Log::default, |path| Log::create(path).expect("a log"));
+    let log = (log, Title::default());
     let outcome =
         run_with(log, &problem, &plan, &options, &mut fleet, drive, site, &mut heard).expect("begun");
     let summary = &outcome.summary;
@@ -135,7 +149,9 @@ fn calm(seed: u64) -> Trouble {
         bounds: None,
         dead: None,
         heavier_n: 0.0,
+        drag: 1.0,
         faults: Vec::new(),
+        log: None,
         seed,
     }
 }
@@ -260,4 +276,36 @@ fn robots_that_drift_towards_the_edge_are_brought_back() {
     );
     assert!(heard.iter().any(|said| said.starts_with("no robot is too near to the edge")), "{heard:?}");
     assert!(least_m > 0.0 && least_m < 0.05, "{least_m} m");
+}
+
+/// What the water has and no model knows is found from the log of the run: by poses as they were measured, and thrusts as the host has them.
+#[test]
+fn constants_are_found_from_the_log_of_a_reconfiguration() {
+    let path = std::env::temp_dir().join(format!("flotilla-rovs-{}.mcap", std::process::id()));
+    let trouble =
+        Trouble { heavier_n: 0.4, drag: 1.3, log: Some(path.clone()), ..flowing([0.04, -0.02, 0.0], 5) };
+    executed("t-to-i-far", trouble);
+    let Logged::Rovs(kinds) = logged_file(&path, &mut Quiet).expect("the log") else { panic!("of Modboats") };
+    let _ = std::fs::remove_file(&path);
+    let [kind] = &kinds[..] else { panic!("{} kinds", kinds.len()) };
+    assert_eq!(kind.recording.swims.len(), 4, "one a robot");
+    let body = &kind.vehicle.body;
+    let outcome =
+        ::identify::rov::identify(&kind.vehicle, std::slice::from_ref(&kind.recording), Scale::Thrust);
+    let outcome = outcome.expect("identified");
+    for (name, truth, within) in [
+        ("mass_surge_kg", body.mass_kg + body.added_mass[0], 0.03),
+        ("mass_heave_kg", body.mass_kg + body.added_mass[2], 0.03),
+        ("linear_damping_surge_n_s_m", 1.3 * body.linear_damping[0], 0.06),
+        ("linear_damping_heave_n_s_m", 1.3 * body.linear_damping[2], 0.06),
+        ("weight_in_water_n", 0.4, 0.05),
+        ("current_north_m_s", 0.04, 0.05),
+        ("current_east_m_s", -0.02, 0.05),
+    ] {
+        let found = outcome.constant(name).expect(name);
+        println!("{name}: {truth:.4}, found {:.4}, {:.4} … {:.4}", found.value, found.low, found.high);
+        assert!((found.value / truth - 1.0).abs() < within, "{name}: {truth}, {found:?}");
+    }
+    let error = outcome.prediction.velocity_error.expect("foretold");
+    assert!(error < 0.06, "{error}");
 }
