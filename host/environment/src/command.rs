@@ -136,8 +136,7 @@ impl Command {
     /// The mean wrench of the swings by (7), for modules at `positions_m` in S.
     #[must_use]
     pub fn wrench(&self, parameters: &Parameters, positions_m: &[[f64; 2]]) -> Wrench {
-        let each = self.cycle.iter().zip(positions_m);
-        each.fold(Wrench::default(), |sum, (swing, &at)| sum + swing.wrench(parameters, at))
+        parameters.wrench(&self.cycle, positions_m)
     }
 
     /// All of it.

@@ -3,11 +3,11 @@
 //!
 //! The envelope is the sum of one disc of thrusts a module, carried to the centre of mass:
 //!
-//! W = { Σ (uᵢ, rᵢ × uᵢ) : ‖uᵢ‖ ≤ F(A_max) },  r × u = x·u_y − y·u_x                   (e1)
+//! W = { Σ (uᵢ, rᵢ × uᵢ) : ‖uᵢ‖ ≤ κᵢ·F(A_max) },  r × u = x·u_y − y·u_x                (e1)
 //!
 //! It is convex, closed and symmetric about zero, and so described by its support function, the greatest n·w in it:
 //!
-//! h(n) = F·Σ ‖Mᵢn‖,  Mᵢn = (n_x − n_τ·yᵢ, n_y + n_τ·xᵢ)                               (e2)
+//! h(n) = F·Σ ‖Mᵢn‖,  Mᵢn = κᵢ·(n_x − n_τ·yᵢ, n_y + n_τ·xᵢ)                            (e2)
 //!
 //! A wrench w can be multiplied by λ = min { h(n) : n·w = 1 } until it leaves W (the multiplier of the nearest plane
 //! that holds W back), and its gauge is 1/λ:
@@ -21,13 +21,14 @@
 //! complement: a convex problem in two unknowns, Σ ‖Mᵢ(d + B·y)‖. Each norm has a kink where Mᵢn = 0, and the least
 //! value often sits on one (the middle of three in a row). Each norm is therefore smoothed to sᵢ = √(‖Mᵢn‖² + μ²),
 //! solved by Newton's method, and followed as μ → 0: the solution moves on linearly in μ near a kink, and that step is
-//! taken along with μ. The thrusts uᵢ = F·Mᵢn/sᵢ of a smoothed solution are allowed and give a multiple of d: a lower
+//! taken along with μ. The thrusts uᵢ = κᵢ·F·Mᵢn/sᵢ of a smoothed solution are allowed and give a multiple of d: a lower
 //! bound on λ, which says when to stop.
 //!
 //! | symbol | unit | meaning |
 //! |---|---|---|
 //! | F | N | thrust F(A_max) of law (2) |
 //! | rᵢ = (xᵢ, yᵢ) | m | centre of module i in S, from the centre of mass |
+//! | κᵢ | – | share of law (2) that module i gives |
 //! | w | N, N, N·m | wrench (Fx, Fy, τ) |
 //! | n | – , – , 1/m | normal of a plane in the space of wrenches |
 //! | ρ | m | radius of gyration √(Σ‖rᵢ‖²/N) of the centres |
@@ -57,8 +58,16 @@ pub struct Envelope {
     thrust_n: f64,
     /// ρ, m; zero for one module alone.
     gyration_m: f64,
+    places: Vec<Place>,
+}
+
+/// One module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Place {
     /// rᵢ/ρ.
-    places: Vec<[f64; 2]>,
+    at: [f64; 2],
+    /// κᵢ.
+    share: f64,
 }
 
 /// The smoothed problem at one point: Σ over the modules.
@@ -90,14 +99,27 @@ impl Envelope {
     /// [`Structure::positions_m`](super::structure::Structure::positions_m) gives them.
     #[must_use]
     pub fn new(positions_m: &[[f64; 2]], parameters: &Parameters) -> Self {
-        let squares_m2: f64 = positions_m.iter().map(|[x_m, y_m]| x_m * x_m + y_m * y_m).sum();
-        let gyration_m = (squares_m2 / positions_m.len().max(1) as f64).sqrt();
+        let each = positions_m.iter().enumerate();
+        Self::of(&each.map(|(place, &r_m)| (r_m, parameters.share(place))).collect::<Vec<_>>(), parameters)
+    }
+
+    /// Of these modules alone: where each is, as for [`new`](Self::new), and its share of law (2).
+    #[must_use]
+    pub fn of(modules: &[([f64; 2], f64)], parameters: &Parameters) -> Self {
+        let squares_m2: f64 = modules.iter().map(|([x_m, y_m], _)| x_m * x_m + y_m * y_m).sum();
+        let gyration_m = (squares_m2 / modules.len().max(1) as f64).sqrt();
         let scale = if gyration_m > 0.0 { 1.0 / gyration_m } else { 0.0 };
+        let place = |&(r_m, share): &([f64; 2], f64)| Place { at: r_m.map(|v| v * scale), share };
         Self {
             thrust_n: parameters.thrust_n(parameters.amplitude_max_rad),
             gyration_m,
-            places: positions_m.iter().map(|r_m| r_m.map(|v| v * scale)).collect(),
+            places: modules.iter().map(place).collect(),
         }
+    }
+
+    /// Σκᵢ.
+    fn shares(&self) -> f64 {
+        self.places.iter().map(|place| place.share).sum()
     }
 
     /// The greatest n·w over the envelope: N for a force, N·m for n = (0, 0, 1). By (e2).
@@ -119,7 +141,7 @@ impl Envelope {
         if self.gyration_m == 0.0 {
             return match (fx_n.hypot(fy_n), tau_nm) {
                 (0.0, 0.0) => 0.0,
-                (force_n, 0.0) => force_n / (self.thrust_n * self.places.len() as f64),
+                (force_n, 0.0) => force_n / (self.thrust_n * self.shares()),
                 _ => f64::INFINITY,
             };
         }
@@ -134,7 +156,7 @@ impl Envelope {
     }
 
     /// The thrusts that give `wrench` with the least greatest one: each module pushes along Mᵢn of the plane that holds the
-    /// wrench back, all by gauge(w)·F, those where Mᵢn = 0 by less. N in S by module, into `thrusts_n`; none where no multiple of
+    /// wrench back, all by gauge(w)·κᵢ·F, those where Mᵢn = 0 by less. N in S by module, into `thrusts_n`; none where no multiple of
     /// the wrench can be given.
     pub fn thrusts(&self, wrench: Wrench, thrusts_n: &mut Vec<[f64; 2]>) {
         thrusts_n.clear();
@@ -144,8 +166,10 @@ impl Envelope {
         }
         let Wrench { fx_n, fy_n, tau_nm } = wrench;
         if self.gyration_m == 0.0 || gauge == 0.0 {
-            let modules = self.places.len() as f64;
-            thrusts_n.extend(self.places.iter().map(|_| [fx_n / modules, fy_n / modules]));
+            let shares = self.shares();
+            thrusts_n.extend(
+                self.places.iter().map(|Place { share, .. }| [fx_n, fy_n].map(|f_n| f_n * share / shares)),
+            );
             return;
         }
         let size = gauge * self.thrust_n;
@@ -154,7 +178,7 @@ impl Envelope {
         thrusts_n.extend(self.places.iter().map(|&place| {
             let v = carry(place, normal);
             let s = (dot(v, v) + mu * mu).sqrt();
-            v.map(|v| size * v / s)
+            v.map(|v| place.share * size * v / s)
         }));
     }
 
@@ -245,8 +269,8 @@ fn unit(v: [f64; 3]) -> ([f64; 3], f64) {
 }
 
 /// Mᵢn.
-fn carry([x, y]: [f64; 2], n: [f64; 3]) -> [f64; 2] {
-    [n[0] - n[2] * y, n[1] + n[2] * x]
+fn carry(Place { at: [x, y], share }: Place, n: [f64; 3]) -> [f64; 2] {
+    [n[0] - n[2] * y, n[1] + n[2] * x].map(|part| share * part)
 }
 
 /// Two unit vectors at right angles to the unit vector d and to each other.

@@ -44,6 +44,13 @@ impl std::ops::Add for Wrench {
     }
 }
 
+impl std::ops::Mul<f64> for Wrench {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        Self::from_array(self.to_array().map(|component| factor * component))
+    }
+}
+
 impl std::ops::Sub for Wrench {
     type Output = Self;
     fn sub(self, other: Self) -> Self {

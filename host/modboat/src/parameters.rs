@@ -6,6 +6,11 @@
 use quantity::{ParameterError, check_within};
 use serde::{Deserialize, Serialize};
 
+use super::motion::{Swing, Wrench};
+
+/// Shares of law (2) that are taken. *Assumed*: one that gives less is out of order.
+const SHARES: std::ops::RangeInclusive<f64> = 0.1..=4.0;
+
 /// Geometry, thrust law, mass, drag and timing of one Modboat module. All in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -56,6 +61,9 @@ pub struct Parameters {
     pub stop_past_swing_rad: f64,
     /// The same beyond the end of a transition, rad. *Measured* as that: 0.0854.
     pub stop_past_turn_rad: f64,
+    /// Share of law (2) that each module gives, by place; empty: one each. A module with weed about its flippers gives less.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub module_share: Vec<f64>,
 }
 
 /// Share of the tail's greatest speed that transitions are planned for. *Assumed*: a servo needs some in hand.
@@ -84,6 +92,7 @@ impl Default for Parameters {
             clock_error_s: 0.002,
             stop_past_swing_rad: 0.024,
             stop_past_turn_rad: 0.09,
+            module_share: Vec::new(),
         }
     }
 }
@@ -95,6 +104,21 @@ impl Parameters {
     #[must_use]
     pub fn thrust_n(&self, amplitude_rad: f64) -> f64 {
         self.force_slope_n_rad * amplitude_rad.abs() - self.force_offset_n
+    }
+
+    /// Share of law (2) that the module at this place gives.
+    #[must_use]
+    pub fn share(&self, place: usize) -> f64 {
+        self.module_share.get(place).copied().unwrap_or(1.0)
+    }
+
+    /// The mean wrench of the cycles of all modules at `positions_m` (7), each with its [`share`](Self::share) of law (2).
+    #[must_use]
+    pub fn wrench(&self, cycle: &[Swing], positions_m: &[[f64; 2]]) -> Wrench {
+        let each = cycle.iter().zip(positions_m).enumerate();
+        each.fold(Wrench::default(), |sum, (place, (swing, &at))| {
+            sum + swing.wrench(self, at) * self.share(place)
+        })
     }
 
     /// Greatest speed of a tail in a transition, rad/s.
@@ -125,6 +149,16 @@ impl Parameters {
             let transition_s = 2.0 * (longest_rad / acceleration_rad_s2).sqrt();
             (transition_s, 0.5 * transition_s)
         }
+    }
+
+    /// Refuses shares of law (2) that are not of so many modules.
+    pub fn validate_shares(&self, modules: usize) -> Result<(), ParameterError> {
+        let count = self.module_share.len();
+        if count == 0 || count == modules {
+            return Ok(());
+        }
+        let reason = "must be one for each module of the structure, or none";
+        Err(ParameterError { key: "module_share", value: count as f64, unit: "numbers", reason })
     }
 
     /// Refuses what no Modboat can have, by the first offending key.
@@ -181,6 +215,8 @@ impl Parameters {
             ("stop_past_swing_rad", self.stop_past_swing_rad, "rad", 0.0..=7.0, "must be from 0 to 7"),
             ("stop_past_turn_rad", self.stop_past_turn_rad, "rad", 0.0..=7.0, "must be from 0 to 7"),
         ])?;
+        let share = |&share: &f64| ("module_share", share, "", SHARES, "must be from 0.1 to 4");
+        check_within(&self.module_share.iter().map(share).collect::<Vec<_>>())?;
         if self.swing_speed_max_rad_s() > self.tail_speed_max_rad_s {
             let reason = "is below the peak speed 2π·amplitude_max_rad/period_s of the waveform (1)";
             return fail("tail_speed_max_rad_s", self.tail_speed_max_rad_s, "rad/s", reason);

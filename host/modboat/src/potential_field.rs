@@ -193,6 +193,8 @@ impl PotentialField {
                 _ => rng.random(),
             };
             // A tail pushes away from where it points (7); |A| from (2).
+            // The direction of a step (10) does not depend on a module's share of law (2); where it begins does.
+            let thrust_n = thrust_n / self.parameters.share(module);
             let amplitude_rad = ((thrust_n + self.parameters.force_offset_n)
                 / self.parameters.force_slope_n_rad)
                 .clamp(min, max);
@@ -294,7 +296,7 @@ impl PotentialField {
 
     fn replace(&mut self, module: usize, swing: Swing, distance: &impl Fn(usize, Swing, Swing, f64) -> f64) {
         let at = self.positions_m[module];
-        let wrench = swing.wrench(&self.parameters, at);
+        let wrench = swing.wrench(&self.parameters, at) * self.parameters.share(module);
         self.error = self.error + self.wrenches[module] - wrench;
         self.wrenches[module] = wrench;
         self.gaps.replace(&self.swings, module, swing, distance);
@@ -308,8 +310,9 @@ impl PotentialField {
 
     /// Error and distances, afresh.
     fn measure(&mut self, demand: Wrench, distance: &impl Fn(usize, Swing, Swing, f64) -> f64) {
-        for ((wrench, swing), &at) in self.wrenches.iter_mut().zip(&self.swings).zip(&self.positions_m) {
-            *wrench = swing.wrench(&self.parameters, at);
+        let modules = self.wrenches.iter_mut().zip(&self.swings).zip(&self.positions_m);
+        for (module, ((wrench, swing), &at)) in modules.enumerate() {
+            *wrench = swing.wrench(&self.parameters, at) * self.parameters.share(module);
         }
         self.measure_error(demand);
         self.gaps.measure(&self.swings, distance);

@@ -215,8 +215,7 @@ impl Setting {
     /// The wrench of a cycle by (7).
     #[must_use]
     pub fn wrench(&self, cycle: &[Swing]) -> Wrench {
-        let modules = cycle.iter().zip(&self.positions_m);
-        modules.fold(Wrench::default(), |sum, (swing, &at)| sum + swing.wrench(&self.parameters, at))
+        self.parameters.wrench(cycle, &self.positions_m)
     }
 
     /// ‖w∘(F_des − F)‖ / ‖w∘F_des‖; for a zero demand ‖w∘F‖, N.

@@ -75,7 +75,7 @@ impl Tank {
         tank.validate(structure.len()).map_err(|(_, error)| error)?;
         let real = tank.real(believed);
         let body = tank.body(structure, &real);
-        let shares = tank.thrust.shares(structure.len(), seed ^ SPREAD);
+        let shares = tank.thrust.shares(believed, structure.len(), seed ^ SPREAD);
         let flippers = Thrust::new(&real, &tank.thrust);
         let thrusts = shares.into_iter().zip(neighbours(structure));
         let thrusts = thrusts.map(|(share, sides)| flippers.clone().on_module(share, sides)).collect();

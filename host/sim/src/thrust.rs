@@ -95,12 +95,12 @@ impl ThrustParameters {
         Ok(())
     }
 
-    /// What the flippers of each module give of law (2), drawn from `seed`.
-    pub(crate) fn shares(&self, modules: usize, seed: u64) -> Vec<f64> {
+    /// What the flippers of each module give of law (2), drawn from `seed`; those of `believed` where no `module_share` is said.
+    pub(crate) fn shares(&self, believed: &Parameters, modules: usize, seed: u64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let share = |module: usize| {
             let differs = self.spread * rng.random_range(-1.0..=1.0);
-            self.module_share.get(module).copied().unwrap_or(1.0) * (1.0 + differs)
+            self.module_share.get(module).copied().unwrap_or(believed.share(module)) * (1.0 + differs)
         };
         (0..modules).map(share).collect()
     }

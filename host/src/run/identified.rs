@@ -47,9 +47,16 @@ pub fn tables(boat: &Boat, outcome: &Outcome) -> String {
     ));
     let less = if own < 0.0 { " # the structure's is less than the sum over its modules" } else { "" };
     line(format!("yaw_drag_n_m_s2 = {:.6}{less}", own.max(1e-6)));
+    if outcome.modules.iter().all(|module| module.gain.shown) {
+        let shares = outcome.modules.iter().map(|module| format!("{:.4}", module.gain.value.clamp(0.1, 4.0)));
+        line(format!("module_share = [{}]", shares.collect::<Vec<_>>().join(", ")));
+    }
     line("\n[control]".to_owned());
     line(factor("added_mass_factor", mass, 0.0));
     line(factor("added_inertia_factor", inertia, 1.0));
+    line("\n[control.forgiving]".to_owned());
+    let munk = (of("mass_surge_kg") - of("mass_sway_kg")) / wet_kg;
+    line(format!("munk = {:.4}", munk.clamp(-0.7, 0.7)));
     line("\n[observer]".to_owned());
     line(factor("added_mass", mass - 1.0, 0.0));
     line(factor("added_inertia", inertia - 1.0, 0.0));

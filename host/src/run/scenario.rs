@@ -219,6 +219,7 @@ impl Scenario {
             structure.map_err(|error| document.mistake_in(&["structure"], key, format!("{key}: {error}")))?;
 
         parsed.modboat.validate().map_err(|error| number("modboat", error))?;
+        parsed.modboat.validate_shares(structure.len()).map_err(|error| number("modboat", error))?;
         parsed.planner.validate().map_err(|error| number("planner", error))?;
         parsed.control.validate().map_err(|error| number("control", error))?;
         parsed.observer.validate().map_err(|error| number("observer", error))?;

@@ -5,7 +5,7 @@
 //! x̂(start) from the fixes until now and the committed cycle       the delay of one period is in the model      (c1)
 //! a_fb = −K₁ (x̂ − x_r) − K₂ (v̂ − v_r)                              K of (g2), per axis of S and in yaw          (c2)
 //! F = M [(a_r + c_L·D·v|v|/M − d)/k_F + a_fb/(k_F + σ_k)]           v: of the reference, in mid-interval         (c3)
-//! τ likewise with I, C_R, d_Θ, k_τ
+//! τ likewise with I, C_R, d_Θ, k_τ, and the Munk moment m·M·v_x·v_y taken off
 //! ```
 //!
 //! (s1) and (f2) of the estimator tell x̂, v̂, d, k and c; (r1) and (r2) are the reference. d is the integral action: it has no
@@ -93,6 +93,10 @@ pub struct ForgivingConfig {
     pub unsure_yaw: f64,
     /// How far thrust and drag may differ from what is believed, as a share; 0: they are not learned.
     pub unsure: f64,
+    /// By how much more mass with water the structure has in surge than in sway, over their mean: what the Munk moment grows with.
+    pub munk: f64,
+    /// How far that may be off; 0: it is not learned.
+    pub unsure_munk: f64,
 }
 
 impl Default for ForgivingConfig {
@@ -112,6 +116,8 @@ impl Default for ForgivingConfig {
             heading_seen_rad: 8e-4,
             unsure_yaw: 0.3,
             unsure: 0.3,
+            munk: 0.0,
+            unsure_munk: 0.0,
         }
     }
 }
@@ -134,6 +140,8 @@ impl ForgivingConfig {
             ("unsure_yaw", self.unsure_yaw, "", 0.0..=1.0, "must be from 0 to 1"),
             ("twist_rad_s2", self.twist_rad_s2, "rad/s²", 0.0..=1.0, "must be from 0 to 1"),
             ("unsure", self.unsure, "", 0.0..=1.0, "must be from 0 to 1"),
+            ("munk", self.munk, "", -0.7..=0.7, "must be from -0.7 to 0.7"),
+            ("unsure_munk", self.unsure_munk, "", 0.0..=1.0, "must be from 0 to 1"),
             ("turn_max_rad_s", self.turn_max_rad_s, "rad/s", 0.001..=10.0, "must be from 0.001 to 10"),
         ])
     }
@@ -349,7 +357,8 @@ impl Forgiving {
         let omega = middle.rate[2];
         let gains = Gains::placed(h, 2.0 * drag * omega.abs(), self.config.heading_time_s);
         let feedback = gains.against(apart(2), faster(2));
-        let known = reference.acceleration[2] - unknown[2] + drag * omega * omega.abs();
+        let munk = factors.munk * self.estimator.munk_rad_s2(velocity[0], velocity[1]);
+        let known = reference.acceleration[2] - unknown[2] + drag * omega * omega.abs() + munk;
         let torque_nm =
             model.inertia_kg_m2 * (known / factors.torque + feedback / (factors.torque + unsure_torque));
         (force_n, torque_nm)

@@ -21,6 +21,7 @@ use quantity::vector::dot;
 use super::law::Law;
 use super::neighbours::{Cycle, Rules};
 use super::rest::RestPoses;
+use crate::parameters::Parameters;
 
 /// Relative weighted error that counts as none.
 const EXACT: f64 = 1e-9;
@@ -102,7 +103,7 @@ pub struct Allocation {
     costs: Vec<f64>,
 }
 
-/// Mᵢ of one module: (w₁, w₂) and w₃·(x, y).
+/// Mᵢ of one module, times its share of law (2): (w₁, w₂) and w₃·(x, y).
 #[derive(Clone, Copy, Debug, Default)]
 struct Place {
     weights: [f64; 2],
@@ -139,14 +140,22 @@ fn solve(m: [[f64; 3]; 3], b: [f64; 3]) -> Option<[f64; 3]> {
 impl Allocation {
     /// For modules at `positions_m` (m, in S), of which none is offered more than so many cycles.
     #[must_use]
-    pub fn new(positions_m: &[[f64; 2]], [w1, w2, w3]: [f64; 3], offered: usize) -> Self {
+    pub fn new(
+        positions_m: &[[f64; 2]],
+        parameters: &Parameters,
+        [w1, w2, w3]: [f64; 3],
+        offered: usize,
+    ) -> Self {
         let modules = positions_m.len();
-        let place = |at_m: &[f64; 2]| Place { weights: [w1, w2], lever_m: at_m.map(|lever_m| w3 * lever_m) };
+        let place = |(module, at_m): (usize, &[f64; 2])| {
+            let share = parameters.share(module);
+            Place { weights: [share * w1, share * w2], lever_m: at_m.map(|lever_m| share * w3 * lever_m) }
+        };
         Self {
             cycles: vec![Cycle::default(); modules],
             given_n: vec![[0.0; 3]; modules],
             residual_n: [0.0; 3],
-            places: positions_m.iter().map(place).collect(),
+            places: positions_m.iter().enumerate().map(place).collect(),
             trial: vec![Cycle::default(); modules],
             by_amplitude: vec![[0.0; 3]; modules],
             by_pose: vec![[0.0; 3]; modules],

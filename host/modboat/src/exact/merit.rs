@@ -16,6 +16,7 @@ use super::law::{Law, SUPPORT_ERROR, Sign};
 use super::neighbours::Rules;
 use super::orientation::Orientation;
 use super::rest::RestPoses;
+use crate::parameters::Parameters;
 
 /// Distances to the demands about one, as shares of the envelope along each axis, the farthest first. One that is met stands for
 /// the nearer one in the same direction.
@@ -41,12 +42,14 @@ impl Merit {
     #[must_use]
     pub fn new(
         positions_m: &[[f64; 2]],
-        thrust_max_n: f64,
+        parameters: &Parameters,
         weights: [f64; 3],
         orientation: &Orientation,
     ) -> Self {
-        let levers_m: f64 = positions_m.iter().map(|[x, y]| x.hypot(*y)).sum();
-        let modules = positions_m.len() as f64;
+        let thrust_max_n = parameters.thrust_n(parameters.amplitude_max_rad);
+        let each = || positions_m.iter().enumerate().map(|(module, at)| (parameters.share(module), at));
+        let levers_m: f64 = each().map(|(share, [x, y])| share * x.hypot(*y)).sum();
+        let modules: f64 = each().map(|(share, _)| share).sum();
         let extent_n = [modules, modules, levers_m];
         let mut steps_n = Vec::new();
         for code in 0..27 {

@@ -115,10 +115,10 @@ impl ExactPlanner {
     /// A planner for the structure of `setting`.
     #[must_use]
     pub fn new(setting: Setting) -> Self {
-        let active = setting.positions_m.iter().zip(&setting.participation);
-        let active =
-            active.filter(|(_, participation)| **participation == Participation::Active).map(|(at, _)| *at);
-        let envelope = Envelope::new(&active.collect::<Vec<_>>(), &setting.parameters);
+        let active = setting.positions_m.iter().zip(&setting.participation).enumerate();
+        let active = active.filter(|(_, (_, participation))| **participation == Participation::Active);
+        let active = active.map(|(place, (at, _))| (*at, setting.parameters.share(place)));
+        let envelope = Envelope::of(&active.collect::<Vec<_>>(), &setting.parameters);
         let search = Search::new(&setting);
         let leaving = Leaving::new(&setting);
         Self {

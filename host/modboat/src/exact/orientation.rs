@@ -15,6 +15,7 @@
 
 use super::law::{Law, SUPPORT_ERROR, Sign};
 use super::rest::RestPoses;
+use crate::parameters::Parameters;
 
 /// Sharpness of the weights: a margin smaller by 0.1 counts e² as much.
 const SHARPNESS: f64 = 20.0;
@@ -45,12 +46,16 @@ pub struct Orientation {
 impl Orientation {
     /// For modules at `positions_m` (m, in S).
     #[must_use]
-    pub fn new(positions_m: &[[f64; 2]], rest: &RestPoses, law: &Law, thrust_max_n: f64) -> Self {
+    pub fn new(positions_m: &[[f64; 2]], parameters: &Parameters, rest: &RestPoses, law: &Law) -> Self {
+        let thrust_max_n = parameters.thrust_n(parameters.amplitude_max_rad);
         let radius_m = {
             let square: f64 = positions_m.iter().map(|[x, y]| x * x + y * y).sum();
             (square / positions_m.len() as f64).sqrt()
         };
-        let lever = |n: [f64; 3], [x_m, y_m]: [f64; 2]| [n[0] - n[2] * y_m, n[1] + n[2] * x_m];
+        // nᵢ, times the module's share of law (2).
+        let lever = |n: [f64; 3], (module, &[x_m, y_m]): (usize, &[f64; 2])| {
+            [n[0] - n[2] * y_m, n[1] + n[2] * x_m].map(|part| parameters.share(module) * part)
+        };
         let mut directions = Vec::new();
         for code in 0..27 {
             let [a, b, c] = [code % 3, code / 3 % 3, code / 9].map(|digit| f64::from(digit) - 1.0);
@@ -59,15 +64,16 @@ impl Orientation {
                 continue;
             }
             let n = [a, b, if c == 0.0 { 0.0 } else { c / radius_m }];
-            let support: f64 =
-                positions_m.iter().map(|&at| lever(n, at)).map(|[x, y]| thrust_max_n * x.hypot(y)).sum();
+            let modules = positions_m.iter().enumerate();
+            let support: f64 = modules.map(|at| lever(n, at)).map(|[x, y]| thrust_max_n * x.hypot(y)).sum();
             if support > 0.0 {
                 directions.push(n.map(|component| component / support));
             }
         }
         let levers: Vec<(f64, f64)> = positions_m
             .iter()
-            .flat_map(|&at| directions.iter().map(move |&n| lever(n, at)))
+            .enumerate()
+            .flat_map(|at| directions.iter().map(move |&n| lever(n, at)))
             .map(|[x, y]| (x.hypot(y), y.atan2(x)))
             .collect();
         let count = directions.len();

@@ -127,13 +127,12 @@ impl Search {
     pub fn new(setting: &Setting) -> Self {
         let rest = RestPoses::new(setting);
         let law = Law::new(&setting.parameters);
-        let thrust_max_n = setting.parameters.thrust_n(setting.parameters.amplitude_max_rad);
-        let orientation = Orientation::new(&setting.positions_m, &rest, &law, thrust_max_n);
+        let orientation = Orientation::new(&setting.positions_m, &setting.parameters, &rest, &law);
         let weights = setting.config.weights;
         let modules = setting.cells.len();
         let mut order: Vec<usize> = (0..modules).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(setting.config.seed));
-        let merit = Merit::new(&setting.positions_m, thrust_max_n, weights, &orientation);
+        let merit = Merit::new(&setting.positions_m, &setting.parameters, weights, &orientation);
         let Setting { cells, positions_m, pairs, parameters, config, .. } = setting;
         let field = || Box::new(PotentialField::new(cells, positions_m, pairs, parameters, config));
         let stations = (0..modules).map(|module| rest.stations_rad(module).len()).max().unwrap_or(0);
@@ -142,7 +141,7 @@ impl Search {
             rest,
             law,
             orientation,
-            allocation: Allocation::new(&setting.positions_m, weights, offered),
+            allocation: Allocation::new(&setting.positions_m, &setting.parameters, weights, offered),
             solver: Solver::with_room(pairs),
             order,
             merit,

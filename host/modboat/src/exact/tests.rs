@@ -369,3 +369,62 @@ fn long_tails_are_planned_for_with_and_without_losses_in_mind() {
         assert!(tolerant >= least_tolerant, "{loss_tolerant:?}: {tolerant}");
     }
 }
+
+/// Modules that give more or less than law (2): the sum of what each gives is what is asked for, by a sum that the planner has no part in.
+#[test]
+fn modules_of_different_thrust_give_together_what_is_asked() {
+    for word in ["3x1", "3x3", "ring", "5x5"] {
+        for seed in 0..6 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let modules = setting(word, &Parameters::default(), &PlannerConfig::default()).cells.len();
+            let share = |rng: &mut ChaCha8Rng| rng.random_range(0.5..1.2);
+            let module_share: Vec<f64> = (0..modules).map(|_| share(&mut rng)).collect();
+            let parameters = Parameters { module_share: module_share.clone(), ..Parameters::default() };
+            let mut planner = ExactPlanner::new(setting(word, &parameters, &PlannerConfig::default()));
+            let positions_m = planner.setting.positions_m.clone();
+            let (mut tails, mut previous) = (vec![0.7; modules], None::<Vec<Swing>>);
+            for step in 0..12 {
+                let wanted = demand(&planner, 0.5, &mut rng);
+                let plan = planner.plan(wanted, Some(&tails), previous.as_deref());
+                let of = format!("{word}, seed {seed}, step {step}");
+                let mut given = [0.0; 3];
+                for ((swing, [x, y]), share) in plan.cycle.iter().zip(&positions_m).zip(&module_share) {
+                    // (7), of so much of (2).
+                    let f = if swing.amplitude_rad == 0.0 {
+                        0.0
+                    } else {
+                        0.022 * swing.amplitude_rad.abs() - 0.019
+                    };
+                    let (sin, cos) = swing.centerline_rad.sin_cos();
+                    let [fx, fy] = [-share * f * cos, -share * f * sin];
+                    given = [given[0] + fx, given[1] + fy, given[2] + x * fy - y * fx];
+                }
+                for (given, asked) in given.into_iter().zip(wanted.to_array()) {
+                    assert!((given - asked).abs() < 1e-7, "{of}: {given} of {asked}: {plan:?}");
+                }
+                (tails, previous) = (ends(&plan), Some(plan.cycle.clone()));
+            }
+        }
+    }
+}
+
+/// What one module gives less, the envelope has less, and no direction is beyond it.
+#[test]
+fn an_envelope_shrinks_with_the_shares_of_its_modules() {
+    let parameters = Parameters { module_share: vec![0.5; 9], ..Parameters::default() };
+    let half = ExactPlanner::new(setting("3x3", &parameters, &PlannerConfig::default())).envelope;
+    let whole = planner("3x3", &PlannerConfig::default()).envelope;
+    for normal in [[1.0, 0.0, 0.0], [0.3, -0.8, 2.0], [0.0, 0.0, 1.0]] {
+        let wrench = Wrench::from_array(normal);
+        assert!((half.support(normal) / whole.support(normal) - 0.5).abs() < 1e-12);
+        assert!((half.gauge(wrench) / whole.gauge(wrench) - 2.0).abs() < 1e-9);
+    }
+    let parameters = Parameters { module_share: vec![1.0, 0.2, 1.0], ..Parameters::default() };
+    let row = ExactPlanner::new(setting("3x1", &parameters, &PlannerConfig::default())).envelope;
+    let mut thrusts_n = Vec::new();
+    row.thrusts(Wrench { fx_n: 0.02, fy_n: 0.03, tau_nm: 0.001 }, &mut thrusts_n);
+    let sum = thrusts_n.iter().fold([0.0; 2], |sum, [x, y]| [sum[0] + x, sum[1] + y]);
+    assert!((sum[0] - 0.02).abs() < 1e-9 && (sum[1] - 0.03).abs() < 1e-9, "{thrusts_n:?}");
+    let sizes: Vec<f64> = thrusts_n.iter().map(|[x, y]| x.hypot(*y)).collect();
+    assert!((sizes[1] / sizes[0] - 0.2).abs() < 1e-6, "{sizes:?}");
+}

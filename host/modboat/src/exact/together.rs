@@ -77,7 +77,7 @@ impl Search {
                 .map(|module| Cycle { turns: true, ..rest.cycle(module, rest.stations_rad(module)[0], 0.0) }),
         );
         for (module, &[x_n, y_n]) in thrusts_n.iter().enumerate() {
-            let amplitude_rad = law.amplitude_rad(x_n.hypot(y_n));
+            let amplitude_rad = law.amplitude_rad(x_n.hypot(y_n) / case.parameters.share(module));
             // A tail pushes away from where it points (7).
             let centerline_rad = y_n.atan2(x_n) + PI;
             let given = sign(pattern, case.cells[module]);

@@ -28,6 +28,8 @@ const ONCE: f64 = 0.3;
 #[derive(Clone, Debug)]
 pub struct Wobble {
     positions_m: Vec<[f64; 2]>,
+    /// Each module's share of law (2).
+    shares: Vec<f64>,
     period_s: f64,
     slope_n_rad: f64,
     offset_n: f64,
@@ -46,6 +48,7 @@ impl Wobble {
         };
         Self {
             positions_m: positions_m.to_vec(),
+            shares: (0..positions_m.len()).map(|module| parameters.share(module)).collect(),
             period_s: parameters.period_s,
             slope_n_rad: parameters.force_slope_n_rad,
             offset_n: parameters.force_offset_n,
@@ -99,7 +102,7 @@ impl Wobble {
     /// Σ rᵢ × Pᵢ of the stroke that begins on this side of the centre lines, when its phase is `angle` of π.
     fn struck_n_m_s(&self, cycles: &[Cycle], side: f64, angle: f64) -> f64 {
         let swept = 1.0 - angle.cos();
-        let one = |(cycle, [x_m, y_m]): (&Cycle, &[f64; 2])| {
+        let one = |((cycle, [x_m, y_m]), share): ((&Cycle, &[f64; 2]), &f64)| {
             let amplitude_rad = side * cycle.amplitude_rad;
             let mean_n = 0.5 * self.slope_n_rad * amplitude_rad.abs() * swept - self.offset_n;
             if mean_n <= 0.0 {
@@ -107,9 +110,9 @@ impl Wobble {
             }
             let centre_rad = cycle.rest_rad - cycle.amplitude_rad;
             let (sin, cos) = (centre_rad + amplitude_rad * (1.0 - 0.5 * swept)).sin_cos();
-            -0.5 * self.period_s * mean_n * (x_m * sin - y_m * cos)
+            -0.5 * self.period_s * share * mean_n * (x_m * sin - y_m * cos)
         };
-        cycles.iter().zip(&self.positions_m).map(one).sum()
+        cycles.iter().zip(&self.positions_m).zip(&self.shares).map(one).sum()
     }
 }
 

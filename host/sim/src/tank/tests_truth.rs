@@ -57,8 +57,8 @@ fn thrust_spreads_within_its_share_by_the_seed() {
     let thrust = ThrustParameters { spread: 0.15, ..ThrustParameters::default() };
     let mut drawn = Vec::new();
     for seed in 0..200 {
-        let shares = thrust.shares(9, seed);
-        assert_eq!(shares, thrust.shares(9, seed));
+        let shares = thrust.shares(&Parameters::default(), 9, seed);
+        assert_eq!(shares, thrust.shares(&Parameters::default(), 9, seed));
         assert!(shares.iter().all(|share| (0.85..=1.15).contains(share)), "seed {seed}: {shares:?}");
         drawn.extend(shares);
     }
@@ -66,9 +66,9 @@ fn thrust_spreads_within_its_share_by_the_seed() {
     let deviation = (drawn.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / drawn.len() as f64).sqrt();
     // Uniform: 0.15/√3, over 1800 values.
     assert!((mean - 1.0).abs() < 0.01 && (deviation / 0.0866 - 1.0).abs() < 0.05, "{mean} ± {deviation}");
-    assert_ne!(thrust.shares(9, 0), thrust.shares(9, 1));
+    assert_ne!(thrust.shares(&Parameters::default(), 9, 0), thrust.shares(&Parameters::default(), 9, 1));
     let tank = TankParameters { thrust: thrust.clone(), ..TankParameters::default() };
-    let shares = thrust.shares(3, 8 ^ SPREAD);
+    let shares = thrust.shares(&Parameters::default(), 3, 8 ^ SPREAD);
     is_near(mean_wrench(&tank, 8), by_7(|module, amplitude| shares[module] * (0.022 * amplitude - 0.019)));
 }
 

@@ -6,8 +6,11 @@
 //! has little noise (0.04 mm), so that one or two cycles tell the velocity and the unknown acceleration: no lag but that of the window.
 //!
 //! ```text
-//! v̇ = R(Θ)·[(k_F·F − c_L·D·v|v|)/M]_S + d          Ω̇ = (k_τ·τ − c_R·C_R·Ω|Ω|)/I + d_Θ               (s1)
+//! v̇ = R(Θ)·[(k_F·F − c_L·D·v|v|)/M]_S + d          Ω̇ = (k_τ·τ − c_R·C_R·Ω|Ω| − m·M·v_x·v_y)/I + d_Θ   (s1)
 //! ```
+//!
+//! m·M is by how much more mass with water the structure has in surge than in sway: the Munk moment turns it across its way, or into it,
+//! and holds a heading or throws it off. v over ground stands for v through the water.
 //!
 //! d follows a random walk, slow in calm water and fast in gusts, as the innovations say; where the wrench changes, what is not known of it counts too. k and c hardly change: [`WANDER`].
 //! A lasting d and a k cannot be told apart while the wrench is constant; the covariances know that, and k moves when the wrench does.
@@ -46,6 +49,9 @@ const SPREAD: f64 = 0.1;
 /// k and c stay within these. *Assumed.*
 const FACTOR: [f64; 2] = [0.25, 4.0];
 
+/// And m within this, either way: no hull has twice the mass one way that it has the other. *Assumed.*
+const MUNK: f64 = 0.7;
+
 /// (x, y, Θ) or any of their derivatives.
 pub(super) type Axes = [f64; 3];
 
@@ -73,6 +79,8 @@ pub struct Factors {
     pub torque: f64,
     /// c_R.
     pub yaw_drag: f64,
+    /// m: mass with water in surge less that in sway, over their mean.
+    pub munk: f64,
 }
 
 /// Mean motion at one time.
@@ -88,7 +96,7 @@ struct Sample {
     /// Fix less prediction.
     beyond: Axes,
     drift: [[f64; 8]; 2],
-    yaw: [[f64; 5]; 1],
+    yaw: [[f64; 6]; 1],
 }
 
 /// See the module's documentation.
@@ -104,7 +112,7 @@ pub(super) struct Estimator {
     pub unknown: Axes,
     pub factors: Factors,
     drift: Filter<2, 8>,
-    yaw: Filter<1, 5>,
+    yaw: Filter<1, 6>,
     wrench: Wrench,
     /// None before it was first told.
     tails: Option<Tails>,
@@ -140,9 +148,9 @@ impl Estimator {
             corrected_s: 0.0,
             motion: Motion::default(),
             unknown: [0.0; 3],
-            factors: Factors { force: 1.0, drag: 1.0, torque: 1.0, yaw_drag: 1.0 },
+            factors: Factors { force: 1.0, drag: 1.0, torque: 1.0, yaw_drag: 1.0, munk: config.munk },
             drift: Filter::new([1e-2, 1e-2, 2e-2, 2e-2, 2e-3, 2e-3, unsure, unsure]),
-            yaw: Filter::new([1e-2, 2e-2, 2e-3, unsure_yaw, unsure_yaw]),
+            yaw: Filter::new([1e-2, 2e-2, 2e-3, unsure_yaw, unsure_yaw, config.unsure_munk]),
             wrench: Wrench::default(),
             tails: None,
             drift_m_s2: config.calm_m_s2,
@@ -252,7 +260,7 @@ impl Estimator {
         }
         self.corrected_s = now_s;
         let share = 1.0 / self.window.len() as f64;
-        let (mut errors, mut drift, mut yaw) = ([0.0; 3], [[0.0; 8]; 2], [[0.0; 5]; 1]);
+        let (mut errors, mut drift, mut yaw) = ([0.0; 3], [[0.0; 8]; 2], [[0.0; 6]; 1]);
         for sample in &self.window {
             (0..3).for_each(|axis| errors[axis] += share * sample.beyond[axis]);
             for (row, seen) in drift.iter_mut().zip(&sample.drift) {
@@ -262,7 +270,14 @@ impl Estimator {
         }
         self.window.clear();
         let ForgivingConfig {
-            calm_m_s2, gusty_m_s2, twist_rad_s2, heading_seen_rad, unsure, unsure_yaw, ..
+            calm_m_s2,
+            gusty_m_s2,
+            twist_rad_s2,
+            heading_seen_rad,
+            unsure,
+            unsure_yaw,
+            unsure_munk,
+            ..
         } = self.config;
         let odd: f64 =
             drift.iter().zip(errors).map(|(row, e)| e * e / self.drift.spread(row, SEEN_M.powi(2))).sum();
@@ -271,7 +286,7 @@ impl Estimator {
         self.drift_m_s2 = pace.min(gusty_m_s2).max(calm_m_s2);
         let [x, y, v_x, v_y, d_x, d_y, k, c] =
             self.drift.correct(&drift, [errors[0], errors[1]], SEEN_M.powi(2));
-        let [theta, omega, d_theta, k_tau, c_r] =
+        let [theta, omega, d_theta, k_tau, c_r, m] =
             self.yaw.correct(&yaw, [errors[2]], heading_seen_rad.powi(2));
         for (value, change) in self.motion.pose.iter_mut().zip([x, y, theta]) {
             *value += change;
@@ -283,12 +298,13 @@ impl Estimator {
             *value += change;
         }
         let within = |value: f64| value.clamp(FACTOR[0], FACTOR[1]);
-        let Factors { force, drag, torque, yaw_drag } = self.factors;
+        let Factors { force, drag, torque, yaw_drag, munk } = self.factors;
         self.factors = Factors {
             force: within(force + k),
             drag: within(drag + c),
             torque: within(torque + k_tau),
             yaw_drag: within(yaw_drag + c_r),
+            munk: (munk + m).clamp(-MUNK, MUNK),
         };
         let drifted = self.drift_m_s2.powi(2) * since_s;
         [4, 5].into_iter().for_each(|state| self.drift.loosen(state, drifted, f64::INFINITY));
@@ -301,6 +317,7 @@ impl Estimator {
         let wander = WANDER.powi(2) * since_s;
         [6, 7].into_iter().for_each(|state| self.drift.loosen(state, wander, unsure.powi(2)));
         [3, 4].into_iter().for_each(|state| self.yaw.loosen(state, wander, unsure_yaw.powi(2)));
+        self.yaw.loosen(5, wander, unsure_munk.powi(2));
     }
 
     /// The motion at `t_s`, if the wrench goes on as it is.
@@ -357,12 +374,18 @@ impl Estimator {
         [
             sin * a_sway + cos * a_surge + self.unknown[0],
             -cos * a_sway + sin * a_surge + self.unknown[1],
-            (self.factors.torque * wrench.tau_nm - drag_nm) / inertia_kg_m2 + self.unknown[2],
+            (self.factors.torque * wrench.tau_nm - drag_nm) / inertia_kg_m2 + self.unknown[2]
+                - self.factors.munk * self.munk_rad_s2(sway, surge),
         ]
     }
 
-    /// u, g and the slope of c·g of (f1).
-    fn slopes(&self) -> (Slope<2>, Slope<1>) {
+    /// What the Munk moment of m = 1 turns the structure by, at this velocity in S, m/s.
+    pub(super) fn munk_rad_s2(&self, sway: f64, surge: f64) -> f64 {
+        self.model.mass_kg * sway * surge / self.model.inertia_kg_m2
+    }
+
+    /// u, and what (s1) changes by with the state, of (f1).
+    fn slopes(&self) -> (Slope<2, 2>, Slope<1, 3>) {
         let (sin, cos) = self.motion.pose[2].sin_cos();
         let [v_x, v_y, omega] = self.motion.rate;
         let Model { mass_kg, inertia_kg_m2, drag_n_s2_m2, yaw_drag_n_m_s2, .. } = self.model;
@@ -375,14 +398,22 @@ impl Estimator {
                 [sin * sin * j_x + cos * cos * j_y, sin * cos * (j_y - j_x)],
                 [sin * cos * (j_y - j_x), cos * cos * j_x + sin * sin * j_y],
             ],
-            thrust: world(self.wrench.fx_n / mass_kg, self.wrench.fy_n / mass_kg),
-            drag: world(d * sway * sway.abs(), d * surge * surge.abs()),
+            spring_1_s2: [0.0; 2],
+            factors: [
+                world(self.wrench.fx_n / mass_kg, self.wrench.fy_n / mass_kg),
+                world(-d * sway * sway.abs(), -d * surge * surge.abs()),
+            ],
         };
         let d = yaw_drag_n_m_s2 / inertia_kg_m2;
         let yaw = Slope {
             drag_1_s: [[2.0 * self.factors.yaw_drag * d * omega.abs()]],
-            thrust: [self.wrench.tau_nm / inertia_kg_m2],
-            drag: [d * omega * omega.abs()],
+            // ∂(v_x·v_y)/∂Θ = v_y² − v_x²: S turns under the velocity.
+            spring_1_s2: [self.factors.munk * (self.munk_rad_s2(surge, surge) - self.munk_rad_s2(sway, sway))],
+            factors: [
+                [self.wrench.tau_nm / inertia_kg_m2],
+                [-d * omega * omega.abs()],
+                [-self.munk_rad_s2(sway, surge)],
+            ],
         };
         (drift, yaw)
     }

@@ -2,22 +2,22 @@
 //! what is believed.
 //!
 //! ```text
-//! x = (p, v, d, k, c),   ṗ = v,   v̇ = k·u − c·g(v) + d                                             (f1)
+//! x = (p, v, d, k…),   ṗ = v,   v̇ = Σ k·u + d                                                      (f1)
 //! Φ(t): sensitivity of the prediction to x at the last correction;  C = mean of Φ's rows of p over the window
 //! K = P Cᵀ/(C P Cᵀ + r),   x ← x + Φ K e,   P ← Φ (P − K C P) Φᵀ + Q                              (f2)
 //! ```
 //!
 //! | symbol | unit | meaning |
 //! |---|---|---|
-//! | u, g | m/s² or rad/s² | acceleration that the thrust is believed to give; that the drag is believed to take |
-//! | k, c | – | thrust over believed thrust, drag over believed drag |
+//! | u | m/s² or rad/s² | accelerations that are believed: of the thrust, of the drag, of the Munk moment |
+//! | k | – | what each is over what is believed |
 //! | e | m or rad | mean of measured less predicted positions over the window |
 //! | r | m² or rad² | variance of that mean |
 //!
 //! An innovation belongs to the state at the beginning of its window: what changed since counts from the next on, so that one
 //! correction needs one window, and nothing of the window is used twice.
 
-/// `A` axes and N = 3A + 2 states.
+/// `A` axes and N = 3A + K states, K factors.
 #[derive(Clone, Debug)]
 pub(super) struct Filter<const A: usize, const N: usize> {
     /// P.
@@ -27,13 +27,13 @@ pub(super) struct Filter<const A: usize, const N: usize> {
 }
 
 /// What a step of the prediction needs of the model.
-pub(super) struct Slope<const A: usize> {
+pub(super) struct Slope<const A: usize, const K: usize> {
     /// −∂v̇/∂v, 1/s.
     pub drag_1_s: [[f64; A]; A],
-    /// u.
-    pub thrust: [f64; A],
-    /// g.
-    pub drag: [f64; A],
+    /// −∂v̇/∂p, of each axis by itself, 1/s².
+    pub spring_1_s2: [f64; A],
+    /// u of each factor.
+    pub factors: [[f64; A]; K],
 }
 
 fn unit<const N: usize>() -> [[f64; N]; N] {
@@ -60,16 +60,19 @@ impl<const A: usize, const N: usize> Filter<A, N> {
     }
 
     /// Φ over one step of the prediction.
-    pub(super) fn step(&mut self, dt_s: f64, slope: &Slope<A>) {
+    pub(super) fn step<const K: usize>(&mut self, dt_s: f64, slope: &Slope<A, K>) {
+        const { assert!(N == 3 * A + K, "position, velocity, unknown of each axis, and the factors") };
         for column in 0..N {
             let mut change = [0.0; A];
             for (axis, change) in change.iter_mut().enumerate() {
                 for other in 0..A {
                     *change -= slope.drag_1_s[axis][other] * self.sensitivity[A + other][column];
                 }
-                *change += self.sensitivity[2 * A + axis][column]
-                    + slope.thrust[axis] * self.sensitivity[3 * A][column]
-                    - slope.drag[axis] * self.sensitivity[3 * A + 1][column];
+                *change += self.sensitivity[2 * A + axis][column];
+                *change -= slope.spring_1_s2[axis] * self.sensitivity[axis][column];
+                for (factor, u) in slope.factors.iter().enumerate() {
+                    *change += u[axis] * self.sensitivity[3 * A + factor][column];
+                }
             }
             for (axis, change) in change.into_iter().enumerate() {
                 let velocity = self.sensitivity[A + axis][column];
