@@ -7,14 +7,56 @@
 //! C_L = ½(C_sway + C_surge),   C_R,own = max(0, C_R/N − C_L·mean r³)
 //! ```
 //!
-//! Masses go into `[control]` and `[observer]`, as factors on the dry mass and inertia of `[modboat]`.
+//! Masses go into `[control]` and `[observer]`, as factors on the dry mass and inertia of `[modboat]`, and by how much more there is in surge than
+//! in sway into `[control.forgiving]`. What a boat is known to be, its heading may be held to more firmly than one that is only believed: the
+//! time constant there is the shortest that keeps [`STANDS`], with the latency that was found.
 
 use std::fmt::Write;
 
 use identify::data::Boat;
 use identify::outcome::{Constant, Outcome};
 use identify::rov;
+use modboat::control::ControlConfig;
+use modboat::control::forgiving::ForgivingConfig;
+use modboat::control::margins::{Axis, Loop, Margins};
+use modboat::observer::ObserverParameters;
 use reconfiguration::vehicle::Vehicle;
+
+use super::scenario::Timing;
+
+/// Time constants of the heading that are tried, s; without one of them it stays as it is.
+const HEADING_S: [f64; 6] = [1.6, 1.8, 2.0, 2.25, 2.5, 2.75];
+/// What the heading loop of an identified boat keeps: factors on the thrust at which it is still stable, and phase, rad. *Assumed*: thrust
+/// over inertia is found within some percent, and the factors k of the controller go on learning.
+const STANDS: ([f64; 2], f64) = ([0.5, 1.3], 0.28);
+
+/// The shortest of [`HEADING_S`] whose loop keeps [`STANDS`], with its margins.
+fn heading_time_s(boat: &Boat, latency_s: f64) -> Option<(f64, Margins)> {
+    let lead_s = Timing::default().lead_s + latency_s.max(0.0);
+    HEADING_S.into_iter().find_map(|time_s| {
+        let forgiving = ForgivingConfig { heading_time_s: time_s, ..ForgivingConfig::default() };
+        let control = ControlConfig { forgiving, ..ControlConfig::default() };
+        let observer = ObserverParameters::default();
+        let Boat { structure, belief, .. } = boat;
+        let sampled = Loop { structure, parameters: belief, control: &control, observer: &observer, lead_s };
+        let ([least, most], phase_rad) = STANDS;
+        let margins = sampled.margins(Axis::Heading)?;
+        let stands = margins.least_gain <= least && margins.gain >= most && margins.phase_rad >= phase_rad;
+        stands.then_some((time_s, margins))
+    })
+}
+
+/// Speed at which gusts are taken to twist a boat, m/s. *Assumed*: that of the paper's experiments.
+const SPEED_M_S: f64 = 0.05;
+/// What the pace of d_Θ is at least, and at most, rad/s² in a second.
+const TWIST: (f64, f64) = (1e-3, 4e-3);
+
+/// How fast gusts across the way change what the Munk moment turns a boat by: M_surge − M_sway times speed and gust, over I; with the memory
+/// τ, a random walk of √(2/τ) of that in a second.
+fn twist_rad_s2(beyond_kg: f64, inertia_kg_m2: f64, gust_m_s: f64, memory_s: f64) -> f64 {
+    let twist = beyond_kg.abs() * SPEED_M_S * gust_m_s / inertia_kg_m2 * (2.0 / memory_s).sqrt();
+    TWIST.0.hypot(twist).min(TWIST.1)
+}
 
 /// The tables, with what is to be said of them as comments.
 #[must_use]
@@ -29,6 +71,8 @@ pub fn tables(boat: &Boat, outcome: &Outcome) -> String {
     let wet_kg = 0.5 * (of("mass_sway_kg") + of("mass_surge_kg"));
     let wet_kg_m2 = of("structure_inertia_kg_m2");
     let (mass, inertia) = (wet_kg / belief.module_mass_kg, wet_kg_m2 / structure.inertia_kg_m2(belief));
+    let latencies = outcome.constants.iter().filter(|constant| constant.name.starts_with("latency"));
+    let latency_s = latencies.map(|constant| constant.high).fold(0.0, f64::max);
     let mut text = String::new();
     let mut line = |line: String| {
         let _ = writeln!(text, "{line}");
@@ -57,6 +101,16 @@ pub fn tables(boat: &Boat, outcome: &Outcome) -> String {
     line("\n[control.forgiving]".to_owned());
     let munk = (of("mass_surge_kg") - of("mass_sway_kg")) / wet_kg;
     line(format!("munk = {:.4}", munk.clamp(-0.7, 0.7)));
+    line(format!(
+        "twist_rad_s2 = {:.5}",
+        twist_rad_s2(munk * wet_kg * modules, wet_kg_m2, of("gust_m_s"), of("gust_memory_s"))
+    ));
+    if let Some((time_s, Margins { least_gain, gain, phase_rad })) = heading_time_s(boat, latency_s) {
+        let degrees = phase_rad.to_degrees();
+        line(format!(
+            "heading_time_s = {time_s} # stable with {least_gain:.2} to {gain:.2} times the thrust, phase margin {degrees:.0}°"
+        ));
+    }
     line("\n[observer]".to_owned());
     line(factor("added_mass", mass - 1.0, 0.0));
     line(factor("added_inertia", inertia - 1.0, 0.0));

@@ -31,14 +31,14 @@ pub enum Logged {
 
 /// What is taken of a log, message by message.
 enum Begun {
-    Boats(Head, boats::Taken),
+    Boats(Box<(Head, boats::Taken)>),
     Rovs(Box<Document>, rovs::Taken),
 }
 
 impl Begun {
     fn new(head: Head) -> Result<Self, ReplayError> {
         match head.fleet.as_str() {
-            "modboats" => Ok(Self::Boats(head, boats::Taken::default())),
+            "modboats" => Ok(Self::Boats(Box::new((head, boats::Taken::default())))),
             "rovs" => {
                 let document = serde_json::from_str(&head.document)
                     .map_err(|error| ReplayError::Senseless(format!("/scenario: {error}")))?;
@@ -65,14 +65,17 @@ pub fn logged(
             progress.preparing("reading", extent.bytes, length);
         }
         match &mut begun {
-            Some(Begun::Boats(_, taken)) => taken.take(entry)?,
+            Some(Begun::Boats(begun)) => begun.1.take(entry)?,
             Some(Begun::Rovs(_, taken)) => taken.take(entry)?,
             None => begun = Some(Begun::new(head(entry)?)?),
         }
         Ok::<(), ReplayError>(())
     })?;
     match begun.ok_or(ReplayError::Empty)? {
-        Begun::Boats(head, taken) => Ok(Logged::Boats(Box::new(taken.finish(name, head)?))),
+        Begun::Boats(begun) => {
+            let (head, taken) = *begun;
+            Ok(Logged::Boats(Box::new(taken.finish(name, head)?)))
+        }
         Begun::Rovs(document, taken) => Ok(Logged::Rovs(taken.finish(name, &document))),
     }
 }
@@ -90,7 +93,7 @@ pub fn logged_file(path: &Path, progress: &mut dyn Progress) -> Result<Logged, R
 /// What several logs say together.
 pub enum Logs {
     /// Of one structure.
-    Boats(Boat, Vec<Recording>),
+    Boats(Box<Boat>, Vec<Recording>),
     /// Each kind of robot, with what its robots did in each log.
     Rovs(Vec<(Vehicle, Vec<Swims>)>),
 }
@@ -102,7 +105,7 @@ impl Logs {
     /// They are of ROVs.
     pub fn boats(self) -> Result<(Boat, Vec<Recording>), String> {
         match self {
-            Self::Boats(boat, recordings) => Ok((boat, recordings)),
+            Self::Boats(boat, recordings) => Ok((*boat, recordings)),
             Self::Rovs(_) => Err("logs of ROVs: Modboats are asked for".to_owned()),
         }
     }
@@ -110,7 +113,7 @@ impl Logs {
     /// Adds a log to those before.
     fn add(known: Option<Self>, logged: Logged) -> Result<Self, &'static str> {
         match (known, logged) {
-            (None, Logged::Boats(logged)) => Ok(Self::Boats(logged.boat, vec![logged.recording])),
+            (None, Logged::Boats(logged)) => Ok(Self::Boats(Box::new(logged.boat), vec![logged.recording])),
             (None, Logged::Rovs(kinds)) => {
                 let of = |kind: Kind| (kind.vehicle, vec![kind.recording]);
                 Ok(Self::Rovs(kinds.into_iter().map(of).collect()))

@@ -40,3 +40,4 @@ mod terminal;
 mod trials;
 mod truth;
 mod udp;
+mod weak_module;

@@ -68,11 +68,11 @@ impl<const A: usize, const N: usize> Filter<A, N> {
                 for other in 0..A {
                     *change -= slope.drag_1_s[axis][other] * self.sensitivity[A + other][column];
                 }
-                *change += self.sensitivity[2 * A + axis][column];
-                *change -= slope.spring_1_s2[axis] * self.sensitivity[axis][column];
+                let mut push = self.sensitivity[2 * A + axis][column];
                 for (factor, u) in slope.factors.iter().enumerate() {
-                    *change += u[axis] * self.sensitivity[3 * A + factor][column];
+                    push += u[axis] * self.sensitivity[3 * A + factor][column];
                 }
+                *change += push - slope.spring_1_s2[axis] * self.sensitivity[axis][column];
             }
             for (axis, change) in change.into_iter().enumerate() {
                 let velocity = self.sensitivity[A + axis][column];
