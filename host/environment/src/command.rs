@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use modboat::motion::{Swing, Turn, Wrench};
+use modboat::motion::{self, Swing, Turn, Wrench};
 use modboat::parameters::Parameters;
 use modboat::plan::{Outcome, Plan};
 use modboat::transition::STILL_RAD;
@@ -136,7 +136,7 @@ impl Command {
     /// The mean wrench of the swings by (7), for modules at `positions_m` in S.
     #[must_use]
     pub fn wrench(&self, parameters: &Parameters, positions_m: &[[f64; 2]]) -> Wrench {
-        parameters.wrench(&self.cycle, positions_m)
+        motion::wrench(&self.cycle, parameters, positions_m)
     }
 
     /// All of it.

@@ -95,6 +95,15 @@ impl Swing {
     }
 }
 
+/// The mean wrench of the cycles of all modules at `positions_m` (7), each with its [`share`](Parameters::share) of law (2).
+#[must_use]
+pub fn wrench(cycle: &[Swing], parameters: &Parameters, positions_m: &[[f64; 2]]) -> Wrench {
+    let each = cycle.iter().zip(positions_m).enumerate();
+    each.fold(Wrench::default(), |sum, (place, (swing, &at))| {
+        sum + swing.wrench(parameters, at) * parameters.share(place)
+    })
+}
+
 /// Both ends of a swim cycle of two modules in their phase space (φᵢ, φⱼ).
 #[must_use]
 pub fn ends(i: Swing, j: Swing) -> [[f64; 2]; 2] {

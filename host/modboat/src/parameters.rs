@@ -6,8 +6,6 @@
 use quantity::{ParameterError, check_within};
 use serde::{Deserialize, Serialize};
 
-use super::motion::{Swing, Wrench};
-
 /// Shares of law (2) that are taken. *Assumed*: one that gives less is out of order.
 const SHARES: std::ops::RangeInclusive<f64> = 0.1..=4.0;
 
@@ -110,15 +108,6 @@ impl Parameters {
     #[must_use]
     pub fn share(&self, place: usize) -> f64 {
         self.module_share.get(place).copied().unwrap_or(1.0)
-    }
-
-    /// The mean wrench of the cycles of all modules at `positions_m` (7), each with its [`share`](Self::share) of law (2).
-    #[must_use]
-    pub fn wrench(&self, cycle: &[Swing], positions_m: &[[f64; 2]]) -> Wrench {
-        let each = cycle.iter().zip(positions_m).enumerate();
-        each.fold(Wrench::default(), |sum, (place, (swing, &at))| {
-            sum + swing.wrench(self, at) * self.share(place)
-        })
     }
 
     /// Greatest speed of a tail in a transition, rad/s.

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::buffers::Buffers;
 use super::distance::DistanceToCollision;
-use super::motion::{StepTime, Swing, Turn, Wrench, ends};
+use super::motion::{self, StepTime, Swing, Turn, Wrench, ends};
 use super::pairs::{Pair, Pairs};
 use super::parameters::Parameters;
 use super::plan::{Outcome, Plan};
@@ -215,7 +215,7 @@ impl Setting {
     /// The wrench of a cycle by (7).
     #[must_use]
     pub fn wrench(&self, cycle: &[Swing]) -> Wrench {
-        self.parameters.wrench(cycle, &self.positions_m)
+        motion::wrench(cycle, &self.parameters, &self.positions_m)
     }
 
     /// ‖w∘(F_des − F)‖ / ‖w∘F_des‖; for a zero demand ‖w∘F‖, N.

@@ -18,7 +18,7 @@ use super::super::log::rovs::Document;
 const CLEAR_M: f64 = 0.06;
 /// Two sets of robots further apart than this are of two swims, s.
 const PAUSE_S: f64 = 0.3;
-/// Thrusts are kept for so long before and after a swim, s: they are felt later, or poses are stamped so.
+/// Thrusts are kept for this time before and after a swim, s: they are felt later, or poses are stamped so.
 const AROUND_S: f64 = 0.5;
 
 /// What robots of one kind did in a log.

@@ -19,7 +19,7 @@ const CRATES: [(&str, &[&str]); 24] = [
     ("runconsole", &["runlog"]),
     ("flotilla-ros2", &["pose", "runlog"]),
     ("modboat", &["quantity"]),
-    ("identify", &["modboat", "quantity"]),
+    ("identify", &["modboat", "quantity", "reconfiguration", "rov"]),
     ("reconfiguration", &["quantity", "reader"]),
     ("rov", &["grid", "quantity", "reconfiguration"]),
     // Of a reconfiguration the judge knows the data, and nothing of the planner that it judges.
