@@ -376,6 +376,18 @@ messages! {
         absences: Vec<Absence>,
     }
 
+    /// Modules that were found to push less than the others, so far.
+    WeakModules = "flotilla_msgs" {
+        /// Fleet time.
+        stamp: Time,
+        /// Each, by its id.
+        module: Vec<u16>,
+        /// What it gives of what the others do, as it is planned with now.
+        share: Vec<f64>,
+        /// When it was found, s after the start of the first cycle.
+        at_s: Vec<f64>,
+    }
+
     /// The run is over.
     End = "flotilla_msgs" {
         /// Fleet time.

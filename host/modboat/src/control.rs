@@ -246,6 +246,13 @@ impl Controller {
         }
     }
 
+    /// The running wrench is known to be another than was set: `wrench`.
+    pub fn correct_wrench(&mut self, wrench: Wrench) {
+        if let Self::Forgiving(forgiving) = self {
+            forgiving.correct_wrench(wrench);
+        }
+    }
+
     /// The wrench of the plan that was made for the last demand.
     pub fn planned(&mut self, wrench: Wrench) {
         if let Self::Forgiving(forgiving) = self {

@@ -24,6 +24,7 @@ pub mod reason;
 pub mod region;
 pub mod repulsion;
 pub mod setting;
+pub mod shares;
 pub mod structure;
 pub mod tail;
 pub mod transition;

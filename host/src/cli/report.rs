@@ -144,6 +144,15 @@ pub(super) fn print(out: &mut impl Write, summary: &Summary) -> std::io::Result<
             writeln!(out, "             held for {:.1} s: {}", trouble.time_s, trouble.reason)?;
         }
     }
+    for weak in &summary.weak_modules {
+        writeln!(
+            out,
+            "  weak       module {} pushes {:.0} % of what the others do, as found at {:.1} s",
+            weak.module,
+            100.0 * weak.share,
+            weak.at_s
+        )?;
+    }
     if let Some(error_us) = summary.clock_error_us {
         writeln!(out, "  clocks     fleet time known to {:.2} ms on every module", error_us as f64 * 1e-3)?;
     }

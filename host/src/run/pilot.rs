@@ -30,6 +30,7 @@
 use firmware::link::session::SURE_WITHIN;
 use protocol::configuration::TailLimits;
 use protocol::time::{Duration, FleetInstant};
+use std::collections::VecDeque;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -39,12 +40,14 @@ use modboat::bounds::{Governor, Place};
 use modboat::control::{Controller as Control, Goal, Moment, Observation, Tails, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
-use modboat::motion::{Turn, Wrench};
+use modboat::motion::{self, Turn, Wrench};
 use modboat::observer::{Fix, Observer};
+use modboat::parameters::Parameters;
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
-use modboat::planner_config::LawOfTime;
+use modboat::planner_config::{LawOfTime, PlannerConfig};
 use modboat::setting::Participation;
+use modboat::structure::Structure;
 use quantity::ParameterError;
 
 use super::host::Dispatch;
@@ -57,6 +60,8 @@ use decision::{
 use phase::{Phase, PhaseEvent};
 use settling::Settling;
 pub use targets::{Asked, Targets, speed_max_m_s};
+pub use weak::Weak;
+use weak::WeakModules;
 
 mod controller;
 mod decision;
@@ -64,6 +69,7 @@ pub mod phase;
 mod seen;
 mod settling;
 mod targets;
+mod weak;
 
 /// Time before the end of the running cycle from which a decision no longer waits for reports: what it sends must get through. *Assumed.*
 pub const DECIDE_BY: Duration = Duration(200_000);
@@ -86,6 +92,9 @@ pub struct Pilot {
     lacks_pose: bool,
     planner: Planner,
     distance: Arc<DistanceToCollision>,
+    table: Option<Arc<DistanceTable>>,
+    /// What a person is to know, and was not told yet.
+    news: VecDeque<String>,
     /// The planner without the missing modules.
     partial: Option<(Vec<Participation>, Planner)>,
     stopwatch: fn() -> FleetInstant,
@@ -96,6 +105,9 @@ pub struct Pilot {
     decisions: Vec<Decision>,
     phase: Phase,
     settling: Settling,
+    weak: Option<WeakModules>,
+    /// The wrench of a decision, by number, where modules are known by now to give another than was planned.
+    corrected: Option<(u32, Wrench)>,
     /// When a pause is over.
     resumes: FleetInstant,
     origin: Option<FleetInstant>,
@@ -125,11 +137,7 @@ impl Pilot {
     ) -> Result<Self, ParameterError> {
         let Scenario { structure, modboat, .. } = scenario;
         let distance = Arc::new(DistanceToCollision::new(modboat));
-        let mut planner =
-            Planner::with_distance(structure, modboat, &scenario.planner, Arc::clone(&distance));
-        if let Some(table) = table {
-            planner = planner.with_table(table);
-        }
+        let planner = planner_of(structure, modboat, &scenario.planner, &distance, table.clone());
         Ok(Self {
             scenario: scenario.clone(),
             observer: Observer::new(structure, modboat, &scenario.observer)?,
@@ -144,6 +152,8 @@ impl Pilot {
             lacks_pose: false,
             planner,
             distance,
+            table,
+            news: VecDeque::new(),
             partial: None,
             stopwatch,
             lead: span(scenario.timing.lead_s),
@@ -151,6 +161,8 @@ impl Pilot {
             decisions: Vec::new(),
             phase: Phase::Waiting,
             settling: Settling::default(),
+            weak: WeakModules::new(scenario),
+            corrected: None,
             resumes: FleetInstant(0),
             origin: None,
             refusals: 0,
@@ -169,6 +181,11 @@ impl Pilot {
         let hold_after_s = self.scenario.pose.hold_after_s;
         let most_s = hold_after_s - self.scenario.timing.lead_s.min(0.5 * hold_after_s);
         self.fix.is_some_and(|fix| now.as_secs_f64() - fix.t_s > most_s)
+    }
+
+    /// Modules (by index) that push less than the others.
+    pub fn weak_modules(&self) -> impl Iterator<Item = (usize, Weak)> + '_ {
+        self.weak.iter().flat_map(WeakModules::weak)
     }
 
     /// The second step of a transition is not sent any more.
@@ -192,7 +209,8 @@ impl Pilot {
         running.filter(|decision| now < decision.end()).map_or(Wrench::default(), |decision| {
             let period_s = f64::from(decision.period.as_secs_f32());
             let share = period_s / (period_s + f64::from(decision.transition.as_secs_f32()));
-            Wrench::from_array(decision.plan.wrench.to_array().map(|component| component * share))
+            let corrected = self.corrected.filter(|(number, _)| *number == decision.number);
+            corrected.map_or(decision.plan.wrench, |(_, wrench)| wrench) * share
         })
     }
 
@@ -269,6 +287,7 @@ impl Pilot {
         if self.decisions.last().is_some_and(|last| !all_have(links, last, last.last_number())) {
             self.handle_phase(PhaseEvent::Lost);
         }
+        self.plan_with_weak_modules(now, links);
         let (phase, last) = (self.phase, self.decisions.last());
         let poses = links.modules().iter().enumerate();
         self.known.clear();
@@ -350,6 +369,22 @@ impl Pilot {
         let for_all = !self.plan.loss_tolerant;
         let start = if for_all { start.max(now.after(self.lead_for_all)) } else { start };
         self.carry_out(start, demand, bounded, self.plan.clone(), solve_us, leaves)
+    }
+
+    /// Takes the running decision in; the planner is made again where modules push otherwise than it knows.
+    fn plan_with_weak_modules<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) {
+        let (Some(weak), Some(last)) = (&mut self.weak, self.decisions.last()) else { return };
+        weak.swum(last, links);
+        let Scenario { structure, modboat, planner, .. } = &mut self.scenario;
+        let Some(shares) = weak.due(modboat) else { return };
+        self.news.extend(weak.name(now, &shares, |module| links.modules()[module].id().0));
+        modboat.module_share = shares;
+        self.planner = planner_of(structure, modboat, planner, &self.distance, self.table.clone());
+        self.partial = None;
+        let wrench = motion::wrench(&last.plan.cycle, modboat, &structure.positions_m(modboat.pitch_m));
+        self.corrected = Some((last.number, wrench));
+        let wrench = self.wrench_at(now);
+        self.control.correct_wrench(wrench);
     }
 
     /// Whether a module knows the fleet time well enough to be begun with. Once the fleet swims,
@@ -465,6 +500,21 @@ impl Pilot {
         self.dropped += 1;
         self.resumes = start;
         self.handle_phase(PhaseEvent::Dropped);
+    }
+}
+
+/// The planner that `config` names, for all modules.
+fn planner_of(
+    structure: &Structure,
+    modboat: &Parameters,
+    config: &PlannerConfig,
+    distance: &Arc<DistanceToCollision>,
+    table: Option<Arc<DistanceTable>>,
+) -> Planner {
+    let planner = Planner::with_distance(structure, modboat, config, Arc::clone(distance));
+    match table {
+        Some(table) => planner.with_table(table),
+        None => planner,
     }
 }
 

@@ -50,6 +50,8 @@ pub struct Summary {
     pub gaps: Vec<GapFigures>,
     /// For how long modules took no part, from the start of the first cycle.
     pub absences: Vec<AbsenceFigures>,
+    /// Modules that were found to push less than the others.
+    pub weak_modules: Vec<WeakFigures>,
     /// Each leg's figures.
     pub legs: Vec<LegFigures>,
     /// Cycles by outcome.
@@ -112,6 +114,24 @@ impl AbsenceFigures {
             }
         }
         all
+    }
+}
+
+/// A module pushes less than the others.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WeakFigures {
+    /// Its id.
+    pub module: u16,
+    /// What it gives of what the others do, as it was planned with last.
+    pub share: f64,
+    /// When it was found, s after the start of the first cycle.
+    pub at_s: f64,
+}
+
+impl WeakFigures {
+    fn of_all(flotilla::WeakModules { module, share, at_s, .. }: &flotilla::WeakModules) -> Vec<Self> {
+        let all = module.iter().zip(share).zip(at_s);
+        all.map(|((&module, &share), &at_s)| Self { module, share, at_s }).collect()
     }
 }
 
@@ -225,6 +245,8 @@ pub(super) struct Counts {
     pub(super) watched: Vec<LegWatch>,
     /// Cycles refused by modules.
     pub(super) refusals: u32,
+    /// See [`Summary::weak_modules`].
+    pub(super) weak: flotilla::WeakModules,
     /// Infinite where no two tails can meet.
     pub(super) least_clearance_m: Option<f64>,
     /// Of a motion capture.
@@ -263,6 +285,7 @@ impl Summary {
             shortfalls,
             gaps: gaps.iter().filter(begun).map(figures).collect(),
             absences: AbsenceFigures::of_all(&watched, id),
+            weak_modules: WeakFigures::of_all(&counts.weak),
             legs: legs.into_iter().map(|(_, figures)| figures).collect(),
             cycles: cycle_figures(record, reboots(&links), counts.refusals),
             contacts: contacts.collect(),

@@ -76,7 +76,7 @@ fn table_hidden_boats_keep_velocity_and_heading() {
             at(&headings, 0.95),
             at(&headings, 1.0),
         );
-        let far: Vec<_> = runs.iter().filter(|(_, _, (v, h, _))| *v > 0.05 || *h > 0.05).take(20).collect();
+        let far: Vec<_> = runs.iter().filter(|(_, _, (v, h, _))| *v > 0.05 || *h > 0.05).take(100).collect();
         println!("  beyond: {far:?}");
         if controller == "forgiving" {
             let bad: Vec<_> =

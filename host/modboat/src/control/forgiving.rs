@@ -97,6 +97,8 @@ pub struct ForgivingConfig {
     pub munk: f64,
     /// How far that may be off; 0: it is not learned.
     pub unsure_munk: f64,
+    /// How far a module's share of law (2) may differ from the others'; 0: weak modules are not looked for.
+    pub unsure_share: f64,
 }
 
 impl Default for ForgivingConfig {
@@ -118,6 +120,7 @@ impl Default for ForgivingConfig {
             unsure: 0.3,
             munk: 0.0,
             unsure_munk: 0.0,
+            unsure_share: 0.2,
         }
     }
 }
@@ -142,6 +145,7 @@ impl ForgivingConfig {
             ("unsure", self.unsure, "", 0.0..=1.0, "must be from 0 to 1"),
             ("munk", self.munk, "", -0.7..=0.7, "must be from -0.7 to 0.7"),
             ("unsure_munk", self.unsure_munk, "", 0.0..=1.0, "must be from 0 to 1"),
+            ("unsure_share", self.unsure_share, "", 0.0..=1.0, "must be from 0 to 1"),
             ("turn_max_rad_s", self.turn_max_rad_s, "rad/s", 0.001..=10.0, "must be from 0.001 to 10"),
         ])
     }
@@ -201,6 +205,12 @@ impl Forgiving {
     /// The mean wrench of the tails from `t_s` on, transition included, and what they do.
     pub fn set_wrench(&mut self, t_s: f64, wrench: Wrench, tails: Option<Tails>) {
         self.estimator.set_wrench(t_s, wrench, tails);
+    }
+
+    /// The wrench that the tails have given since the last [`set_wrench`](Self::set_wrench) is taken for `wrench` from now on: what the modules give
+    /// is known better. What was held for a push from outside is less by as much.
+    pub fn correct_wrench(&mut self, wrench: Wrench) {
+        self.estimator.correct_wrench(wrench);
     }
 
     /// How far thrust and drag are found to differ from what is believed.

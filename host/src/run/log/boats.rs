@@ -401,6 +401,17 @@ impl<'a> BoatLog<'a> {
         if let Some(holds) = holds {
             self.tell(now, Told::Holds(&holds));
         }
+        let origin_s = self.origin.map_or(0.0, FleetInstant::as_secs_f64);
+        let (mut module, mut share, mut at_s) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, weak) in pilot.weak_modules() {
+            module.push(self.ids.get(index).copied().unwrap_or_default());
+            share.push(weak.share);
+            at_s.push(weak.found.as_secs_f64() - origin_s);
+        }
+        if !module.is_empty() {
+            let weak = flotilla::WeakModules { stamp: stamp(now), module, share, at_s };
+            self.tell(now, Told::WeakModules(&weak));
+        }
         let contacts = tank.map_or(&[][..], |tank| tank.contacts());
         for (index, contact) in contacts.iter().enumerate() {
             let overlap_m = -contact.clearance_m;

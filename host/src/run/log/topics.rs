@@ -88,6 +88,8 @@ topics! {
         Absences, absences: flotilla::Absences = "/absences";
         /// Why the fleet held, so far; nothing where it did not.
         Holds, holds: flotilla::Holds = "/holds";
+        /// Modules that push less than the others, so far; nothing where there is none.
+        WeakModules, weak_modules: flotilla::WeakModules = "/weak_modules";
         /// All ROVs.
         Robots, robots: flotilla::Robots = "/robots";
         /// Moves so far.

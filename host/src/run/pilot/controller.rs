@@ -51,6 +51,9 @@ impl Controller for Pilot {
         self.fix = Some(*fix);
         self.observer.update(fix);
         self.control.update(fix);
+        if let Some(weak) = &mut self.weak {
+            weak.update(fix);
+        }
     }
 
     fn handle_coupled(&mut self, never: Infallible) -> Result<(), RunError> {
@@ -164,6 +167,10 @@ impl Controller for Pilot {
             Phase::Pausing => Hold::NoCycle,
             _ => Hold::Module,
         }
+    }
+
+    fn take_news(&mut self) -> Option<String> {
+        self.news.pop_front()
     }
 
     fn status<A: Copy>(&self, links: &Dispatcher<A>) -> String {

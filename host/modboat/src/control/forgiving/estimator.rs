@@ -212,6 +212,18 @@ impl Estimator {
         self.yaw.loosen(1, late_rad_s.powi(2), f64::INFINITY);
     }
 
+    /// The running wrench is, and has been, `wrench`; d was the larger for it.
+    pub(super) fn correct_wrench(&mut self, wrench: Wrench) {
+        let more = wrench - self.wrench;
+        let (sin, cos) = self.motion.pose[2].sin_cos();
+        let Factors { force, torque, .. } = self.factors;
+        let [x, y] = [more.fx_n, more.fy_n].map(|force_n| force * force_n / self.model.mass_kg);
+        self.unknown[0] -= sin * x + cos * y;
+        self.unknown[1] -= -cos * x + sin * y;
+        self.unknown[2] -= torque * more.tau_nm / self.model.inertia_kg_m2;
+        self.wrench = wrench;
+    }
+
     /// Takes a fix; one from the past, or that is no number, is ignored.
     pub(super) fn update(&mut self, fix: &Fix) {
         let measured = [fix.position_m[0], fix.position_m[1], fix.heading_rad];

@@ -35,6 +35,7 @@ pub struct Reading {
     legs: flotilla::Legs,
     absences: flotilla::Absences,
     holds: flotilla::Holds,
+    weak: flotilla::WeakModules,
     end: Option<flotilla::End>,
     /// An operator gave targets: what the legs ask for is not what was to be done.
     steered: bool,
@@ -74,6 +75,7 @@ impl Reading {
             legs: flotilla::Legs::default(),
             absences: flotilla::Absences::default(),
             holds: flotilla::Holds::default(),
+            weak: flotilla::WeakModules::default(),
             end: None,
             steered: false,
             flaw: None,
@@ -124,6 +126,7 @@ impl Reading {
             Told::Absences(absences) => self.absences.clone_from(absences),
             Told::Order(order) => self.steered |= order.followed && order.steers,
             Told::Holds(holds) => self.holds.clone_from(holds),
+            Told::WeakModules(weak) => self.weak.clone_from(weak),
             Told::End(end) => self.end = Some(end.clone()),
             // Of the first the reading is made; the others are told of ROVs.
             Told::Scenario(_)
@@ -185,6 +188,7 @@ impl Reading {
             strays: counts::received(&self.ledger.strays),
             faults: self.ledger.medium.as_ref().map(counts::fault_count),
             refusals: self.ledger.refusals,
+            weak: self.weak,
             poses: self.poses.take(),
             least_clearance_m: self.ledger.least_clearance_m,
             clock_error_us: self.ledger.clock_error_us,

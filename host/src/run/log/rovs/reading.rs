@@ -105,6 +105,7 @@ impl Reading {
             | Told::Cycle(_)
             | Told::Gap(_)
             | Told::Contact(_)
+            | Told::WeakModules(_)
             | Told::Order(_) => {}
         }
     }
