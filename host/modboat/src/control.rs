@@ -253,6 +253,13 @@ impl Controller {
         }
     }
 
+    /// m of the Munk moment, as it is known now.
+    pub fn set_munk(&mut self, munk: f64) {
+        if let Self::Forgiving(forgiving) = self {
+            forgiving.set_munk(munk);
+        }
+    }
+
     /// The wrench of the plan that was made for the last demand.
     pub fn planned(&mut self, wrench: Wrench) {
         if let Self::Forgiving(forgiving) = self {

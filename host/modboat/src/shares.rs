@@ -87,19 +87,20 @@ pub struct ShareEstimator {
 }
 
 impl ShareEstimator {
-    /// That knows no more than `parameters`, of which each module's share may differ from the others' by `unsure`, a standard deviation.
-    /// `None` if that is zero, and of a single module or more than [`MODULES_MAX`].
+    /// That knows no more than `parameters`, of which each module's share may differ from the others' by `unsure`, a standard deviation, and
+    /// takes m for `munk`. `None` if `unsure` is zero, and of a single module or more than [`MODULES_MAX`].
     #[must_use]
     pub fn new(
         structure: &Structure,
         parameters: &Parameters,
         observer: &ObserverParameters,
-        unsure: f64,
+        (unsure, munk): (f64, f64),
     ) -> Option<Self> {
         if unsure == 0.0 || !(2..=MODULES_MAX).contains(&structure.len()) {
             return None;
         }
-        let late = |delay_s| Late::new(delay_s, Regression::new(structure, parameters, observer, unsure));
+        let late =
+            |delay_s| Late::new(delay_s, Regression::new(structure, parameters, observer, (unsure, munk)));
         Some(Self {
             parameters: parameters.clone(),
             positions_m: structure.positions_m(parameters.pitch_m),
@@ -142,9 +143,18 @@ impl ShareEstimator {
         self.late.iter_mut().for_each(Late::forget_cycles);
     }
 
+    fn likeliest(&self) -> Option<&Late> {
+        self.late.iter().max_by(|a, b| a.likelihood().total_cmp(&b.likelihood()))
+    }
+
     /// Shares over the mean of all, by module, and the deviation of that.
     pub fn relative(&self) -> impl Iterator<Item = Found> + '_ {
-        let likeliest = self.late.iter().max_by(|a, b| a.likelihood().total_cmp(&b.likelihood()));
-        likeliest.into_iter().flat_map(Late::relative)
+        self.likeliest().into_iter().flat_map(Late::relative)
+    }
+
+    /// m of (h2): by how much more mass with water the structure has in surge than in sway, as a share of what is believed.
+    #[must_use]
+    pub fn munk(&self) -> Option<Found> {
+        self.likeliest().map(Late::munk)
     }
 }

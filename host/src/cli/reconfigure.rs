@@ -1,6 +1,6 @@
 //! `flotilla reconfigure`: plans how ROVs change their configuration, judges the plans, executes them in simulation.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -40,7 +40,7 @@ mod table;
 mod task;
 mod together;
 
-use search::Watch;
+use search::{GoalWatch, Watch};
 
 /// The scenario that is planned when none is named.
 const DEFAULT: &str = "t-to-i-far";
@@ -66,7 +66,7 @@ pub(super) struct Arguments {
     /// How order and assignment are found [default: as the manner does]
     #[arg(long, value_enum)]
     order: Option<OrderKind>,
-    /// How long a better order and assignment is looked for, s; the best one known is taken then
+    /// How long a better order and assignment is looked for, s; the best one known is taken then. With --task, first as long for a better goal
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0)]
     time_limit: f64,
     /// What thrust costs
@@ -224,9 +224,10 @@ pub(super) fn main(arguments: &Arguments) -> Result<(), Failure> {
         let law = arguments.power.law(scenario.problem.rules.battery_v).map_err(bad)?;
         let (criterion, manner, order) = (Criterion::Energy, Manner::Best, OrderRule::Exact);
         let request = Request { criterion, manner, order, law };
-        let (problem, said) = task::found(&scenario.problem, path, &request)?;
+        let mut watch = GoalWatch::new(&mut bar, limit);
+        let (problem, said) = task::found(&scenario.problem, path, &request, &mut watch)?;
         scenario.problem = problem;
-        bar.note(&said);
+        if std::io::stderr().is_terminal() { bar.note(&said) } else { tell(&said) }
     }
     let wanted = wanted(arguments);
     for (done, &(title, criterion, manner, order)) in wanted.iter().enumerate() {

@@ -40,14 +40,12 @@ use modboat::bounds::{Governor, Place};
 use modboat::control::{Controller as Control, Goal, Moment, Observation, Tails, Target};
 use modboat::distance::DistanceToCollision;
 use modboat::distance_table::DistanceTable;
-use modboat::motion::{self, Turn, Wrench};
+use modboat::motion::{Turn, Wrench};
 use modboat::observer::{Fix, Observer};
-use modboat::parameters::Parameters;
 use modboat::plan::{Outcome, Plan};
 use modboat::planner::Planner;
-use modboat::planner_config::{LawOfTime, PlannerConfig};
+use modboat::planner_config::LawOfTime;
 use modboat::setting::Participation;
-use modboat::structure::Structure;
 use quantity::ParameterError;
 
 use super::host::Dispatch;
@@ -58,6 +56,7 @@ use decision::{
     Remaining, all_have, cycles, dispatch, first_cycles, give_up, give_up_second, pose_of, steps,
 };
 use phase::{Phase, PhaseEvent};
+use planners::{planner_for, planner_of};
 use settling::Settling;
 pub use targets::{Asked, Targets, speed_max_m_s};
 pub use weak::Weak;
@@ -66,6 +65,7 @@ use weak::WeakModules;
 mod controller;
 mod decision;
 pub mod phase;
+mod planners;
 mod seen;
 mod settling;
 mod targets;
@@ -181,11 +181,6 @@ impl Pilot {
         let hold_after_s = self.scenario.pose.hold_after_s;
         let most_s = hold_after_s - self.scenario.timing.lead_s.min(0.5 * hold_after_s);
         self.fix.is_some_and(|fix| now.as_secs_f64() - fix.t_s > most_s)
-    }
-
-    /// Modules (by index) that push less than the others.
-    pub fn weak_modules(&self) -> impl Iterator<Item = (usize, Weak)> + '_ {
-        self.weak.iter().flat_map(WeakModules::weak)
     }
 
     /// The second step of a transition is not sent any more.
@@ -371,22 +366,6 @@ impl Pilot {
         self.carry_out(start, demand, bounded, self.plan.clone(), solve_us, leaves)
     }
 
-    /// Takes the running decision in; the planner is made again where modules push otherwise than it knows.
-    fn plan_with_weak_modules<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) {
-        let (Some(weak), Some(last)) = (&mut self.weak, self.decisions.last()) else { return };
-        weak.swum(last, links);
-        let Scenario { structure, modboat, planner, .. } = &mut self.scenario;
-        let Some(shares) = weak.due(modboat) else { return };
-        self.news.extend(weak.name(now, &shares, |module| links.modules()[module].id().0));
-        modboat.module_share = shares;
-        self.planner = planner_of(structure, modboat, planner, &self.distance, self.table.clone());
-        self.partial = None;
-        let wrench = motion::wrench(&last.plan.cycle, modboat, &structure.positions_m(modboat.pitch_m));
-        self.corrected = Some((last.number, wrench));
-        let wrench = self.wrench_at(now);
-        self.control.correct_wrench(wrench);
-    }
-
     /// Whether a module knows the fleet time well enough to be begun with. Once the fleet swims,
     /// a module itself refuses a cycle that its clock is not sure enough for.
     fn is_sure<A: Copy>(&self, link: &ModuleLink<A>) -> bool {
@@ -501,41 +480,6 @@ impl Pilot {
         self.resumes = start;
         self.handle_phase(PhaseEvent::Dropped);
     }
-}
-
-/// The planner that `config` names, for all modules.
-fn planner_of(
-    structure: &Structure,
-    modboat: &Parameters,
-    config: &PlannerConfig,
-    distance: &Arc<DistanceToCollision>,
-    table: Option<Arc<DistanceTable>>,
-) -> Planner {
-    let planner = Planner::with_distance(structure, modboat, config, Arc::clone(distance));
-    match table {
-        Some(table) => planner.with_table(table),
-        None => planner,
-    }
-}
-
-/// The planner for the modules that take part; made again when they change. `None` where no module takes part.
-fn planner_for<'a>(
-    whole: &'a mut Planner,
-    partial: &'a mut Option<(Vec<Participation>, Planner)>,
-    scenario: &Scenario,
-    distance: &Arc<DistanceToCollision>,
-    participation: &[Participation],
-) -> Option<&'a mut Planner> {
-    if participation.iter().all(|module| *module == Participation::Active) {
-        return Some(whole);
-    }
-    if partial.as_ref().is_none_or(|(known, _)| known != participation) {
-        let Scenario { structure, modboat, planner, .. } = scenario;
-        let among =
-            Planner::among(structure, modboat, planner, Arc::clone(distance), participation.to_vec())?;
-        *partial = Some((participation.to_vec(), among));
-    }
-    partial.as_mut().map(|(_, planner)| planner)
 }
 
 fn span(seconds: f64) -> Duration {

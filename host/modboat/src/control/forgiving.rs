@@ -213,6 +213,11 @@ impl Forgiving {
         self.estimator.correct_wrench(wrench);
     }
 
+    /// m is known to be `munk`; what was held for a push from outside is less by as much.
+    pub fn set_munk(&mut self, munk: f64) {
+        self.estimator.set_munk(munk);
+    }
+
     /// How far thrust and drag are found to differ from what is believed.
     #[must_use]
     pub fn factors(&self) -> Factors {

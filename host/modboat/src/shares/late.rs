@@ -52,6 +52,10 @@ impl Late {
         self.likelihood
     }
 
+    pub(super) fn munk(&self) -> Found {
+        self.regression.munk()
+    }
+
     pub(super) fn relative(&self) -> impl Iterator<Item = Found> + '_ {
         self.regression.relative()
     }

@@ -61,12 +61,12 @@ pub(super) struct Regression {
 }
 
 impl Regression {
-    /// `unsure`: standard deviation of each share beside what all have in common.
+    /// `unsure`: standard deviation of each share beside what all have in common; `munk`: what m is taken for.
     pub(super) fn new(
         structure: &Structure,
         parameters: &Parameters,
         observer: &ObserverParameters,
-        unsure: f64,
+        (unsure, munk): (f64, f64),
     ) -> Self {
         let modules = structure.len();
         let positions_m = structure.positions_m(parameters.pitch_m);
@@ -77,7 +77,7 @@ impl Regression {
         let push = [push_n, push_n, push_n * radius_m];
         let size = modules + OTHERS;
         let shares = || (0..modules).map(|module| parameters.share(module));
-        let state = shares().chain([0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]).collect();
+        let state = shares().chain([0.0, 1.0, 1.0, 0.0, 1.0, munk, 0.0, 0.0, 0.0]).collect();
         let mut covariance = vec![0.0; size * size];
         for (i, one) in shares().enumerate() {
             for (j, other) in shares().enumerate() {
@@ -193,6 +193,12 @@ impl Regression {
             }
         }
         (odd, spread)
+    }
+
+    /// m and its deviation.
+    pub(super) fn munk(&self) -> Found {
+        let (size, at) = (self.state.len(), self.modules + 5);
+        Found { share: self.state[at], deviation: self.covariance[at * (size + 1)].max(0.0).sqrt() }
     }
 
     /// Shares over their mean, and the deviation of that.

@@ -21,6 +21,8 @@ struct Boat {
     /// The world is turned by this, rad, and moved, m.
     turned_rad: f64,
     moved_m: [f64; 2],
+    /// m.
+    munk: f64,
     /// Cycles are all alike.
     monotonous: bool,
 }
@@ -34,15 +36,21 @@ impl Boat {
             noise: 2e-4,
             turned_rad: 0.0,
             moved_m: [0.0; 2],
+            munk: 0.0,
             monotonous: false,
         }
     }
 
     /// Swims `cycles` random cycles from `seed`; what is found in the end.
     fn swim(&self, word: &str, cycles: usize, seed: u64) -> Vec<Found> {
+        self.swum(word, cycles, seed).relative().collect()
+    }
+
+    fn swum(&self, word: &str, cycles: usize, seed: u64) -> ShareEstimator {
         let (structure, parameters) = (Structure::from_word(word).expect("valid"), Parameters::default());
         let observer = ObserverParameters::default();
-        let mut estimator = ShareEstimator::new(&structure, &parameters, &observer, 0.2).expect("modules");
+        let mut estimator =
+            ShareEstimator::new(&structure, &parameters, &observer, (0.2, 0.0)).expect("modules");
         let positions_m = structure.positions_m(parameters.pitch_m);
         let mass_kg = structure.mass_kg(&parameters) * (1.0 + observer.added_mass);
         let inertia = structure.inertia_kg_m2(&parameters) * (1.0 + observer.added_inertia);
@@ -73,7 +81,8 @@ impl Boat {
                 let through = [sin * slip[0] - cos * slip[1], cos * slip[0] + sin * slip[1]];
                 let mut force =
                     [-drag * through[0] * through[0].abs(), -drag * through[1] * through[1].abs()];
-                let mut torque = -yaw_drag * rate[2] * rate[2].abs();
+                let mut torque =
+                    -yaw_drag * rate[2] * rate[2].abs() - self.munk * mass_kg * through[0] * through[1];
                 for ((swing, &at), share) in cycle.iter().zip(&positions_m).zip(&self.shares) {
                     let [x, y, tau] = swing.wrench(&parameters, at).to_array();
                     force = [force[0] + share * x, force[1] + share * y];
@@ -95,7 +104,7 @@ impl Boat {
                 });
             }
         }
-        estimator.relative().collect()
+        estimator
     }
 }
 
@@ -110,7 +119,7 @@ fn judge(boat: &Boat, word: &str, seed: u64) {
     for (found, share) in found.iter().zip(relative(&boat.shares)) {
         let off = (found.share - share).abs();
         assert!(
-            off < 0.05 && off < 4.0 * found.deviation,
+            off < 0.08 && off < 4.0 * found.deviation,
             "{word}, seed {seed}: {found:?}, in truth {share}"
         );
         assert!(found.deviation < 0.06, "{word}, seed {seed}: {found:?}");
@@ -157,14 +166,28 @@ fn one_cycle_tells_too_little_and_that_is_known() {
     }
 }
 
+/// The Munk moment twists the structure as a module does that pushes less: the two are told apart.
+#[test]
+fn the_munk_moment_is_not_taken_for_a_weak_module() {
+    for seed in 1..5 {
+        for munk in [-0.4, 0.3] {
+            let boat = Boat { munk, ..Boat::of(&[1.0, 0.6, 1.0]) };
+            judge(&boat, "3x1", seed);
+            let found = boat.swum("3x1", 60, seed).munk().expect("a filter");
+            let off = (found.share - munk).abs();
+            assert!(off < 0.12 && off < 4.0 * found.deviation, "seed {seed}: {found:?}, in truth {munk}");
+        }
+    }
+}
+
 #[test]
 fn a_lone_module_has_no_share() {
     let parameters = Parameters::default();
     let observer = ObserverParameters::default();
     let structure = Structure::from_word("1x1").expect("valid");
-    assert!(ShareEstimator::new(&structure, &parameters, &observer, 0.2).is_none());
+    assert!(ShareEstimator::new(&structure, &parameters, &observer, (0.2, 0.0)).is_none());
     let structure = Structure::from_word("3x1").expect("valid");
-    assert!(ShareEstimator::new(&structure, &parameters, &observer, 0.0).is_none());
+    assert!(ShareEstimator::new(&structure, &parameters, &observer, (0.0, 0.0)).is_none());
 }
 
 /// Cycles that do not follow each other tell nothing: what was between them is not known.
@@ -172,7 +195,7 @@ fn a_lone_module_has_no_share() {
 fn a_pause_between_cycles_is_not_bridged() {
     let (structure, parameters) = (Structure::from_word("3x1").expect("valid"), Parameters::default());
     let observer = ObserverParameters::default();
-    let mut estimator = ShareEstimator::new(&structure, &parameters, &observer, 0.2).expect("modules");
+    let mut estimator = ShareEstimator::new(&structure, &parameters, &observer, (0.2, 0.0)).expect("modules");
     let before: Vec<Found> = estimator.relative().collect();
     let cycle = [Swing { centerline_rad: 1.0, amplitude_rad: 2.0 }; 3];
     for number in 0..10 {

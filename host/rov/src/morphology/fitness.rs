@@ -25,12 +25,34 @@ use super::growth::Place;
 /// What is left of the least over sampled directions for those between.
 const SAMPLING: f64 = 0.98;
 
-/// What keeps configurations from doing the task, and how many.
+/// What keeps a configuration from doing the task.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Lack {
+    /// A service is not in its place.
+    Service,
+    /// It is not one cluster.
+    Connection,
+    /// It cannot be balanced.
+    Balance,
+}
+
+/// How many configurations lack what.
 #[derive(Default)]
 pub(super) struct Refused {
     services: usize,
     connection: usize,
     balance: usize,
+}
+
+impl Refused {
+    /// One more.
+    pub const fn count(&mut self, lack: Lack) {
+        match lack {
+            Lack::Service => self.services += 1,
+            Lack::Connection => self.connection += 1,
+            Lack::Balance => self.balance += 1,
+        }
+    }
 }
 
 impl fmt::Display for Refused {
@@ -145,8 +167,11 @@ impl<'a> Fitness<'a> {
         Assignment::new(&costs, count, robots.len()).map_or(f64::INFINITY, |found| found.cost)
     }
 
-    /// The configuration as slots, with its bound, if it does the task.
-    pub fn slots(&self, places: &[Place], refused: &mut Refused) -> Option<(f64, Vec<Slot>)> {
+    /// The configuration as slots, with its bound.
+    ///
+    /// # Errors
+    /// What keeps it from doing the task.
+    pub fn slots(&self, places: &[Place]) -> Result<(f64, Vec<Slot>), Lack> {
         let problem = self.problem;
         let mut slots: Vec<Slot> = places
             .iter()
@@ -154,24 +179,19 @@ impl<'a> Fitness<'a> {
             .collect();
         for service in &self.task.services {
             let nearest = self.nearest(service, places);
-            let Some(index) = nearest else {
-                refused.services += 1;
-                return None;
-            };
+            let index = nearest.ok_or(Lack::Service)?;
             slots[index].requires.push(service.capability.clone());
         }
         let tools = problem.tools.iter().map(|tool| (tool.pose, &problem.vehicles[tool.vehicle]));
         let robots = places.iter().map(|place| (place.pose, &problem.vehicles[place.kind]));
         let bodies: Vec<(Pose, &Vehicle)> = tools.chain(robots).collect();
         if clusters(&adjacency(&bodies)).len() > 1 {
-            refused.connection += 1;
-            return None;
+            return Err(Lack::Connection);
         }
         if balance(&bodies, self.law, self.limits_n, &self.problem.rules).is_err() {
-            refused.balance += 1;
-            return None;
+            return Err(Lack::Balance);
         }
-        Some((self.bound_j(places), slots))
+        Ok((self.bound_j(places), slots))
     }
 
     /// What a slot asks for where there are several kinds of robots: the name of its own.

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
+use std::ops::ControlFlow;
 
 use quantity::bounds::Bounds;
 use quantity::wrap_rad;
@@ -11,8 +12,13 @@ use reconfiguration::task::{Passage, Task};
 use reconfiguration::vehicle::Vehicle;
 
 use super::super::configuration::{LevelBox, TOUCH_M, connectors};
+use super::super::order::Workers;
 use super::super::vector::{dot, turned};
 use super::KEPT;
+use super::progress::{GoalProgress, Search, each};
+
+/// Configurations of a size that are still grown on once the search is to end.
+const HURRIED: usize = 16;
 
 /// A place for a kind of robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +50,9 @@ fn key(places: &[Place]) -> Key {
 pub(super) fn grown(
     problem: &Problem,
     task: &Task,
-    bound_j: impl Fn(&[Place]) -> f64,
+    bound_j: &(dyn Fn(&[Place]) -> f64 + Sync),
+    workers: &dyn Workers,
+    progress: &mut dyn GoalProgress,
 ) -> (Vec<Vec<Place>>, bool) {
     let mut counts = vec![0_usize; problem.vehicles.len()];
     problem.robots.iter().for_each(|robot| counts[robot.vehicle] += 1);
@@ -54,20 +62,40 @@ pub(super) fn grown(
     let mut cut = false;
     let mut level: Vec<Vec<Place>> = grower.seeds();
     let planted = level.first().map_or(0, Vec::len);
-    for _ in planted..problem.robots.len() {
-        let mut known = HashSet::new();
-        let mut next = Vec::new();
-        for places in &level {
+    let robots = problem.robots.len();
+    let mut hurried = false;
+    for placed in planted..robots {
+        // In a hurry only the cheapest are grown on, so that some are whole in the end.
+        let most = if hurried { HURRIED } else { level.len() };
+        cut |= level.len() > most;
+        let mut search = Search { placed: placed + 1, robots, ..Search::default() };
+        let mut goes_on = |configurations: usize| {
+            search.configurations = configurations;
+            hurried |= progress.report(&search).is_break();
+            if hurried && configurations >= HURRIED {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let of_one = |places: &Vec<Place>| {
+            let mut grown = Vec::new();
             for (kind, &count) in counts.iter().enumerate() {
                 if places.iter().filter(|place| place.kind == kind).count() < count {
-                    grower.grow(places, kind, &mut |more| {
-                        if known.insert(key(&more)) {
-                            next.push((bound_j(&more), more));
-                        }
-                    });
+                    grower.grow(places, kind, &mut |more| grown.push((key(&more), more)));
                 }
             }
-        }
+            grown
+        };
+        let parents = &level[..most.min(level.len())];
+        let grown = each(parents, workers, of_one, &mut goes_on);
+        cut |= grown.len() < parents.len();
+        let mut known = HashSet::new();
+        let new = grown.into_iter().flatten().filter(|(key, _)| known.insert(key.clone()));
+        let new: Vec<Vec<Place>> = new.map(|(_, places)| places).collect();
+        let bounds_j = each(&new, workers, |places| bound_j(places), &mut goes_on);
+        cut |= bounds_j.len() < new.len();
+        let mut next: Vec<(f64, Vec<Place>)> = bounds_j.into_iter().zip(new).collect();
         // Equal ones stay in the order in which they were found.
         next.sort_by(|a, b| a.0.total_cmp(&b.0));
         // What cannot do the task any more is no loss.

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use reconfiguration::plan::Criterion;
+use rov::morphology::{GoalProgress, Search, TRIED};
 use rov::order::{Known, Progress};
 
 use super::super::progress::Bar;
@@ -36,6 +37,51 @@ impl<'a> Watch<'a> {
         };
         let terminal = std::io::stderr().is_terminal();
         Self { bar, title, unit, until: now + limit, looked: now, told: now, terminal }
+    }
+}
+
+/// The same of the search for a goal. Half of the time at most is for growing configurations.
+pub(super) struct GoalWatch<'a> {
+    bar: &'a mut Bar,
+    began: Instant,
+    limit: Duration,
+    looked: Instant,
+    told: Instant,
+    terminal: bool,
+}
+
+impl<'a> GoalWatch<'a> {
+    pub(super) fn new(bar: &'a mut Bar, limit: Duration) -> Self {
+        let now = Instant::now();
+        Self { bar, began: now, limit, looked: now, told: now, terminal: std::io::stderr().is_terminal() }
+    }
+}
+
+impl GoalProgress for GoalWatch<'_> {
+    fn report(&mut self, search: &Search) -> ControlFlow<()> {
+        let now = Instant::now();
+        let Search { placed, robots, configurations, tried, best_j, bound_j } = *search;
+        let text = || match best_j {
+            _ if !search.plans() => {
+                format!("planning: goal: {configurations} configurations of {placed} of {robots} robots")
+            }
+            None => format!(
+                "planning: goal: {tried} of {configurations} configurations planned for, at least {bound_j:.1} J"
+            ),
+            Some(best_j) => format!(
+                "planning: goal: best {best_j:.1} J, at least {bound_j:.1} J, {tried} of {configurations} configurations planned for"
+            ),
+        };
+        if self.terminal && now - self.looked >= LOOK {
+            self.looked = now;
+            let (done, all) = if search.plans() { (tried, TRIED) } else { (placed, robots) };
+            self.bar.preparing(&text(), done as u64, all as u64);
+        } else if !self.terminal && now - self.told >= LINE {
+            self.told = now;
+            tell(&text());
+        }
+        let limit = if search.plans() { self.limit } else { self.limit / 2 };
+        if now - self.began >= limit { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 

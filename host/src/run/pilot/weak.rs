@@ -1,4 +1,5 @@
-//! Modules that push less than the others: found while the fleet swims, named, and planned with.
+//! Modules that push less than the others: found while the fleet swims, named, and planned with. With them the Munk moment is found, which twists the
+//! structure as a weak module does, and the controller takes it off.
 //!
 //! [`ShareEstimator`] tells the shares. The planner takes other ones where a module is surely off by [`WORTH`]: each such change makes the tails
 //! swing otherwise, and a share that is not known well is not worth that. The sum of the shares stays as it was: what all modules have in
@@ -6,13 +7,16 @@
 
 use link::dispatcher::Dispatcher;
 use modboat::control::ControllerKind;
+use modboat::motion;
 use modboat::observer::Fix;
 use modboat::parameters::Parameters;
 use modboat::shares::{Found, ShareEstimator, Swum};
 use protocol::time::FleetInstant;
 
 use super::super::scenario::Scenario;
+use super::Pilot;
 use super::decision::{Decision, all_have};
+use super::planners::planner_of;
 
 /// A share that is off by less is not planned with. *Assumed.*
 const WORTH: f64 = 0.12;
@@ -21,6 +25,9 @@ const SURE: f64 = 3.0;
 /// A module is weak with less than this share of what the others give, and not any more with more than that. *Assumed.*
 const WEAK: f64 = 0.8;
 const WHOLE: f64 = 0.9;
+/// The same of m, which costs no other cycles. *Assumed.*
+const MUNK_SURE: f64 = 2.5;
+const MUNK_WORTH: f64 = 0.15;
 /// Shares that planners take.
 const SHARES: [f64; 2] = [0.1, 4.0];
 
@@ -39,6 +46,8 @@ pub(super) struct WeakModules {
     estimator: ShareEstimator,
     /// Mean of the shares that are believed.
     mean: f64,
+    /// m, as the controller takes it.
+    munk: f64,
     /// By module, where it is weak.
     weak: Vec<Option<Weak>>,
 }
@@ -50,9 +59,19 @@ impl WeakModules {
         if control.kind != ControllerKind::Forgiving {
             return None;
         }
-        let estimator = ShareEstimator::new(structure, modboat, observer, control.forgiving.unsure_share)?;
+        let estimator = ShareEstimator::new(
+            structure,
+            modboat,
+            observer,
+            (control.forgiving.unsure_share, control.forgiving.munk),
+        )?;
         let mean = (0..structure.len()).map(|module| modboat.share(module)).sum::<f64>();
-        Some(Self { estimator, mean: mean / structure.len() as f64, weak: vec![None; structure.len()] })
+        Some(Self {
+            estimator,
+            mean: mean / structure.len() as f64,
+            munk: control.forgiving.munk,
+            weak: vec![None; structure.len()],
+        })
     }
 
     /// Takes a pose.
@@ -74,6 +93,16 @@ impl WeakModules {
             cycle: &decision.plan.cycle,
             about_rad: about.map(|(turn, swing)| turn.to_rad - swing.amplitude_rad).sum(),
         });
+    }
+
+    /// m of the Munk moment, where it is surely another than it is taken for.
+    pub(super) fn munk(&mut self) -> Option<f64> {
+        let found = self.estimator.munk()?;
+        let off = (found.share - self.munk).abs();
+        (off > (MUNK_SURE * found.deviation).max(MUNK_WORTH)).then(|| {
+            self.munk = found.share;
+            found.share
+        })
     }
 
     /// Shares of law (2) to plan with from now on, where those that the planner has, by module, are surely off.
@@ -125,5 +154,31 @@ impl WeakModules {
     /// Those that are weak, by module.
     pub(super) fn weak(&self) -> impl Iterator<Item = (usize, Weak)> + '_ {
         self.weak.iter().enumerate().filter_map(|(module, weak)| Some((module, (*weak)?)))
+    }
+}
+
+impl Pilot {
+    /// Takes the running decision in; the planner is made again where modules push otherwise than it knows.
+    pub(super) fn plan_with_weak_modules<A: Copy>(&mut self, now: FleetInstant, links: &Dispatcher<A>) {
+        let (Some(weak), Some(last)) = (&mut self.weak, self.decisions.last()) else { return };
+        weak.swum(last, links);
+        if let Some(munk) = weak.munk() {
+            self.control.set_munk(munk);
+        }
+        let Scenario { structure, modboat, planner, .. } = &mut self.scenario;
+        let Some(shares) = weak.due(modboat) else { return };
+        self.news.extend(weak.name(now, &shares, |module| links.modules()[module].id().0));
+        modboat.module_share = shares;
+        self.planner = planner_of(structure, modboat, planner, &self.distance, self.table.clone());
+        self.partial = None;
+        let wrench = motion::wrench(&last.plan.cycle, modboat, &structure.positions_m(modboat.pitch_m));
+        self.corrected = Some((last.number, wrench));
+        let wrench = self.wrench_at(now);
+        self.control.correct_wrench(wrench);
+    }
+
+    /// Modules (by index) that push less than the others.
+    pub fn weak_modules(&self) -> impl Iterator<Item = (usize, Weak)> + '_ {
+        self.weak.iter().flat_map(WeakModules::weak)
     }
 }

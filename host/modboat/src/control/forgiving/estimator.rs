@@ -224,6 +224,16 @@ impl Estimator {
         self.wrench = wrench;
     }
 
+    /// m is, and has been, `munk`; d_Θ was the larger for it.
+    pub(super) fn set_munk(&mut self, munk: f64) {
+        let munk = munk.clamp(-MUNK, MUNK);
+        let (sin, cos) = self.motion.pose[2].sin_cos();
+        let [v_x, v_y, _] = self.motion.rate;
+        let (sway, surge) = (sin * v_x - cos * v_y, cos * v_x + sin * v_y);
+        self.unknown[2] += (munk - self.factors.munk) * self.munk_rad_s2(sway, surge);
+        self.factors.munk = munk;
+    }
+
     /// Takes a fix; one from the past, or that is no number, is ignored.
     pub(super) fn update(&mut self, fix: &Fix) {
         let measured = [fix.position_m[0], fix.position_m[1], fix.heading_rad];
