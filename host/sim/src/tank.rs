@@ -1,7 +1,7 @@
 //! The structure afloat in the tank: thrust of every tail, reaction of every rotor, current, gusts and waves.
 //!
 //! ```text
-//! F = Σ fᵢ,   τ = Σ (xᵢ·f_yᵢ − yᵢ·f_xᵢ) − Σ Jᵢ·φ̈ᵢ                                               (k1)
+//! F = Σ fᵢ,   τ = Σ (xᵢ·f_yᵢ − yᵢ·f_xᵢ) − Σ Jᵢ·φ̈ᵢ − Σ c·φ̇ᵢ|φ̇ᵢ|                               (k1)
 //! g(t + dt) = g(t)·e^(−dt/τ_g) + σ_g·√(1 − e^(−2dt/τ_g))·N(0, 1)          gust, per world axis      (k2)
 //! F_w = Σ wᵢ,   τ_w = Σ (xᵢ·w_yᵢ − yᵢ·w_xᵢ),   wᵢ = (m₁ + M_A/N)·u̇(rᵢ)                           (k3)
 //! ```
@@ -9,10 +9,11 @@
 //! fᵢ from the actual tail angle ([`super::thrust`]) at the module's centre (xᵢ, yᵢ); motion of the body as in the
 //! module `body`. u̇ is the acceleration of waves at each module ([`super::waves`]); their velocity, averaged over the modules, is
 //! added to that of the water. The motor turns its rotor against the structure, which takes −J·φ̈; the structure's moment of
-//! inertia includes the rotors, so (I + I_a)·Ω + ΣJφ̇ changes by outside torques only.
+//! inertia includes the rotors, so (I + I_a)·Ω + ΣJφ̇ changes by outside torques only. The water brakes the tail, and by way of the motor the
+//! structure, with c·φ̇|φ̇|.
 //!
-//! Assumptions and limits: the water's torque on a tail about its motor axis is left out of the structure's yaw (it
-//! changes sign with every swing). The numbers of [`TankParameters`] are *assumed*. No walls.
+//! Assumptions and limits: c is zero unless `[tank]` says otherwise, and beside the motor's own (`[motor] tail_drag_n_m_s2`), which no structure
+//! feels. The numbers of [`TankParameters`] are *assumed*. No walls.
 
 use modboat::motion::Wrench;
 use modboat::parameters::Parameters;
@@ -100,13 +101,14 @@ impl Tank {
     /// Advances the structure by `dt_s` (1 ms is meant), over which the tails came to `tails`: one of each
     /// module, in order.
     pub fn step(&mut self, dt_s: f64, tails: &[TailState]) {
-        // F = Σ fᵢ,   τ = Σ (xᵢ·f_yᵢ − yᵢ·f_xᵢ) − Σ Jᵢ·φ̈ᵢ                                          (k1)
+        // F = Σ fᵢ,   τ = Σ (xᵢ·f_yᵢ − yᵢ·f_xᵢ) − Σ Jᵢ·φ̈ᵢ − Σ c·φ̇ᵢ|φ̇ᵢ|                          (k1)
         let mut wrench = Wrench::default();
         let mut reaction_nm = 0.0;
         for ((thrust, &[x_m, y_m]), tail) in self.thrusts.iter_mut().zip(&self.positions_m).zip(tails) {
             let [fx_n, fy_n] = thrust.step(dt_s, tail);
             wrench = wrench + Wrench { fx_n, fy_n, tau_nm: x_m * fy_n - y_m * fx_n };
             reaction_nm -= tail.inertia_kg_m2 * tail.acceleration_rad_s2;
+            reaction_nm -= self.parameters.tail_drag_n_m_s2 * tail.rate_rad_s * tail.rate_rad_s.abs();
         }
         self.wrench = wrench;
         if self.parameters.gust_m_s > 0.0 {
@@ -260,6 +262,25 @@ mod tests {
         assert_eq!(tank.last_wrench(), Wrench::default());
         // All three swing in phase: Ω = J·w·(0.8 + 0.5 + 0.7)/(I + I_a).
         assert!((swung_rad_s / (1.5e-4 * w * 2.0 / 0.081) - 1.0).abs() < 1e-3, "{swung_rad_s} rad/s");
+    }
+
+    /// A tail that is turned steadily: the water's torque on it is all that turns the body, Ω̇ = −c·φ̇²/(I + I_a).
+    #[test]
+    fn the_water_that_brakes_a_tail_turns_the_structure() {
+        let parameters = Parameters { drag_n_s2_m2: 0.0, yaw_drag_n_m_s2: 0.0, ..Parameters::default() };
+        let water = TankParameters { tail_drag_n_m_s2: 2e-5, ..TankParameters::default() };
+        let mut tank = Tank::new(&row(), &parameters, &water, &PoseSample::default(), 0).expect("valid");
+        let rest =
+            TailState { angle_rad: 0.0, rate_rad_s: 0.0, acceleration_rad_s2: 0.0, inertia_kg_m2: 1.5e-4 };
+        for step in 1..=100 {
+            // Less than 1.73 rad: no thrust.
+            let turning =
+                TailState { angle_rad: -5.0 * DT_S * f64::from(step), rate_rad_s: -5.0, ..rest.clone() };
+            tank.step(DT_S, &[rest.clone(), turning, rest.clone()]);
+        }
+        let expected_rad_s = 2e-5 * 25.0 * 0.1 / 0.081;
+        let found_rad_s = tank.pose().yaw_rate_rad_s;
+        assert!((found_rad_s / expected_rad_s - 1.0).abs() < 1e-9, "{found_rad_s} {expected_rad_s}");
     }
 
     #[test]

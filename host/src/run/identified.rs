@@ -58,6 +58,9 @@ fn twist_rad_s2(beyond_kg: f64, inertia_kg_m2: f64, gust_m_s: f64, memory_s: f64
     TWIST.0.hypot(twist).min(TWIST.1)
 }
 
+/// How far a share may be off that was identified, a standard deviation. *Assumed*: five times what it is off, for what changes from day to day.
+const SHARE_FOUND: f64 = 0.05;
+
 /// The tables, with what is to be said of them as comments.
 #[must_use]
 pub fn tables(boat: &Boat, outcome: &Outcome) -> String {
@@ -105,6 +108,7 @@ pub fn tables(boat: &Boat, outcome: &Outcome) -> String {
         "twist_rad_s2 = {:.5}",
         twist_rad_s2(munk * wet_kg * modules, wet_kg_m2, of("gust_m_s"), of("gust_memory_s"))
     ));
+    line(format!("unsure_share = {SHARE_FOUND} # module_share and munk were found"));
     if let Some((time_s, Margins { least_gain, gain, phase_rad })) = heading_time_s(boat, latency_s) {
         let degrees = phase_rad.to_degrees();
         line(format!(

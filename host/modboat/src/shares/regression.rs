@@ -16,9 +16,10 @@ use crate::structure::Structure;
 
 /// Unknowns beside the shares.
 const OTHERS: usize = 9;
-/// Standard deviations at the beginning: of what all shares have in common; of μ, c, ι, c_R and m. *Assumed.*
+/// Standard deviations at the beginning: of what all shares have in common; of μ, c, ι and c_R; of m, over that of a share. *Assumed.*
 const COMMON: f64 = 0.35;
-const UNSURE: [f64; 6] = [0.3, 0.5, 0.5, 0.3, 0.7, 0.4];
+const UNSURE: [f64; 5] = [0.3, 0.5, 0.5, 0.3, 0.7];
+const UNSURE_MUNK: f64 = 2.0;
 /// The same of d, as a share of the greatest thrust of every module; and its growth in a cycle, over that. *Assumed.*
 const PUSH: f64 = 0.15;
 const CHANGE: f64 = 0.1;
@@ -85,7 +86,7 @@ impl Regression {
             }
             covariance[i * size + i] += (unsure * one).powi(2);
         }
-        for (k, deviation) in UNSURE.into_iter().chain(push).enumerate() {
+        for (k, deviation) in UNSURE.into_iter().chain([UNSURE_MUNK * unsure]).chain(push).enumerate() {
             covariance[(modules + k) * (size + 1)] = deviation * deviation;
         }
         let inertia_kg_m2 = structure.inertia_kg_m2(parameters) * (1.0 + observer.added_inertia);

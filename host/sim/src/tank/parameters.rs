@@ -55,6 +55,8 @@ pub struct TankParameters {
     pub(crate) yaw_drag_scale: f64,
     /// s: share of strip theory in the yaw damping of a moving structure.
     pub(crate) yaw_drag_speed: f64,
+    /// c of (k1): quadratic drag of one tail in the water about its motor axis, as the structure feels it, N·m·s².
+    pub(crate) tail_drag_n_m_s2: f64,
     /// Uniform current in the world, m/s.
     pub(crate) current_m_s: [f64; 2],
     /// Standard deviation of the gusts on top of the current, per world axis, m/s.
@@ -85,6 +87,7 @@ impl Default for TankParameters {
             yaw_drag_n_m_s2: None,
             yaw_drag_scale: 1.0,
             yaw_drag_speed: 0.0,
+            tail_drag_n_m_s2: 0.0,
             current_m_s: [0.0; 2],
             gust_m_s: 0.0,
             gust_time_s: 5.0,
@@ -130,6 +133,7 @@ impl TankParameters {
             ("drag_centre_m", self.drag_centre_m[1], "m", Range::Finite),
             ("yaw_drag_scale", self.yaw_drag_scale, "", Range::Positive),
             ("yaw_drag_speed", self.yaw_drag_speed, "", Range::NonNegative),
+            ("tail_drag_n_m_s2", self.tail_drag_n_m_s2, "N·m·s²", Range::NonNegative),
             ("current_m_s", self.current_m_s[0], "m/s", Range::Finite),
             ("current_m_s", self.current_m_s[1], "m/s", Range::Finite),
             ("gust_m_s", self.gust_m_s, "m/s", Range::NonNegative),
@@ -155,6 +159,7 @@ impl TankParameters {
         let thrust = &self.thrust;
         for (key, value, unit) in [
             ("gust_m_s", self.gust_m_s, "m/s"),
+            ("tail_drag_n_m_s2", self.tail_drag_n_m_s2, "N·m·s²"),
             ("height_m", self.wave.height_m, "m"),
             ("height_m", self.jonswap.height_m, "m"),
             ("spread", thrust.spread, ""),

@@ -12,11 +12,11 @@ use crate::said::done;
 /// A boat that is not what the host believes.
 const BOAT: &str = "name = \"t\"\n[structure]\nsize = \"3x1\"\n[bounds]\nedge_m = [[-2, -2], [2, -2], [2, 2], [-2, 2]]\n\
                     [[leg]]\nduration_s = 5\nvelocity_m_s = [0.0, 0.0]\nheading_rad = 0.0\n\
-                    [tank]\ndrag_sway_n_s2_m2 = 7.0\nmodule_mass_kg = 1.3\ncurrent_m_s = [0.006, -0.004]\n\
+                    [tank]\ndrag_sway_n_s2_m2 = 7.0\nmodule_mass_kg = 1.3\ntail_drag_n_m_s2 = 0.00002\ncurrent_m_s = [0.006, -0.004]\n\
                     [tank.thrust]\nmodule_share = [1.1, 0.9, 0.8]\n";
 
 /// Constants of the boat and of the water. What is left out is the noise of the one or the other run: gusts and latency.
-const CONSTANTS: [&str; 9] = [
+const CONSTANTS: [&str; 10] = [
     "drag_sway_n_s2_m2",
     "drag_surge_n_s2_m2",
     "structure_yaw_drag_n_m_s2",
@@ -24,6 +24,7 @@ const CONSTANTS: [&str; 9] = [
     "mass_surge_kg",
     "structure_inertia_kg_m2",
     "force_slope_n_rad",
+    "tail_drag_n_m_s2",
     "current_east_m_s",
     "current_north_m_s",
 ];
@@ -42,6 +43,9 @@ impl Experiment {
         std::fs::write(folder.path().join("experiment.toml"), experiment).expect("written");
         done(&flotilla(folder.path(), &["run", "experiment.toml", "--out", "in-process"]));
         let in_process = constants(folder.path(), Path::new("in-process/log.mcap"));
+        // What the body feels of the water's torque on tails is found as it is.
+        let (found, half) = value(&in_process, "tail_drag_n_m_s2");
+        assert!((found - 2e-5).abs() < 2.0 * half && half < 1e-6, "{found} ± {half}");
         Self { folder, in_process }
     }
 
@@ -59,7 +63,7 @@ impl Experiment {
             let [(one, own), (other, its)] = [&self.in_process, &natnet].map(|told| value(told, name));
             let within = own.hypot(its);
             println!(
-                "{name:>28}  {one:.5} ± {own:.5} in one process, {other:.5} ± {its:.5} over NatNet: {:.2} of the interval",
+                "{name:>28}  {one:.6} ± {own:.6} in one process, {other:.6} ± {its:.6} over NatNet: {:.2} of the interval",
                 (other - one).abs() / within
             );
             apart.push((other - one).abs() / within);
