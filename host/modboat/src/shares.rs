@@ -20,14 +20,14 @@
 //! | d | N, N·m | what pushes besides; fixed to the world, and slowly changing |
 //!
 //! (h3) is exact where intervals are alike: a mean over one interval, differenced twice, sees a force that is constant within each interval with these
-//! weights (the quadratic B-spline). (h2) is linear in all that is unknown, and a Kalman filter solves it cycle by cycle ([`regression`]).
+//! weights (the quadratic B-spline). (h2) is linear in all that is unknown, and a Kalman filter solves it cycle by cycle (module `regression`).
 //!
 //! A wrench that stays the same tells only three sums of the shares. What cannot be told apart stays uncertain, and [`Found::deviation`] says so.
 //! Thrust, mass and drag that are all wrong by one factor move no pose otherwise: only shares relative to each other count
 //! ([`ShareEstimator::relative`]).
 //!
-//! Poses that are older than their stamp belong in part to the cycle before: each delay of [`DELAYS_S`] has a filter of its own, and the one whose
-//! innovations are the likeliest is believed ([`late`]).
+//! Poses that are older than their stamp belong in part to the cycle before: each delay of `DELAYS_S` has a filter of its own, and the one whose
+//! innovations are the likeliest is believed (module `late`).
 //!
 //! Assumptions and limits: at most [`MODULES_MAX`] modules; cycles in which a module did not swim are left out by the caller.
 

@@ -274,9 +274,8 @@ mod tests {
             TailState { angle_rad: 0.0, rate_rad_s: 0.0, acceleration_rad_s2: 0.0, inertia_kg_m2: 1.5e-4 };
         for step in 1..=100 {
             // Less than 1.73 rad: no thrust.
-            let turning =
-                TailState { angle_rad: -5.0 * DT_S * f64::from(step), rate_rad_s: -5.0, ..rest.clone() };
-            tank.step(DT_S, &[rest.clone(), turning, rest.clone()]);
+            let turning = TailState { angle_rad: -5.0 * DT_S * f64::from(step), rate_rad_s: -5.0, ..rest };
+            tank.step(DT_S, &[rest, turning, rest]);
         }
         let expected_rad_s = 2e-5 * 25.0 * 0.1 / 0.081;
         let found_rad_s = tank.pose().yaw_rate_rad_s;
