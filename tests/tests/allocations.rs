@@ -11,6 +11,7 @@ use modboat::planner::Planner;
 use modboat::planner_config::{LossTolerance, PlannerConfig};
 use modboat::planner_kind::PlannerKind;
 use modboat::structure::Structure;
+use tests::seeds::on_all_cores;
 use tests::stream::{Kind, Sequence, settings};
 
 const SEED: u64 = 11;
@@ -68,10 +69,14 @@ fn a_warm_planner_allocates_nothing() {
         "planner         | structure | demands      share | decisions | 1st half | 2nd half | most | decisions with any"
     );
     let mut failed = Vec::new();
-    for (name, config, shape, count, (sequence, share)) in jobs {
+    // What is counted is what the thread allocates.
+    let counted = on_all_cores(0..jobs.len() as u64, |job| {
+        let (_, config, shape, count, (sequence, share)) = &jobs[job as usize];
         let structure = Structure::from_word(shape).unwrap();
-        let demands = sequence.demands(&kind.envelope(&structure), share, SEED, count);
-        let counts = walk(&mut kind.planner(&structure, &config), demands);
+        let demands = sequence.demands(&kind.envelope(&structure), *share, SEED, *count);
+        walk(&mut kind.planner(&structure, config), demands)
+    });
+    for ((name, _, shape, count, (sequence, share)), counts) in jobs.iter().zip(counted) {
         let (first, second) = counts.split_at(count / 2);
         let mean = |counts: &[u64]| counts.iter().sum::<u64>() as f64 / counts.len() as f64;
         let most = second.iter().max().copied().unwrap_or(0);

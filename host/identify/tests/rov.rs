@@ -143,10 +143,20 @@ fn intervals_hold_the_constants_of_hidden_vehicles() {
     const SEEDS: u64 = 4;
     let (mut within, mut all) = (0, 0);
     let mut far: Vec<(String, Vec<f64>)> = Vec::new();
-    for seed in 0..SEEDS {
-        let truth = hidden(seed);
-        let recording = record(&truth, 4, 40.0, seed ^ 77);
-        let outcome = identify(&believed(), &[recording], Scale::Thrust).expect("identified");
+    let found = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..SEEDS)
+            .map(|seed| {
+                scope.spawn(move || {
+                    let truth = hidden(seed);
+                    let recording = record(&truth, 4, 40.0, seed ^ 77);
+                    let outcome = identify(&believed(), &[recording], Scale::Thrust).expect("identified");
+                    (seed, truth, outcome)
+                })
+            })
+            .collect();
+        threads.into_iter().map(|thread| thread.join().expect("identified")).collect::<Vec<_>>()
+    });
+    for (seed, truth, outcome) in found {
         let error = outcome.prediction.velocity_error.expect("foretold");
         println!("seed {seed}: {} steps, velocity foretold within {:.1} %", outcome.steps, 100.0 * error);
         assert!(outcome.converged, "seed {seed}");

@@ -17,11 +17,15 @@ fn cycles_follow_each_other() {
 }
 
 #[test]
-fn doubts_holds_stops_and_stalls() {
+fn doubts_holds_and_stops() {
     holds("two cycles, doubt", Config::new(3, Budget { cycles: 2, doubts: 1, ..NONE }));
     holds("two cycles, a hold", Config::new(3, Budget { cycles: 2, holds: 1, ..NONE }));
     holds("a cycle, a stop and its release", Config::new(2, Budget { cycles: 1, orders: 2, ..NONE }));
     holds("two stops, a release and a stall", Config::new(2, Budget { orders: 3, stalls: 1, ..NONE }));
+}
+
+#[test]
+fn a_reboot_of_the_host_and_stalls() {
     let reboot = Budget { orders: 2, host_boots: 1, ..NONE };
     holds("a stop, a reboot of the host, a release", Config::new(3, reboot));
     holds(

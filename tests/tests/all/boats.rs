@@ -151,10 +151,11 @@ fn table_one_thing_wrong_at_a_time() {
         (STATION, late, 1.0, 0.02, 0.015),
         (STATION, "[tank]\ngust_m_s = 0.02\n".to_owned(), 1.0, 0.05, 0.022),
     ];
+    let seeds = if number("FLOTILLA_BOATS").is_some() { 4 } else { 2 };
     let mut broken = Vec::new();
     for (name, tables, velocity, heading_rad, station_m) in &cases {
         let [ours, papers] = CONTROLLERS.map(|controller| {
-            let runs = on_all_cores(1..5, |seed| {
+            let runs = on_all_cores(1..seeds + 1, |seed| {
                 simulate(&scenario(name, controller, tables), seed)
                     .unwrap_or_else(|error| panic!("{error}"))
                     .summary

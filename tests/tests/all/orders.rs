@@ -16,6 +16,7 @@ use rov::order::{InTurn, Patience};
 use rov::planner::{OrderRule, PlanError, Planned, Request, plan_with};
 use rov::power::PowerLaw;
 use tests::reconfigure::{Kind, problem as random};
+use tests::seeds::on_all_cores;
 
 /// Robots and slots in lines of a file: pose, and what is brought or required.
 fn problem(robots: &[([f64; 4], &str)], slots: &[([f64; 4], &str)]) -> Problem {
@@ -132,17 +133,19 @@ fn a_choice_of_slots_is_one_cluster() {
 
 #[test]
 fn sixteen_random_robots_have_an_order_within_few_prices() {
-    for (seed, tool, spatial) in [(1, false, false), (2, false, true), (3, true, true)] {
+    let kinds = [(false, false), (false, true), (true, true)];
+    on_all_cores(1..4, |seed| {
+        let (tool, spatial) = kinds[seed as usize - 1];
         let kind = Kind { robots: 16, tool, spatial };
         let sixteen = random(kind, &mut ChaCha8Rng::seed_from_u64(seed));
-        let planned = planned(&sixteen, 4000).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let planned = planned(&sixteen, 1000).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         println!(
             "{kind:?}: {:.1} J, at least {:.1} J, {} priced",
             planned.cost, planned.bound, planned.priced
         );
         judged(&sixteen, &planned.plan);
         assert!(planned.gap().is_some_and(|gap| gap < 1.0), "seed {seed}: {:?}", planned.gap());
-    }
+    });
 }
 
 #[test]

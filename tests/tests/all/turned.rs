@@ -17,7 +17,7 @@ use rov::power::PowerLaw;
 use tests::seeds::{number, on_all_cores};
 use tests::turned::problem;
 
-const SEEDS: u64 = 8;
+const SEEDS: u64 = 5;
 /// Where the paper's rule leads nowhere by the paper's manner, all orders of so many robots are searched.
 const SEARCHED: usize = 4;
 const WAYS: [(Manner, Criterion); 4] = [
