@@ -1,6 +1,6 @@
 //! What is planned free stays free when it is executed: runs of random fleets, judged by the true angles of their tails at every tick.
 //!
-//! 36 runs as they are, a third as many with reboots; `FLOTILLA_RUNS=2000` runs a night's worth, `FLOTILLA_FIRST=N` begins at another
+//! 60 runs as they are, a third as many with reboots; `FLOTILLA_RUNS=2000` runs a night's worth, `FLOTILLA_FIRST=N` begins at another
 //! seed, `FLOTILLA_SEED=N` runs one alone.
 
 use std::ops::Range;
@@ -17,7 +17,7 @@ fn seeds(one_in: u64) -> Range<u64> {
         Some(seed) => seed..seed + 1,
         None => {
             let (first, count) =
-                (number("FLOTILLA_FIRST").unwrap_or(0), number("FLOTILLA_RUNS").unwrap_or(36));
+                (number("FLOTILLA_FIRST").unwrap_or(0), number("FLOTILLA_RUNS").unwrap_or(60));
             first..first + count.div_ceil(one_in)
         }
     }

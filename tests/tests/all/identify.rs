@@ -147,8 +147,13 @@ fn swum_with_what_was_found(boats: &[(Hidden, Outcome, String)]) -> Option<Strin
         assert!(run.summary.contacts.is_empty(), "{name}, boat {}", 1 + index / 4);
         worst(&run.summary)
     });
-    let kept =
-        runs.iter().filter(|(velocity, heading_rad)| *velocity <= 0.02 && *heading_rad <= 0.02).count();
+    let within = |(velocity, heading_rad): &(f64, f64)| *velocity <= 0.02 && *heading_rad <= 0.02;
+    for (index, run) in runs.iter().enumerate().filter(|(_, run)| !within(run)) {
+        let (velocity, heading_rad) = run;
+        let (boat, name) = (1 + index / 4, BUILT_IN[index % 4].0);
+        println!("  boat {boat}, {name}: {:.2} %, {heading_rad:.4} rad", 100.0 * velocity);
+    }
+    let kept = runs.iter().filter(|run| within(run)).count();
     let share = kept as f64 / runs.len() as f64;
     println!("the four experiments by what was found: {:.1} % within 2 % and 0.02 rad", 100.0 * share);
     let [mut velocities, mut headings] = [0, 1].map(|k| {

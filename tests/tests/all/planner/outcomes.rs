@@ -75,7 +75,7 @@ fn run(job: &Job, kind: &Kind, planner: PlannerKind) -> Tally {
 
 fn jobs() -> Vec<Job> {
     // Modules times plans for a structure; pairs to be checked for each; random shapes.
-    let (work, pairs, shapes) = if full() { (80_000, 18_000, 320) } else { (2_400, 1_000, 30) };
+    let (work, pairs, shapes) = if full() { (80_000, 18_000, 320) } else { (1_800, 800, 24) };
     let plans = |modules: usize| (work / modules).clamp(12, if full() { 4_000 } else { 250 });
     let mut jobs: Vec<Job> = (2..=32_usize)
         .rev()

@@ -57,7 +57,7 @@ fn table_f_demands_outside_the_envelope() {
     let _alone = alone();
     let kind = Kind::new(Parameters::default());
     let shapes: Vec<&str> = SHAPES.into_iter().chain(["10x10"]).collect();
-    let (count, few) = if full() { (500, 50) } else { (16, 3) };
+    let (count, few) = if full() { (500, 50) } else { (12, 2) };
     let told = on_both_cores(&shapes, |shape| {
         [(PlannerKind::Exact, count), (PlannerKind::PotentialField, few)]
             .map(|(p, n)| outside(shape, &kind, p, n))

@@ -9,19 +9,19 @@ use tests::stream::{DemandStream, Kind, Rows, Sequence, settings};
 
 use super::{NEAR, SHARE, alone, full, structure};
 
-/// Structures, and plans of either planner that are timed; ten times as many with the full counts.
+/// Structures, and plans of either planner that are timed; fifty times as many with the full counts.
 const SIZES: [(&str, usize, usize); 9] = [
-    ("3x1", 1000, 300),
-    ("2x2", 1000, 300),
-    ("4x1", 1000, 300),
-    ("4x2", 1000, 200),
-    ("3x3", 1000, 200),
-    ("5x5", 1000, 100),
-    ("10x10", 200, 20),
-    ("20x20", 50, 5),
-    ("32x32", 30, 5),
+    ("3x1", 200, 60),
+    ("2x2", 200, 60),
+    ("4x1", 200, 60),
+    ("4x2", 200, 40),
+    ("3x3", 200, 40),
+    ("5x5", 200, 20),
+    ("10x10", 40, 5),
+    ("20x20", 10, 2),
+    ("32x32", 6, 2),
 ];
-const MORE: usize = 10;
+const MORE: usize = 50;
 
 #[test]
 fn table_e_times() {
