@@ -138,7 +138,7 @@ fn sixteen_random_robots_have_an_order_within_few_prices() {
         let (tool, spatial) = kinds[seed as usize - 1];
         let kind = Kind { robots: 16, tool, spatial };
         let sixteen = random(kind, &mut ChaCha8Rng::seed_from_u64(seed));
-        let planned = planned(&sixteen, 500).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let planned = planned(&sixteen, 1000).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         println!(
             "{kind:?}: {:.1} J, at least {:.1} J, {} priced",
             planned.cost, planned.bound, planned.priced
