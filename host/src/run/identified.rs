@@ -7,9 +7,10 @@
 //! C_L = ½(C_sway + C_surge),   C_R,own = max(0, C_R/N − C_L·mean r³)
 //! ```
 //!
-//! Masses go into `[control]` and `[observer]`, as factors on the dry mass and inertia of `[modboat]`, and by how much more there is in surge than
-//! in sway into `[control.forgiving]`. What a boat is known to be, its heading may be held to more firmly than one that is only believed: the
-//! time constant there is the shortest whose loop is stable from 0.5 to 1.3 times the thrust with a phase margin of 16°, with the latency that was found.
+//! Masses go into `[control]` and `[observer]`, as factors on the dry mass and inertia of `[modboat]`. By how much more mass and drag there is in
+//! surge than in sway goes into `[control.forgiving]`. What a boat is known to be, its heading may be held to more firmly than one that is only
+//! believed: the time constant there is the shortest whose loop is stable from 0.5 to 1.3 times the thrust with a phase margin of 16°, with the
+//! latency that was found.
 
 use std::fmt::Write;
 
@@ -104,6 +105,8 @@ pub fn tables(boat: &Boat, outcome: &Outcome) -> String {
     line("\n[control.forgiving]".to_owned());
     let munk = (of("mass_surge_kg") - of("mass_sway_kg")) / wet_kg;
     line(format!("munk = {:.4}", munk.clamp(-0.7, 0.7)));
+    let difference = (of("drag_surge_n_s2_m2") - of("drag_sway_n_s2_m2")) / drag;
+    line(format!("drag_difference = {:.4}", difference.clamp(-1.9, 1.9)));
     line(format!(
         "twist_rad_s2 = {:.5}",
         twist_rad_s2(munk * wet_kg * modules, wet_kg_m2, of("gust_m_s"), of("gust_memory_s"))

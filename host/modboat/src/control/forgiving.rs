@@ -4,7 +4,7 @@
 //! ```text
 //! x̂(start) from the fixes until now and the committed cycle       the delay of one period is in the model      (c1)
 //! a_fb = −K₁ (x̂ − x_r) − K₂ (v̂ − v_r)                              K of (g2), per axis of S and in yaw          (c2)
-//! F = M [(a_r + c_L·D·v|v|/M − d)/k_F + a_fb/(k_F + σ_k)]           v: of the reference, in mid-interval         (c3)
+//! F = M [(a_r + (c_L·D·v|v| − p)/M − d)/k_F + a_fb/(k_F + σ_k)]     v: of the reference, in mid-interval         (c3)
 //! τ likewise with I, C_R, d_Θ, k_τ, and the Munk moment m·M·v_x·v_y taken off
 //! ```
 //!
@@ -97,6 +97,8 @@ pub struct ForgivingConfig {
     pub munk: f64,
     /// How far that may be off; 0: it is not learned.
     pub unsure_munk: f64,
+    /// By how much more drag the structure has in surge than in sway, over their mean.
+    pub drag_difference: f64,
     /// How far a module's share of law (2) may differ from the others'; 0: weak modules are not looked for.
     pub unsure_share: f64,
 }
@@ -120,6 +122,7 @@ impl Default for ForgivingConfig {
             unsure: 0.3,
             munk: 0.0,
             unsure_munk: 0.0,
+            drag_difference: 0.0,
             unsure_share: 0.2,
         }
     }
@@ -145,6 +148,7 @@ impl ForgivingConfig {
             ("unsure", self.unsure, "", 0.0..=1.0, "must be from 0 to 1"),
             ("munk", self.munk, "", -0.7..=0.7, "must be from -0.7 to 0.7"),
             ("unsure_munk", self.unsure_munk, "", 0.0..=1.0, "must be from 0 to 1"),
+            ("drag_difference", self.drag_difference, "", -1.9..=1.9, "must be from -1.9 to 1.9"),
             ("unsure_share", self.unsure_share, "", 0.0..=1.0, "must be from 0 to 1"),
             ("turn_max_rad_s", self.turn_max_rad_s, "rad/s", 0.001..=10.0, "must be from 0.001 to 10"),
         ])
@@ -358,18 +362,20 @@ impl Forgiving {
         let (apart_m, faster_m_s) = (to_s([apart(0), apart(1)]), to_s([faster(0), faster(1)]));
         let velocity = to_s([middle.rate[0], middle.rate[1]]);
         let wanted = to_s([0, 1].map(|k| reference.acceleration[k] - unknown[k]));
-        let drag_1_m = factors.drag * model.drag_n_s2_m2 / model.mass_kg;
+        let omega = middle.rate[2];
+        let passed_n = model.passed_n(velocity, omega);
         let force_n = [0, 1].map(|k| {
+            let mass_kg = model.masses_kg[k];
+            let drag_1_m = factors.drag * model.drag_n_s2_m2[k] / mass_kg;
             let slope_1_s = 2.0 * drag_1_m * velocity[k].abs();
             let gains = Gains::placed(h, slope_1_s, time_s);
             // a_fb = −K₁ (x̂ − x_r) − K₂ (v̂ − v_r)                                                 (c2)
             let feedback = gains.against(apart_m[k], faster_m_s[k]);
-            // F = M [(a_r + c_L·D·v|v|/M − d)/k_F + a_fb/(k_F + σ_k)]                               (c3)
-            let known = wanted[k] + drag_1_m * velocity[k] * velocity[k].abs();
-            model.mass_kg * (known / factors.force + feedback / (factors.force + unsure_force))
+            // F = M [(a_r + (c_L·D·v|v| − p)/M − d)/k_F + a_fb/(k_F + σ_k)]                         (c3)
+            let known = wanted[k] + drag_1_m * velocity[k] * velocity[k].abs() - passed_n[k] / mass_kg;
+            mass_kg * (known / factors.force + feedback / (factors.force + unsure_force))
         });
         let drag = factors.yaw_drag * model.yaw_drag_n_m_s2 / model.inertia_kg_m2;
-        let omega = middle.rate[2];
         let gains = Gains::placed(h, 2.0 * drag * omega.abs(), self.config.heading_time_s);
         let feedback = gains.against(apart(2), faster(2));
         let munk = factors.munk * self.estimator.munk_rad_s2(velocity[0], velocity[1]);

@@ -6,11 +6,13 @@
 //! has little noise (0.04 mm), so that one or two cycles tell the velocity and the unknown acceleration: no lag but that of the window.
 //!
 //! ```text
-//! v̇ = R(Θ)·[(k_F·F − c_L·D·v|v|)/M]_S + d          Ω̇ = (k_τ·τ − c_R·C_R·Ω|Ω| − m·M·v_x·v_y)/I + d_Θ   (s1)
+//! v̇ = R(Θ)·[(k_F·F − c_L·D·v|v| + p)/M]_S + d      Ω̇ = (k_τ·τ − c_R·C_R·Ω|Ω| − m·M·v_x·v_y)/I + d_Θ   (s1)
+//! p_x = (M_y − M_x)·Ω·v_y,  p_y = (M_y − M_x)·Ω·v_x
 //! ```
 //!
-//! m·M is by how much more mass with water the structure has in surge than in sway: the Munk moment turns it across its way, or into it,
-//! and holds a heading or throws it off. v over ground stands for v through the water.
+//! M and D are those of an axis of S: [`ForgivingConfig`] has their differences. m·M is by how much more mass with water the structure has in
+//! surge than in sway: the Munk moment turns it across its way, or into it, and holds a heading or throws it off; p is what the momentum of the
+//! one axis gives to the other in a turn (Kirchhoff's equations). v over ground stands for v through the water.
 //!
 //! d follows a random walk, slow in calm water and fast in gusts, as the innovations say; where the wrench changes, what is not known of it counts too. k and c hardly change: [`WANDER`].
 //! A lasting d and a k cannot be told apart while the wrench is constant; the covariances know that, and k moves when the wrench does.
@@ -58,14 +60,27 @@ pub(super) type Axes = [f64; 3];
 /// What the structure is believed to be.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
+    /// Mean of both axes.
     pub mass_kg: f64,
     pub inertia_kg_m2: f64,
-    pub drag_n_s2_m2: f64,
+    /// In sway and surge.
+    pub masses_kg: [f64; 2],
+    /// In sway and surge.
+    pub drag_n_s2_m2: [f64; 2],
     pub yaw_drag_n_m_s2: f64,
     /// J of one tail.
     pub tail_inertia_kg_m2: f64,
     /// Torque of a force whose modules differ by [`SPREAD`], m.
     pub lever_m: f64,
+}
+
+impl Model {
+    /// p of (s1), N, at a velocity in S, m/s. v is measured against axes that turn: in the world's, Ω·v of the same axis is taken off what
+    /// Kirchhoff's equations say.
+    pub fn passed_n(&self, [sway, surge]: [f64; 2], omega: f64) -> [f64; 2] {
+        let beyond_kg = self.masses_kg[1] - self.masses_kg[0];
+        [beyond_kg * omega * surge, beyond_kg * omega * sway]
+    }
 }
 
 /// k and c of (s1).
@@ -133,11 +148,15 @@ impl Estimator {
         let positions_m = structure.positions_m(parameters.pitch_m);
         let squares_m2: f64 = positions_m.iter().map(|[x, y]| x * x + y * y).sum();
         let (unsure, unsure_yaw) = (config.unsure, config.unsure_yaw);
+        let mass_kg = structure.mass_kg(parameters) * (1.0 + observer.added_mass);
+        // Surge has `more` than sway, over their mean.
+        let apart = |mean: f64, more: f64| [(1.0 - 0.5 * more) * mean, (1.0 + 0.5 * more) * mean];
         Self {
             model: Model {
-                mass_kg: structure.mass_kg(parameters) * (1.0 + observer.added_mass),
+                mass_kg,
+                masses_kg: apart(mass_kg, config.munk),
                 inertia_kg_m2: structure.inertia_kg_m2(parameters) * (1.0 + observer.added_inertia),
-                drag_n_s2_m2: modules * parameters.drag_n_s2_m2,
+                drag_n_s2_m2: apart(modules * parameters.drag_n_s2_m2, config.drag_difference),
                 yaw_drag_n_m_s2: structure.yaw_drag_n_m_s2(parameters),
                 tail_inertia_kg_m2: parameters.tail_inertia_kg_m2,
                 lever_m: SPREAD * squares_m2.sqrt() / modules,
@@ -385,13 +404,16 @@ impl Estimator {
     /// By (s1) with this mean wrench.
     pub(super) fn acceleration(&self, wrench: Wrench, heading_rad: f64, [v_x, v_y, omega]: Axes) -> Axes {
         let (sin, cos) = heading_rad.sin_cos();
-        let Model { mass_kg, inertia_kg_m2, drag_n_s2_m2, yaw_drag_n_m_s2, .. } = self.model;
-        let (k, c) = (self.factors.force, self.factors.drag * drag_n_s2_m2);
+        let Model { masses_kg, inertia_kg_m2, drag_n_s2_m2, yaw_drag_n_m_s2, .. } = self.model;
+        let (k, c) = (self.factors.force, self.factors.drag);
         // World → S: x_S = (sin Θ, −cos Θ), y_S = (cos Θ, sin Θ).
         let (sway, surge) = (sin * v_x - cos * v_y, cos * v_x + sin * v_y);
-        // v̇ = R(Θ)·[(k_F·F − c_L·D·v|v|)/M]_S + d                                                  (s1)
-        let a_sway = (k * wrench.fx_n - c * sway * sway.abs()) / mass_kg;
-        let a_surge = (k * wrench.fy_n - c * surge * surge.abs()) / mass_kg;
+        // v̇ = R(Θ)·[(k_F·F − c_L·D·v|v| + p)/M]_S + d                                              (s1)
+        let passed = self.model.passed_n([sway, surge], omega);
+        let pushed = |axis: usize, force_n: f64, v: f64| {
+            (k * force_n - c * drag_n_s2_m2[axis] * v * v.abs() + passed[axis]) / masses_kg[axis]
+        };
+        let (a_sway, a_surge) = (pushed(0, wrench.fx_n, sway), pushed(1, wrench.fy_n, surge));
         let drag_nm = self.factors.yaw_drag * yaw_drag_n_m_s2 * omega * omega.abs();
         [
             sin * a_sway + cos * a_surge + self.unknown[0],
@@ -410,11 +432,11 @@ impl Estimator {
     fn slopes(&self) -> (Slope<2, 2>, Slope<1, 3>) {
         let (sin, cos) = self.motion.pose[2].sin_cos();
         let [v_x, v_y, omega] = self.motion.rate;
-        let Model { mass_kg, inertia_kg_m2, drag_n_s2_m2, yaw_drag_n_m_s2, .. } = self.model;
+        let Model { masses_kg, inertia_kg_m2, drag_n_s2_m2, yaw_drag_n_m_s2, .. } = self.model;
         let (sway, surge) = (sin * v_x - cos * v_y, cos * v_x + sin * v_y);
         let world = |x: f64, y: f64| [sin * x + cos * y, -cos * x + sin * y];
-        let d = drag_n_s2_m2 / mass_kg;
-        let [j_x, j_y] = [sway, surge].map(|v| 2.0 * self.factors.drag * d * v.abs());
+        let [d_x, d_y] = [0, 1].map(|axis| drag_n_s2_m2[axis] / masses_kg[axis]);
+        let [j_x, j_y] = [(d_x, sway), (d_y, surge)].map(|(d, v)| 2.0 * self.factors.drag * d * v.abs());
         let drift = Slope {
             drag_1_s: [
                 [sin * sin * j_x + cos * cos * j_y, sin * cos * (j_y - j_x)],
@@ -422,8 +444,8 @@ impl Estimator {
             ],
             spring_1_s2: [0.0; 2],
             factors: [
-                world(self.wrench.fx_n / mass_kg, self.wrench.fy_n / mass_kg),
-                world(-d * sway * sway.abs(), -d * surge * surge.abs()),
+                world(self.wrench.fx_n / masses_kg[0], self.wrench.fy_n / masses_kg[1]),
+                world(-d_x * sway * sway.abs(), -d_y * surge * surge.abs()),
             ],
         };
         let d = yaw_drag_n_m_s2 / inertia_kg_m2;

@@ -108,6 +108,40 @@ impl Boat {
     }
 }
 
+/// Momentum of a hull whose axes carry different water, by Kirchhoff's equations in the axes of the hull, and a small step of time.
+#[test]
+fn a_hull_that_turns_moves_as_kirchhoffs_equations_say() {
+    let structure = Structure::from_cells(&[[0, 0], [1, 0], [2, 0]]).expect("a row of three");
+    let (parameters, observer) = (Parameters::default(), ObserverParameters::default());
+    let forgiving = ForgivingConfig { munk: 0.5, drag_difference: -0.8, ..ForgivingConfig::default() };
+    let control = ControlConfig { forgiving, ..ControlConfig::default() };
+    let controller = Forgiving::new(&structure, &parameters, &control, &observer);
+    // M = 4.5 kg, D = 13.5 N·s²/m².
+    let ([m_x, m_y], [d_x, d_y]) = ([3.375, 5.625], [18.9, 8.1]);
+    let (inertia, drag) = (controller.estimator.model.inertia_kg_m2, structure.yaw_drag_n_m_s2(&parameters));
+    let (force, torque_nm, dt_s) = ([0.03, -0.02], 0.001, 1e-6);
+    for (heading, sway, surge, omega) in
+        [(0.0, 0.05, 0.02, 0.1), (1.2, -0.03, 0.06, -0.2), (-2.9, 0.04, -0.05, 0.3), (0.7, 0.0, 0.05, 0.2)]
+    {
+        let after = [
+            sway + dt_s * (force[0] - d_x * sway * f64::abs(sway) + m_y * omega * surge) / m_x,
+            surge + dt_s * (force[1] - d_y * surge * f64::abs(surge) - m_x * omega * sway) / m_y,
+        ];
+        let turned = (torque_nm - drag * omega * f64::abs(omega) - (m_y - m_x) * sway * surge) / inertia;
+        let world = |heading: f64, [x, y]: [f64; 2]| {
+            let (sin, cos) = heading.sin_cos();
+            [sin * x + cos * y, -cos * x + sin * y]
+        };
+        let (then, now) = (world(heading + dt_s * omega, after), world(heading, [sway, surge]));
+        let kirchhoff = [(then[0] - now[0]) / dt_s, (then[1] - now[1]) / dt_s, turned];
+        let wrench = Wrench { fx_n: force[0], fy_n: force[1], tau_nm: torque_nm };
+        let own = controller.estimator.acceleration(wrench, heading, [now[0], now[1], omega]);
+        for (own, other) in own.into_iter().zip(kirchhoff) {
+            assert!((own - other).abs() < 1e-6, "heading {heading}: {own} and {other}");
+        }
+    }
+}
+
 #[test]
 fn thrust_is_learned_and_leaves_no_error() {
     for thrust in [0.6, 1.0, 2.0] {
