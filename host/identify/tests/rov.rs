@@ -150,13 +150,13 @@ fn intervals_hold_the_constants_of_hidden_vehicles() {
                     let truth = hidden(seed);
                     let recording = record(&truth, 4, 40.0, seed ^ 77);
                     let outcome = identify(&believed(), &[recording], Scale::Thrust).expect("identified");
-                    (seed, truth, outcome)
+                    (truth, outcome)
                 })
             })
             .collect();
         threads.into_iter().map(|thread| thread.join().expect("identified")).collect::<Vec<_>>()
     });
-    for (seed, truth, outcome) in found {
+    for (seed, (truth, outcome)) in (0..SEEDS).zip(found) {
         let error = outcome.prediction.velocity_error.expect("foretold");
         println!("seed {seed}: {} steps, velocity foretold within {:.1} %", outcome.steps, 100.0 * error);
         assert!(outcome.converged, "seed {seed}");

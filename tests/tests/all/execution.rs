@@ -118,8 +118,7 @@ fn random_runs_with_reboots_keep_clear() {
 fn what_used_to_touch_keeps_clear() {
     let text = include_str!("../../data/repro-moderate.toml");
     let scenario = Scenario::parse("repro-moderate.toml", text).expect("a scenario");
-    let count = if number("FLOTILLA_RUNS").is_some() { 100 } else { 40 };
-    let runs = on_all_cores(1..count + 1, |seed| (seed, judge(&scenario, seed, &[])));
+    let runs = on_all_cores(1..101, |seed| (seed, judge(&scenario, seed, &[])));
     let broken = conclude("repro-moderate", &runs);
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }

@@ -33,7 +33,7 @@ fn python() -> &'static Path {
         let wheels = Path::new(env!("CARGO_TARGET_TMPDIR")).join("wheels");
         let _ = std::fs::remove_dir_all(&wheels);
         let mut build = Command::new(here().join("../../host/python/build"));
-        // The profile of tests under its other name (`test` is no profile of a library): most of it is compiled already.
+        // The profile of tests under its other name (`test` is no profile of a library): what has the same features is compiled already.
         run(build.args(["--profile", "dev", "--out"]).arg(&wheels).arg("native"));
         let wheel = std::fs::read_dir(&wheels).expect("a folder").find_map(|entry| {
             let path = entry.expect("an entry").path();

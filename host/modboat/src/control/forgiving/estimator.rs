@@ -75,8 +75,8 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// p of (s1), N, at a velocity in S, m/s. v is measured against axes that turn: in the world's, Ω·v of the same axis is taken off what
-    /// Kirchhoff's equations say.
+    /// p of (s1), N, at a velocity in S, m/s. Kirchhoff's equations tell accelerations in axes that turn; (s1) is about those in the world, which
+    /// takes M·Ω·v of the own axis off.
     pub fn passed_n(&self, [sway, surge]: [f64; 2], omega: f64) -> [f64; 2] {
         let beyond_kg = self.masses_kg[1] - self.masses_kg[0];
         [beyond_kg * omega * surge, beyond_kg * omega * sway]
